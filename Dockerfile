@@ -1,7 +1,8 @@
 # One file, an image for each role, in stages that share their layers:
 #
 #   manager    the router, the bridge, every manager and mock, and the command line: Zenoh, msgspec, the language
-#   sim        manager + physics, ray casting, video: the functional layer
+#   onboard    manager + what a vehicle's computer runs below the skills: numpy, scipy, video
+#   sim        onboard + physics and ray casting: the simulated vehicle and its radio link
 #   mission    manager + behaviour trees, and numpy for what is known of a site
 #   recorder   manager + Rerun's logging
 #   viewer     manager + Rerun's viewer, one program
@@ -52,6 +53,15 @@ COPY --from=code /staged /
 USER skillwing
 
 # --- the other roles -------------------------------------------------------------------------------------------------
+
+FROM packages AS onboard-packages
+COPY locks/install.sh locks/onboard.lock locks/
+RUN sh locks/install.sh locks/onboard.lock
+
+FROM runtime AS onboard
+COPY --from=onboard-packages /staged /
+COPY --from=code /staged /
+USER skillwing
 
 FROM packages AS sim-packages
 COPY locks/install.sh locks/sim.lock locks/

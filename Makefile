@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds reference lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 
@@ -159,9 +159,14 @@ containers-test: setup
 containers: setup
 	$(BIN)/python benchmarks/containers.py --write
 
-# The reference page of the robot's skillset.
-reference: setup
-	$(BIN)/skillwing docs services/skillwing/m600/m600.skillset -o docs/m600.md
+# Everything that follows from the code without a measurement: the robot's package, pages, services in containers.
+M600 := services/skillwing/m600
+generate: setup errors
+	$(BIN)/skillwing generate $(M600)/m600.skillset -o $(M600) --no-skeletons
+	$(BIN)/skillwing docs $(M600)/m600.skillset -o docs/m600.md
+	$(BIN)/python tests/unit/m600/compose_services.py
+	$(BIN)/skillwing protocol > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
+	$(BIN)/skillwing functional-layer > docs/functional-layer.md.new && mv docs/functional-layer.md.new docs/functional-layer.md
 
 # Locks hold hashes and no addresses; `uv` is needed only here. requirements.lock is everything a developer
 # needs; locks/ holds what the container images need, by role, in the same versions.
@@ -171,6 +176,7 @@ COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --
 lock:
 	$(COMPILE) pyproject.toml --all-extras --group dev -o requirements.lock
 	$(COMPILE) pyproject.toml -c requirements.lock -o locks/manager.lock
+	$(COMPILE) pyproject.toml --extra onboard -c requirements.lock -o locks/onboard.lock
 	$(COMPILE) pyproject.toml --extra sim -c requirements.lock -o locks/sim.lock
 	echo numpy | $(COMPILE) pyproject.toml - --extra missions -c requirements.lock -o locks/mission.lock
 	echo rerun-sdk | $(COMPILE) pyproject.toml - -c requirements.lock -o locks/recorder.lock

@@ -1,8 +1,8 @@
-"""Where the time of a campaign's flight goes: processor seconds of each process of the robot, all of them in one.
+"""Processor time of a campaign's flight by process of the robot, all in one operating-system process.
 
     python benchmarks/campaign_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
-Processor time, not wall time, for a machine that flies campaigns is busy.
+It is processor time and not wall time, because a machine that flies campaigns is busy.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from collections.abc import Callable
 
 from performance_page import machine, make_flight_parser, table, tell
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.flight import processes
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Traffic
 from skillwing.services.processes.in_process import RobotInProcess
@@ -56,13 +56,13 @@ def main() -> None:
     options = make_flight_parser(__doc__).parse_args()
     plan = FlightPlan(mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE)
     terrain = make_world(plan.seed, plan.world).terrain
-    network, witness = TimedNetwork(), Witness(ROBOT.skillset.stem, terrain)
+    network, observer = TimedNetwork(), FlightObserver(ROBOT.skillset.stem, terrain)
     with RobotInProcess(ROBOT, network) as robot:
-        robot.attach(witness)
+        robot.attach(observer)
         robot.start(processes(plan, plan.robot_options()))
         network.times.clear()
         begun = time.process_time()
-        network.run_until(lambda: witness.over, options.seconds)
+        network.run_until(lambda: observer.over, options.seconds)
         taken, flown = time.process_time() - begun, network.now()
     network.times["the network itself"] = taken - sum(network.times.values())
     shown = {name: spent for name, spent in network.times.items() if spent >= SHOWN * taken}
@@ -73,8 +73,8 @@ def main() -> None:
     ]
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, in one process and virtual time: "
-        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times as fast as real time "
-        f"on one core, with all sensors, odometry and map. {machine()}.\n\n"
+        f"{flown:.0f} s of flight in {taken:.0f} s of processor time, {flown / taken:.1f} times real time "
+        f"on one core. All sensors, odometry and map run. {machine()}.\n\n"
         + table(("process", "processor time", "share", "per second of flight"), rows)
     )
     tell("campaign_speed.py", "A campaign's flight", body, write=options.write)

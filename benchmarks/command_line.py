@@ -1,4 +1,4 @@
-"""How long the command line takes to begin: to list all commands, and to explain one.
+"""Start-up time of the command line: for the list of commands and for one command's help.
 
 python benchmarks/command_line.py [--write]
 """

@@ -1,4 +1,4 @@
-"""How large the images are, and how the system that docker-compose.yml starts comes up, stands and ends.
+"""Size of the images, and start, idle load and stop of the system in docker-compose.yml.
 
 python benchmarks/containers.py [--write]
 
@@ -41,7 +41,8 @@ WITHIN = 300.0
 PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
 ROLES = {
     "manager": "router, bridge, managers, mocks, command line",
-    "sim": "the functional layer",
+    "onboard": "guidance, obstacles, mapping, video",
+    "sim": "the simulated drone and its radio link",
     "mission": "missions",
     "recorder": "the recorder",
     "viewer": "the web viewer",
@@ -50,7 +51,7 @@ LOOKS = 5
 
 
 def _run(words: Sequence[str], environment: Mapping[str, str] | None = None) -> str:
-    """What a command prints. Ends the measurement with its complaint where it fails."""
+    """Output of a command. A failure ends the measurement with its error output."""
     done = subprocess.run(words, cwd=ROOT, env=environment, check=False, capture_output=True, text=True)
     if done.returncode != 0:
         # Said at once, for clearing away may fail as well.

@@ -1,17 +1,17 @@
-"""How surely and how soon each sensor notices each of its faults, and how often it cries wolf.
+"""Detection of sensor faults: share noticed, delay, and rate of false alarms.
 
 python benchmarks/fault_detection.py [--seeds 6] [--minutes 5] [--missions 20] [--jobs 2] [--write]
 
 For each seed a drone flies rounds over its pad while every kind of fault hits every sensor, in random order and at
-random moments; and it flies for some minutes with nothing wrong. The simulator runs alone: what notices is on board.
-Rounds are all alike, so that the mapping mission is flown as well, with nothing wrong, in as many courtyards as asked.
+random moments. Then it flies for some minutes without faults. The simulator runs alone, because sensors detect their
+faults themselves. Since rounds are all alike, the mapping mission is flown without faults as well.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
@@ -21,21 +21,21 @@ from performance_page import machine, table, tell
 from scipy.stats import chi2
 from workers import workers
 
-from skillwing.evaluation.campaign.conditions import Condition as Befalls
-from skillwing.evaluation.campaign.course import in_process
-from skillwing.evaluation.campaign.flight import LONGEST, processes
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition as Befalls
+from skillwing.evaluation.flights.flight import LONGEST, processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import in_process
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
-from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
+from skillwing.sim_mujoco.sensors.faults import KINDS
 from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -45,7 +45,7 @@ TOGETHER = (("zed",), ("lidar", "range"), ("imu", "gnss"))
 """Sensors that fly together when faults are tried: the range-finder is held against the LiDAR."""
 STEP = 0.02
 HOLD, HOLD_GNSS = 4.0, 3.0
-"""How long a fault stays [s]. Without fixes for longer the autopilot would land."""
+"""Duration of a fault [s]. Longer without fixes, and the autopilot would land."""
 PATIENCE = 20.0
 """A sensor that is not trusted again so long after its fault is over stays what it is [s]."""
 RADIUS, SPEED = 3.5, 2.0
@@ -67,7 +67,7 @@ class Trial:
 
 @dataclass(slots=True)
 class Flight:
-    """What one flight has shown: trials, false alarms as sentences, time with nothing wrong [s], collisions."""
+    """Result of one flight: trials, false alarms as sentences, time without faults [s], collisions."""
 
     trials: list[Trial] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
@@ -78,7 +78,7 @@ class Flight:
 class Rounds:
     """A drone on its rounds: it climbs, circles the pad at 3 to 5 m, and looks now ahead, now around."""
 
-    def __init__(self, seed: int, sensors: Sequence[str] = SENSORS) -> None:
+    def __init__(self, seed: int, sensors: Collection[str] = SENSORS) -> None:
         world = make_world(seed, WORLDS[seed % len(WORLDS)])
         self.simulator = Simulator(world, wind=(3.0, 1.0, 0.0), turbulence=4.0, sensors=sensors)
         self._angle = 0.0
@@ -148,8 +148,8 @@ def fly_well(seed: int, minutes: float) -> Flight:
     return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
 
 
-class Listener(Witness):
-    """A witness who hears as well what sensors say of themselves."""
+class Listener(FlightObserver):
+    """A observer who hears as well what sensors say of themselves."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(ROBOT.skillset.stem, make_world(seed).terrain)

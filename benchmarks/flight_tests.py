@@ -1,4 +1,4 @@
-"""How well the simulated drone flies, and what it does when things go wrong: figures and pictures in docs/flight.md.
+"""Flight quality and failsafes of the simulated drone: figures and pictures in docs/flight.md.
 
     python benchmarks/flight_tests.py [SECTION] [--seeds 3] [--write]
 

@@ -76,7 +76,7 @@ class Flight:
         return self
 
     def hear(self, happened: Happened) -> None:
-        """What others on board would hear of the last 20 ms; nobody is, here."""
+        """Output of the last 20 ms for other nodes; there are none here."""
 
     def land(self, plan: Plan, seconds: float = 60.0) -> Flight:
         """Fly on until the drone stands, and then until its rotors have run down."""
@@ -98,7 +98,7 @@ class Flight:
         return float(speeds[max(0, last - 10) : last + 1].max())
 
     def drift(self, since: float) -> float:
-        """How far from where it was then the drone ends, level [m]."""
+        """Horizontal distance from then to the end [m]."""
         start = self.positions[np.searchsorted(self.times, since)]
         return math.dist(start[:2], self.positions[-1][:2])
 
@@ -235,7 +235,7 @@ def land_on_a_slope(seed: int, amplitude: float) -> tuple[Flight, dict[str, floa
 
 
 def _steepest(world: World) -> tuple[tuple[float, float], float]:
-    """Where the ground is steepest, away from its border, and how steep that is [degrees]."""
+    """Steepest place of the ground away from its border, and its slope [degrees]."""
     heights = world.terrain.heights
     (cx, cy), (hx, hy) = world.terrain.centre, world.terrain.half
     north, east = np.gradient(heights, 2 * hy / (heights.shape[0] - 1), 2 * hx / (heights.shape[1] - 1))

@@ -1,4 +1,4 @@
-"""What the journal costs, and writing all steps down: one goal (begin and end) and one extern transition.
+"""Cost of the journal and of step files: for one goal (begin and end) and one extern transition.
 
 python benchmarks/journal_cost.py [--repeats N] [--write docs/journal.md]
 
@@ -59,7 +59,7 @@ class Manager:
         self._core = make(DIGGER, source="rm", new_record_id=RecordIds("rm"))
         self.times: list[float] = []
         if journal is not None:
-            journal.write(self._core.inventory(), (), 0.0)
+            journal.write(self._core.initial_entries(), (), 0.0)
 
     def take(self, call: Callable[[ResourceCore], Step[Any]], now: float) -> Any:
         begun = time.perf_counter()

@@ -16,11 +16,10 @@ from collections.abc import Callable
 from performance_page import machine, make_parser, table, tell
 
 from skillwing.dsl.checking.analysis import analyse
-from skillwing.dsl.checking.checker import check
-from skillwing.dsl.checking.collector import paused_collector
+from skillwing.dsl.checking.checker import check, paused_collector
 from skillwing.dsl.checking.resolver import resolve
-from skillwing.dsl.diagnostics.report import Report
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.diagnostics.report import DiagnosticReport
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.parser import parse_file
 
 RESOURCES = {
@@ -126,8 +125,8 @@ def measured(text: str, runs: int) -> dict[str, float]:
     return {
         "lex": lexing,
         "parse": _seconds(lambda: parse_file(text, file), runs) - lexing,
-        "resolve": _seconds(lambda: resolve(root, Report()), runs),
-        "analyse": _seconds(lambda: analyse(skillset, Report()), runs),
+        "resolve": _seconds(lambda: resolve(root, DiagnosticReport()), runs),
+        "analyse": _seconds(lambda: analyse(skillset, DiagnosticReport()), runs),
         "check, all of it": _seconds(lambda: check(text, file), runs),
     }
 

@@ -1,4 +1,4 @@
-"""How long skills take to start, to end and to be seen ended, against what Zenoh needs alone, and beside ROS 1.
+"""Latency of skills: start, end and observed end, compared with Zenoh alone and with ROS 1.
 
 python benchmarks/latency.py [--topology mesh] [--blocks 6] [--calls 50] [--write]
 
@@ -33,7 +33,7 @@ from py_trees.decorators import FailureIsRunning
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import parse
 from skillwing.services.bus import Topology
@@ -268,7 +268,7 @@ ROWS = (
     ("start of a skill, until its result", "result", "query", ""),
     ("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "publications"),
 )
-"""What is measured: in words, as a field of `Block`, against which other one, and the budget's unit if there is one."""
+"""A measured quantity: words, its field of `Block`, the field it is compared with, and the unit of its budget."""
 
 
 def times(blocks: list[Block], kind: str) -> list[float]:

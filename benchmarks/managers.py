@@ -32,7 +32,7 @@ MEMORY_BUDGET = 60.0
 
 @dataclass(frozen=True)
 class Idle:
-    """What a process of a layout used while nothing happened.
+    """Idle load of a process of a layout.
 
     cpu: percent of one core; resident: megabytes; own: megabytes of its share, in which a page that several processes
     hold counts for each of them by its part.

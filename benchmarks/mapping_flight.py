@@ -1,7 +1,7 @@
 """A mapping flight for benchmarks: simulator and guidance in one loop, without processes and as fast as they go.
 
-The drone stands for a moment, takes off, and flies the planned route of a world from which what stands on the route
-was taken away, with its nose along the track or across it.
+The drone stands for a moment, takes off, and flies the planned route of a world without obstacles on the route. Its
+nose points along the track or across it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from skillwing.onboard.topics import (
 from skillwing.onboard.topics import Motion as Wanted
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
-from skillwing.sim_mujoco.sensors.corruptors import Fault
+from skillwing.sim_mujoco.sensors.faults import Fault
 from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
@@ -39,7 +39,7 @@ _LONGEST = 300.0
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Moment:
-    """What happened within 20 ms, and the true motion at their end."""
+    """Output of 20 ms, and the true motion at their end."""
 
     happened: Happened
     truth: Motion

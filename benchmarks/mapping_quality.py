@@ -1,10 +1,10 @@
-"""How good and how fast the map and the view of the way ahead are, with true poses.
+"""Quality and cost of the map and of obstacle detection, with true poses.
 
     python benchmarks/mapping_quality.py [--seeds 4] [--no-times] [--write]
 
-Flies the sensors (without physics) along the planned route of some worlds, from which what stands on the route was
-taken away, once with the nose along the track and once across it, and judges each map. Poses are the true ones: this
-is what the planned way alone shows. What it does with the poses of odometry is in benchmarks/odometry.py.
+Moves the sensors without physics along the planned route of some worlds. Obstacles on it are removed. The nose points
+along the track and across it. Each map is judged. Poses are the true ones, so this is the share that the planned
+way shows. benchmarks/odometry.py measures maps with the poses of odometry.
 `--write` puts the figures into docs/mapping.md.
 """
 
@@ -25,7 +25,7 @@ from mapping_flight import free_route
 from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
-from skillwing.evaluation.judge.coverage import Coverage, Judge
+from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
 from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
@@ -37,7 +37,7 @@ from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 T = TypeVar("T")
@@ -46,7 +46,7 @@ TICKS_PER_SCAN = 10
 PAGE = Path(__file__).parents[1] / "docs" / "mapping.md"
 NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi / 2}
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
-"""Fields of `Coverage`, and how they are told."""
+"""Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "where it belongs": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
@@ -54,7 +54,7 @@ MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
     "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
     "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
 }
-"""How scans are moved and turned about the drone, to see whether they contradict the map."""
+"""Displacements and turns of scans about the drone, to test that they contradict the map."""
 SETTLED, MISPLACED_EVERY = 50, 10
 """Every so many scans one is misplaced, once so many were mapped."""
 
@@ -97,9 +97,9 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """What came of one flight; `misfits` are those of scans put into the map as MISPLACED says."""
+    """Result of one flight; `misfits` are those of scans displaced by MISPLACED."""
 
-    coverage: Coverage
+    coverage: MapQuality
     worst_misfit: float
     misfits: dict[str, list[float]]
     diverged: bool
@@ -149,7 +149,7 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
                 f"the way ahead, judged by {name}",
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
-    coverage = Judge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
+    coverage = CoverageJudge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
     return Mapped(coverage, worst, misfits, mapper.diverged)
 
 
@@ -198,7 +198,7 @@ def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
 
 
 def maps_told(flown: dict[str, list[Mapped]]) -> str:
-    """How good the maps are, as Markdown."""
+    """Quality of the maps, as Markdown."""
     maps: list[list[str]] = []
     for name, each in flown.items():
         judged = [[getattr(one.coverage, part) for one in each] for part in JUDGED]
@@ -223,7 +223,7 @@ were put where they belong and where they do not:
 
 
 def times_told(stopwatch: Stopwatch) -> str:
-    """What it costs, as Markdown."""
+    """Costs, as Markdown."""
     costs = [
         [name, f"{1e3 * median(times):.1f}", f"{1e3 * quantiles(times, n=20)[-1]:.1f}"]
         for name, times in stopwatch.times.items()

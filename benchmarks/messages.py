@@ -1,4 +1,4 @@
-"""What it costs to check, encode and decode the messages that are sent most, as ratios to msgspec alone.
+"""Cost of checks, encoding and decoding of the most frequent messages, as ratios to msgspec alone.
 
 python benchmarks/messages.py [--write]
 """

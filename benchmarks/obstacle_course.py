@@ -26,7 +26,7 @@ from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.simulator.node import SimNode
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block, pole
 from skillwing.sim_mujoco.world.world import World, make_world
 
@@ -83,7 +83,7 @@ def _pole(name: str, centre: Point, radius: float) -> Obstacle:
 
 
 def _wall(name: str, centre: Point, half: Point) -> Obstacle:
-    return block(name, Kind.WALL, Footprint(centre, half), _HEIGHT)
+    return block(name, ObstacleKind.WALL, Footprint(centre, half), _HEIGHT)
 
 
 COURSES: Final[dict[str, Callable[[np.random.Generator], list[Obstacle]]]] = {
@@ -102,7 +102,7 @@ def make_course(kind: str, seed: int) -> World:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """How a flight went: `clearance` is the least distance of the blades' tips from anything, in the air [m]."""
+    """Result of a flight; `clearance`: least distance of the blade tips from anything in the air [m]."""
 
     arrived: bool
     collisions: int

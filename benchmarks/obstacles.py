@@ -1,9 +1,9 @@
-"""How drones come round what stands in their way, by camera and by LiDAR: writes the table in docs/obstacles.md.
+"""Obstacle avoidance by camera and by LiDAR: writes the table in docs/obstacles.md.
 
     python benchmarks/obstacles.py [--seeds 1:7] [--jobs 2] [--keep FILE] [--write]
 
-Flights are kept in FILE, one line each; those that are there already are not flown again, so that a run goes on where
-it was interrupted, and may be made larger.
+Flights are kept in FILE, one line each. Flights in FILE are not repeated, so an interrupted run continues and a run may
+be extended.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def flown(trial: Trial) -> Flown:
     )
 
 
-class Kept:
+class FlightFile:
     """The flights flown so far, in a file if one is given."""
 
     def __init__(self, file: Path | None) -> None:
@@ -90,7 +90,7 @@ class Kept:
                 out.write(line + "\n")
 
 
-def fly_all(wanted: Iterable[Trial], kept: Kept, jobs: int) -> None:
+def fly_all(wanted: Iterable[Trial], kept: FlightFile, jobs: int) -> None:
     missing = [trial for trial in wanted if trial not in kept.flights]
     with workers(jobs) as pool:
         futures = {pool.submit(flown, trial): trial for trial in missing}
@@ -112,7 +112,7 @@ def row(name: str, sensor: str, flights: Sequence[Flown]) -> list[str]:
     ]
 
 
-def report(kept: Kept, wanted: Sequence[Trial], seeds: Sequence[int]) -> str:
+def report(kept: FlightFile, wanted: Sequence[Trial], seeds: Sequence[int]) -> str:
     """The section's text."""
     names = {(SLOW, 0.0, True): "{}", (FAST, GUSTY, True): "{}, 5 m/s in gusts", (SLOW, 0.0, False): "{}, unwatched"}
     rows: list[list[str]] = []
@@ -153,7 +153,7 @@ def main() -> None:
     options.add_argument("--keep", type=Path, help="file in which flights are kept")
     options.add_argument("--only-kept", action="store_true", help="fly nothing, tell of the flights that are kept")
     asked = options.parse_args()
-    kept, wanted = Kept(asked.keep), trials(asked.seeds)
+    kept, wanted = FlightFile(asked.keep), trials(asked.seeds)
     if not asked.only_kept:
         fly_all(wanted, kept, asked.jobs)
     tell("obstacles.py", "Courses", report(kept, wanted, asked.seeds), write=asked.write, file=PAGE)

@@ -1,4 +1,4 @@
-"""How good LiDAR-inertial odometry and its map are on mapping flights: figures for docs/mapping.md.
+"""Quality of LiDAR-inertial odometry and its map on mapping flights: figures for docs/mapping.md.
 
     python benchmarks/odometry.py [--seeds 196:212] [--jobs 1] [--keep FILE] [--write]
     python benchmarks/odometry.py --method small-gicp [--seeds 196:199] [--keep FILE] [--recorded FOLDER] [--write]
@@ -30,26 +30,27 @@ from performance_page import PAGE, machine, make_parser, spread, spread_said, ta
 from recorded_flight import flights
 from workers import workers
 
-from skillwing.evaluation.judge.coverage import Judge
+from skillwing.evaluation.flights.coverage import CoverageJudge
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MappingOptions
+from skillwing.onboard.mapping.node import VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
 from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 MAPPING_PAGE = PAGE.with_name("mapping.md")
 DEMAND = 0.3
-"""What the drift of a flight should stay within, RMS [m]."""
+"""Largest permitted drift of a flight, RMS [m]."""
 NOSES = (("along the track", False), ("across it", True))
 SEEDS, SEEDS_TO_COMPARE = "196:212", "196:199"
 """If nobody chooses any."""
 LOOKED_AT = range(196)
-"""Seeds on which constants were chosen, or that were looked at while mistakes were mended."""
+"""Seeds on which constants were chosen, or that were examined during a fix."""
 FAULT_AT, TRIED_FOR = 30.0, 10.0
 FAULTS: tuple[tuple[str, str, float | None], ...] = (
     ("lidar", "bias", 1.0),
@@ -69,8 +70,7 @@ FAULTS: tuple[tuple[str, str, float | None], ...] = (
 
 
 class Trial(msgspec.Struct, frozen=True):
-    """What became of one fault: after how long it was noticed [s], None if it was not, and how far off the poses that
-    were given out were by then, beyond what they were before [m]."""
+    """Detection of one fault: delay [s], None if it was missed, and the additional pose error until then [m]."""
 
     sensor: str
     kind: str
@@ -144,10 +144,9 @@ def fly(job: tuple[int, bool]) -> Result:
     """One flight with everything that is measured on it."""
     seed, across = job
     flight = MappingFlight(seed, across=across)
-    options = MappingOptions()
-    low, high = options.box.low, options.box.high
+    low, high = BOUNDS.low, BOUNDS.high
     odometry = make_odometry()
-    mapper, reference = (Mapper(OccupancyGrid(low, high, options.voxel_size)) for _ in range(2))
+    mapper, reference = (Mapper(OccupancyGrid(low, high, VOXEL_SIZE)) for _ in range(2))
     by_navigation = ByNavigation()
     fixes: list[Fix] = []
     path, truths = TruePath(), list[Motion]()
@@ -185,7 +184,7 @@ def fly(job: tuple[int, bool]) -> Result:
             tries = [Try(odometry, fault, truth.t, off(fixes[-1], truths[-1])) for fault in FAULTS]
         for each in tries:
             each.feed(moment, path)
-    judge = Judge(flight.world, flight.world.route)
+    judge = CoverageJudge(flight.world, flight.world.route)
     judged = [judge.coverage(m.grid.occupied_centres(), m.grid.size) for m in (mapper, reference)]
     errors = np.array([off(fix, truth) for fix, truth in zip(fixes, truths, strict=True)])
     aligned = drifts(fixes, truths)
@@ -266,7 +265,7 @@ def report(results: Sequence[Result], seeds: str) -> str:
 
 
 def past(results: Sequence[Result]) -> str:
-    """What was done before on the seeds that were flown."""
+    """Earlier use of the flown seeds."""
     looked_at = {r.seed for r in results}.intersection(LOOKED_AT)
     return (
         f"Constants were chosen and mistakes mended by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "

@@ -17,11 +17,12 @@ from workers import workers
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MISFITS, MappingOptions
+from skillwing.onboard.mapping.node import MISFITS, VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import gicp_matcher
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
 from skillwing.onboard.odometry.odometry import Fix, Phase
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 OURS, GICP = "ours", "small-gicp"
 _ABOVE = 1.0
@@ -29,8 +30,11 @@ _ABOVE = 1.0
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """How one method followed one flight, as long as it believed itself: errors [m, degrees] as in `odometry.Result`,
-    processor times of its scans [s]; when and why it was `lost`, the words empty if it never was."""
+    """Tracking of one flight by one method until it lost itself.
+
+    errors [m, degrees] as in `odometry.Result`; processor times of its scans [s]; time and reason of `lost`, empty if
+    it never was.
+    """
 
     method: str
     seed: int
@@ -53,7 +57,7 @@ class Follower:
     def __init__(self, method: str, box: Box) -> None:
         self.method = method
         self._odometry = make_odometry(_matcher(method))
-        self._mapper = Mapper(OccupancyGrid(box.low, box.high, MappingOptions().voxel_size))
+        self._mapper = Mapper(OccupancyGrid(box.low, box.high, VOXEL_SIZE))
         self._fixes: list[Fix] = []
         self._path, self._truths = TruePath(), list[Motion]()
         self._times: list[float] = []
@@ -110,9 +114,9 @@ def _matcher(method: str) -> MakeMatcher:
 def compare(
     method: str, flights: Sequence[tuple[int, bool]], processes: int, folder: Path | None, keep: Path | None
 ) -> list[Outcome]:
-    """What became of ours and of `method` on each flight, so many of which are followed at once.
+    """Results of our method and of `method` on each flight, with `jobs` flights at once.
 
-    Measurements come from `folder`, or are kept there; what is in the file `keep` is not worked out again. Raises
+    Measurements come from `folder`, or are kept there. Results in the file `keep` are not computed again. Raises
     MissingLibraryError.
     """
     _matcher(method)
@@ -134,7 +138,7 @@ def compare(
 def _followed(wanted: tuple[Sequence[str], int, bool, Path | None]) -> list[Outcome]:
     """By these methods, the flight of a seed, with the nose across the track or not, recorded in a folder."""
     methods, seed, across, folder = wanted
-    followers = [Follower(each, MappingOptions().box) for each in methods]
+    followers = [Follower(each, BOUNDS) for each in methods]
     for moment in moments(seed, across=across, folder=folder):
         for follower in followers:
             follower.feed(moment)

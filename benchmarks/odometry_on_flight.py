@@ -1,4 +1,4 @@
-"""What benchmarks need to let odometry follow a flight, and to say how far off it is."""
+"""Odometry on a benchmark flight, and its errors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import add, subtract
-from skillwing.onboard.mapping.node import BEYOND, MappingOptions
+from skillwing.onboard.mapping.node import BEYOND
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
@@ -20,12 +20,12 @@ from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
+from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 
 def make_odometry(make_matcher: MakeMatcher = PlaneMatcher) -> Odometry:
     """Odometry as the mapping process has it."""
-    box = MappingOptions().box
-    return Odometry(subtract(box.low, BEYOND), add(box.high, BEYOND), make_matcher=make_matcher)
+    return Odometry(subtract(BOUNDS.low, BEYOND), add(BOUNDS.high, BEYOND), make_matcher=make_matcher)
 
 
 def give(odometry: Odometry, measurement: Measurement) -> Fix | None:

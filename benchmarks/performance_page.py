@@ -74,7 +74,7 @@ def spread(values: Sequence[float]) -> str:
 
 
 def spread_said(count: int) -> str:
-    """What the cells made by `spread` are, where each is of so many flights."""
+    """Explanation of the cells made by `spread`, each of `count` flights."""
     return "one flight for each figure" if count == 1 else "median of the flights, least and largest in brackets"
 
 
@@ -98,12 +98,12 @@ def ratio(blocks: Sequence[tuple[Sequence[float], Sequence[float]]]) -> str:
 
 
 def against(budget: float, measured: float, *, at_least: bool = False) -> str:
-    """Whether a budget is kept, in a word."""
+    """One word for a kept or missed budget."""
     return "kept" if (measured >= budget if at_least else measured <= budget) else "**missed**"
 
 
 def machine() -> str:
-    """What was measured on, and when."""
+    """Machine and date of the measurement."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

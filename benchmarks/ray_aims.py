@@ -1,4 +1,4 @@
-"""Whence and whereto the rays of `ray_choices.py` go: places along a route, a sensor's rays there, and the ground."""
+"""Rays of `ray_choices.py`: places along a route, a sensor's rays there, and the ground."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from skillwing.onboard.frames.vectors import Vector, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import Floats
+from skillwing.sim_mujoco.world.rays import Floats
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 Rays = tuple[Floats, Floats]
 """Origins (N, 3) or (3,), and unit directions (N, 3)."""
 _ASIDE, _CLEAR = 1.0, 1.5
-"""How far beside its route the drone is at most, and how far from everything in plan at least [m]."""
+"""Largest distance from the route, and least distance from everything in plan [m]."""
 _TURN, _TILT = 0.5, 0.08
-"""How far the nose is off the track at most, and the standard deviation of roll and pitch [rad]."""
+"""Largest angle of the nose to the track, and the standard deviation of roll and pitch [rad]."""
 _AIMED: Final = 2000
 """Rays at the ground from one place."""
 

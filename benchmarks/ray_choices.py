@@ -1,9 +1,9 @@
-"""What the sensors save on rays, and what that costs them: pixels that are computed, and Embree without robust mode.
+"""Savings on rays and their price: computed pixels, and Embree without robust mode.
 
 python benchmarks/ray_choices.py [--seeds 2] [--places 16] [--no-times] [--write]
 
-Looks from places along the routes of every kind of world. What goes wrong is counted, which other work of the machine
-does not change, and told in docs/sensors.md. What is saved in processor time is told in docs/performance.md.
+Casts rays from places along the routes of every kind of world. Errors are counted for docs/sensors.md; counts do not
+depend on the load of the machine. Saved processor time is written to docs/performance.md.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from skillwing.onboard.frames.motion import Motion
 from skillwing.sim_mujoco.sensors import depth_camera
 from skillwing.sim_mujoco.sensors.infill import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
 from skillwing.sim_mujoco.simulator import simulator
 from skillwing.sim_mujoco.world.kinds import KINDS
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SENSORS_PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
@@ -53,14 +53,14 @@ Counts = dict[str, list[list[float]]]
 
 
 class Differences:
-    """What goes wrong in some worlds."""
+    """Counted errors in some worlds."""
 
     def __init__(self) -> None:
         self.pictures: Counts = {}
         """By rule: pixels, rays, pixels in reach, those of them that are off by more than the noise, and far off."""
         self.rays: Counts = {}
-        """By kind: rays, those that end elsewhere in robust mode, those that slipped through, those of them without a
-        return, those that slipped through in robust mode, and the largest other difference [m]."""
+        """Counts by kind: rays, other end in robust mode, slipped through, slipped without a return, slipped in robust
+        mode; and the largest other difference [m]."""
         self.unseen: Counts = {}
         """By sensor: rays that hit something in reach, and those of them of which nothing is told."""
 
@@ -119,7 +119,7 @@ class Differences:
 
 
 def _within_reach(depth: Floats) -> Floats:
-    """What is beyond the camera's reach, or nothing at all, stands at its end."""
+    """Depths beyond the camera's reach, and missing ones, become its reach."""
     return np.where(depth > 0.0, depth, np.inf).clip(max=depth_camera.REACH).astype(np.float32)
 
 
@@ -184,7 +184,7 @@ def _short(value: float) -> str:
 
 
 def times_told(worlds: Sequence[World], count: int) -> str:
-    """How many times as long what could be used instead takes, in turns with what is used, as Markdown."""
+    """Time ratios of the alternatives to the rules in use, measured in turns, as Markdown."""
     blocks: dict[str, list[tuple[list[float], list[float]]]] = {}
     casting: list[float] = []
     for world in worlds:

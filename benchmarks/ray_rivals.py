@@ -1,4 +1,4 @@
-"""What the sensors of `ray_choices.py` could use instead: Embree's robust mode, and other rules of what is cast."""
+"""Alternatives for `ray_choices.py`: Embree's robust mode, and other rules for computed pixels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.sensors import depth_camera, infill
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.infill import Cast, Image, Infill
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 
 

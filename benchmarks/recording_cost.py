@@ -1,8 +1,8 @@
-"""What it costs to record a flight: how large its files are, and what processor time the recorder takes.
+"""Cost of a recording: size of its files and processor time of the recorder.
 
 python benchmarks/recording_cost.py [--seeds 3] [--write]
 
-Flies the demo at the pace of real time, with the fault that it has by itself and without it, and no viewer.
+Flies the demo in real time, with and without its fault, and without a viewer.
 """
 
 from __future__ import annotations

@@ -1,15 +1,15 @@
-"""How fast the simulator with all its sensors runs on one core: what its parts cost, and its ratio to real time.
+"""Speed of the simulator with all sensors on one core: ratio to real time, and cost of its parts.
 
     python benchmarks/sim_speed.py [--seconds 10] [--write]
 
-Processor time is what counts: on a busy machine wall time measures the others.
+Processor time counts, because wall time depends on other processes.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from statistics import median
 
 import numpy as np
@@ -22,16 +22,15 @@ from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
-from skillwing.sim_mujoco.sensors.rays import Floats, RayScene
 from skillwing.sim_mujoco.simulator.simulator import SENSORS, Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS
+from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 FLOOR = 5.0
 """The ratio to real time that the simulator with all sensors is to keep on one core."""
 SPEED, SHARE = 2.0, 0.3
-"""How fast the drone at most goes to and fro on the first leg of a world's route [m/s], and on how much of it: nothing
-stands there yet."""
+"""Largest speed on the first leg of a world's route [m/s], and the flown, obstacle-free share of that leg."""
 _BLOCKS = 5
 _PICTURE = 320 * 180
 
@@ -103,7 +102,7 @@ def parts(world: World) -> list[list[str]]:
     ]
 
 
-def ratios(world: World, sensors: tuple[str, ...], seconds: float, fps: float = 0.0) -> list[float]:
+def ratios(world: World, sensors: Collection[str], seconds: float, fps: float = 0.0) -> list[float]:
     """Robot seconds per second of processor time, block by block, at the beginning of the route.
 
     fps: so many RGB pictures a second are wanted.
@@ -157,9 +156,9 @@ def main() -> None:
     rows = [[name, f"{median(each):.1f}", f"{min(each):.1f} to {max(each):.1f}"] for name, each in flights.items()]
     kept = against(FLOOR, median(factors["courtyard"]), at_least=True)
     body = (
-        "Processor time on one core; the ratio is robot seconds per second of it at the beginning of the route, at up "
-        f"to {SPEED:g} m/s, in worlds of seed 1, the median of {_BLOCKS} blocks. The budget with all sensors is "
-        f"{FLOOR:g} in the courtyard without the RGB camera, which takes pictures only while they are streamed: "
+        "Processor time on one core. The ratio is robot seconds per second of processor time, as median of "
+        f"{_BLOCKS} blocks. They are flown at the beginning of the route at up to {SPEED:g} m/s, in worlds of seed 1. "
+        f"The budget is {FLOOR:g} in the courtyard with all sensors but the RGB camera, which runs only for streams: "
         f"{kept}. {machine()}.\n\n"
         + table(["part", "ms", "in a second"], parts(usual))
         + "\n\n"

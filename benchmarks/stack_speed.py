@@ -1,9 +1,9 @@
-"""How fast the whole robot flies the mapping mission with real processes on two cores: its ratio to real time.
+"""Speed of the whole robot on the mapping mission, with real processes on two cores, as ratio to real time.
 
     python benchmarks/stack_speed.py [--seed N] [--world KIND] [--seconds S] [--write]
 
 Robot time runs as fast as all processes keep up: physics waits for guidance and obstacle detection after each step, and
-nobody lags by more than 0.1 s. Wall time counts, so measure on a machine that does nothing else.
+no process lags by more than 0.1 s. Wall time counts, so measure on an idle machine.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from statistics import median
 
 from performance_page import against, machine, make_flight_parser, table, tell
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.course import over_zenoh
-from skillwing.evaluation.campaign.flight import processes
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
-from skillwing.evaluation.campaign.result import End
-from skillwing.evaluation.campaign.witness import Witness
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import processes
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import over_zenoh
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import TRUTH, Truth
 from skillwing.services.bus import Bus
@@ -37,8 +37,8 @@ BLOCK = 10.0
 """Robot seconds of which one ratio is made."""
 
 
-class Stopwatch(Witness):
-    """A witness who looks at the clock on the wall whenever `BLOCK` seconds of robot time are over."""
+class Stopwatch(FlightObserver):
+    """A observer who looks at the clock on the wall whenever `BLOCK` seconds of robot time are over."""
 
     def __init__(self, terrain: Terrain) -> None:
         super().__init__(ROBOT.skillset.stem, terrain)
@@ -77,7 +77,7 @@ def main() -> None:
     whole = (last - first) / (ended - begun)
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, by {len(specs)} processes and a router on "
-        f"{len(cores)} cores, as fast as all of them keep up. The ratio is robot seconds per second on the wall; the "
+        f"{len(cores)} cores. Robot time runs as fast as all keep up. The ratio is robot seconds per wall second; the "
         f"budget on {CORES} cores is {FLOOR:g}: {against(FLOOR, whole, at_least=True)}. {machine()}.\n\n"
         + table(
             ("robot time", "times real time", f"blocks of {BLOCK:g} s", "median block"),

@@ -18,7 +18,7 @@ from py_trees.composites import Parallel, Sequence
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.tree_text import TreePortrait
+from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
 from skillwing.dsl import parse
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import DataReading, State
@@ -97,7 +97,7 @@ def _seconds(tick: Callable[[], object]) -> list[float]:
 def main() -> None:
     given = make_parser(__doc__).parse_args()
     alone, mission = theirs(), ours()
-    portrait = TreePortrait(mission)
+    portrait = SnapshotBuilder(mission)
 
     def followed() -> None:
         mission.tick_once()

@@ -24,7 +24,7 @@ from skillwing.onboard.video.codec import Decoder, Encoder
 from skillwing.onboard.video.similarity import similarity
 from skillwing.sim_mujoco.camera.camera import Camera, Picture
 from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 mpl.use("Agg")

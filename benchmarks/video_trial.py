@@ -27,7 +27,7 @@ from skillwing.services.testing import SkillsetInProcess
 from skillwing.sim_mujoco.camera.camera import Camera, Picture, camera_header
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
@@ -107,8 +107,9 @@ class Orbiter:
 
 @dataclass
 class Trial:
-    """What came of it. `delays` are of pictures: when one could be shown, and how long after it was taken [s]. `ended`
-    is how the skill ended, and `after` how long after its start [s]."""
+    """Result of a trial. delays: of pictures, from capture to display [s]. ended: result of the skill. after: time from
+    its start to its end [s].
+    """
 
     seen: list[topics.VideoStatus] = field(default_factory=list)
     aimed: list[topics.EncoderStatus] = field(default_factory=list)

@@ -1,9 +1,9 @@
-"""What worlds promise, cost, and let sensors see of a wire.
+"""Promises and costs of worlds, and visibility of a wire.
 
 python benchmarks/worlds.py [--seeds N] [--seconds S] [--write]
 
-Tries every kind of world with N seeds, and with its smallest and largest scale for each tenth of them; flies each kind
-for S robot seconds along its route; looks at a wire of the power line. `--write` puts the figures into docs/worlds.md.
+Makes every kind of world with N seeds, and every tenth with its smallest and largest scale. Flies each kind for S robot
+seconds along its route. Looks at a wire of the power line. `--write` puts the figures into docs/worlds.md.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.promises import broken_promises
-from skillwing.sim_mujoco.world.things.obstacle import Kind
+from skillwing.sim_mujoco.world.rays import RayScene
+from skillwing.sim_mujoco.world.things.obstacle import ObstacleKind
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World, make_world
 
@@ -131,9 +131,9 @@ def _factor(world: World, seconds: float) -> float:
 
 
 def wire() -> str:
-    """What a look at one conductor against the sky returns, from different distances."""
+    """Returns of a look at one conductor against the sky, from different distances."""
     world = make_world(1, "industrial")
-    span = next(each for each in world.obstacles if each.kind is Kind.WIRE)
+    span = next(each for each in world.obstacles if each.kind is ObstacleKind.WIRE)
     conductor = replace(span, solids=tuple(each for each in span.solids if each.part.startswith("0-")))
     middle = conductor.solids[len(conductor.solids) // 2].position
     rays = RayScene(_without_ground(replace(world, obstacles=(conductor,))))

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING, tell
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 
-HERE = Path(__file__).parent
 FIRST, LAST = 0.3125, 1.4375
-"""The camera fails between these shares of the time that the route takes at cruise speed, which on it turns and detours
-are not counted in, nor take-off and way home."""
+"""Limits of the camera's failure, as shares of the route's time at cruise speed.
+
+Turns, detours, take-off and return are not part of that time."""
 GOLDEN = 0.6180339887498949
 """Multiples of it, without their whole part, spread evenly however many there are."""
 
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """What is done about the failure. label: of its flights. instead: what the mission's file is told that answers
-    otherwise, empty for the library's mission. fails: something goes wrong at all. words: in the tables."""
+    """A reaction to the failure. label: of its flights. instead: option of the alternative mission, empty for the
+    library's mission. fails: False for the nominal flight. words: in the tables.
+    """
 
     label: str
     words: str
@@ -71,7 +71,7 @@ def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:
         seed=seed,
         condition=Condition.NONE,
         happens=happens,
-        flown_as=str(HERE / f"{mission}_otherwise.py") if policy.instead else "",
+        alternative=bool(policy.instead),
         options={"instead": policy.instead} if policy.instead else {},
         label=policy.label,
     )

@@ -14,10 +14,10 @@ from typing import TypeAlias
 from paper_flights import POLICIES, Policy, camera_fails_at
 
 from skillwing.evaluation.campaign.page import machine
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.price import Price
-from skillwing.evaluation.campaign.result import FlightResult
 from skillwing.evaluation.demo.story import INSPECTION, MAPPING
+from skillwing.evaluation.flights.cost import Cost
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
@@ -53,7 +53,7 @@ def picture_name(picture: Picture) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """How a figure is shown: so many of the unit for each one of it, in this format, which never says `-0`."""
+    """Format of a figure: factor to its unit and number format, which never prints `-0`."""
 
     format: str
     name: str
@@ -84,18 +84,18 @@ class Column:
     relative: bool = False
 
 
-def _flown_unseen(price: Price) -> float | None:
+def _flown_unseen(cost: Cost) -> float | None:
     """Share of the circle that was flown without live video."""
-    return None if price.circled is None or price.circled_live is None else price.circled - price.circled_live
+    return None if cost.circled is None or cost.circled_live is None else cost.circled - cost.circled_live
 
 
 MAPPED = Column("mapped", lambda each: each.coverage, SHARE, POINTS)
 TIME = Column("robot time", lambda each: each.end_time, SECONDS, RELATIVE, relative=True)
-BATTERY = Column("of the battery", lambda each: each.price.charge, CHARGE, RELATIVE, relative=True)
+BATTERY = Column("of the battery", lambda each: each.cost.charge, CHARGE, RELATIVE, relative=True)
 CLEARANCE = Column("nearest obstacle", lambda each: each.clearance, METRES)
-CIRCLED = Column("circle flown", lambda each: each.price.circled, SHARE, POINTS)
-UNSEEN = Column("flown unseen", lambda each: _flown_unseen(each.price), SHARE, POINTS)
-AWAY = Column("away without video", lambda each: each.price.unseen, SECONDS, MORE_SECONDS)
+CIRCLED = Column("circle flown", lambda each: each.cost.circled, SHARE, POINTS)
+UNSEEN = Column("flown unseen", lambda each: _flown_unseen(each.cost), SHARE, POINTS)
+AWAY = Column("away without video", lambda each: each.cost.unseen, SECONDS, MORE_SECONDS)
 COLUMNS = {MAPPING: (MAPPED, TIME, BATTERY, CLEARANCE), INSPECTION: (CIRCLED, TIME, BATTERY, UNSEEN, AWAY)}
 
 
@@ -113,7 +113,7 @@ def write_page(
 
 
 def tables(results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: str, older: Sequence[str] = ()) -> str:
-    """What was flown and what was not, and for each scenario the figures, the price and the seeds, as Markdown.
+    """Flown and missing flights, and for each scenario the figures, costs and seeds, as Markdown.
 
     older: pictures of other flights.
     """
@@ -200,7 +200,7 @@ def _change(column: Column, flight: FlightResult, other: FlightResult) -> float 
 
 
 def _by_seed(results: Sequence[FlightResult]) -> str:
-    """How much was mapped, and what was hit, seed by seed."""
+    """Coverage and collisions, seed by seed."""
     flights = {(each.plan.seed, each.plan.label): each for each in results}
     policies = POLICIES[MAPPING]
     rows: list[list[str]] = []

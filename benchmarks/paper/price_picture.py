@@ -15,7 +15,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from paper_flights import POLICIES, Policy
 from paper_page import COLUMNS, NOMINAL, RECOVERY, Column
 
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.result import FlightResult
 
 PRICE_PICTURE = "price.png"
 COLOURS: Final = {NOMINAL: "#6b6b6b", RECOVERY: "#2e9e4f"}

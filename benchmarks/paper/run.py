@@ -22,13 +22,13 @@ from price_picture import PRICE_PICTURE, draw_price
 from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.evaluation.campaign.command import parse_seeds
-from skillwing.evaluation.campaign.crew import Crew, LostFlight
 from skillwing.evaluation.campaign.flight_code import FlyingCode
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
-from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.campaign.output import lost_flights
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
-from skillwing.evaluation.campaign.result import End, FlightResult
-from skillwing.evaluation.campaign.telling import lost_flights
+from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import SkillwingError
 from skillwing.services.terminal.doc_sections import page_with
 
@@ -68,7 +68,7 @@ def main() -> None:
 
 
 def known(folder: Path) -> list[FlightResult]:
-    """What has been flown so far, also while somebody is still flying."""
+    """Results so far, also of a run in progress."""
     ledger = folder / LEDGER_FILE
     return read_results(ledger) if ledger.exists() else []
 
@@ -88,8 +88,8 @@ def fly(plans: list[FlightPlan], folder: Path, jobs: int, flying: FlyingCode) ->
         return begin_recording(folder, plan) if plan in shown else None
 
     lost: list[LostFlight] = []
-    with closing(ledger), Crew(jobs) as crew:
-        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir)), start=1):
+    with closing(ledger), WorkerPool(jobs) as pool:
+        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
                 continue

@@ -15,13 +15,13 @@ from matplotlib.patches import Patch, Polygon, Rectangle
 from paper_flights import POLICIES
 from paper_page import NOMINAL
 
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_circle
 from skillwing.evaluation.demo.story import INSPECTION
+from skillwing.evaluation.flights.plan import FlightPlan, planned_circle
 from skillwing.evaluation.judge.flight_log import read_flight
 from skillwing.m600.robot import ROBOT
 from skillwing.services.history.files import read_goals, read_records
 from skillwing.services.history.history import History
-from skillwing.sim_mujoco.link.shadow import shadow_of
+from skillwing.sim_mujoco.link.radio import occlusion_zones
 from skillwing.sim_mujoco.world.world import make_world
 
 WAYS_PICTURE = "inspection-ways.png"
@@ -55,14 +55,14 @@ def draw_ways(file: Path, plan: FlightPlan, runs: Mapping[str, Path]) -> None:
 
 
 def _draw_site(axes: Axes, plan: FlightPlan) -> None:
-    """What was known beforehand, and where the link is bad, which was not."""
+    """Prior knowledge, and the zones of the bad link, which are not part of it."""
     world = make_world(plan.seed, plan.world)
     target = world.site.target
     assert target is not None, "an inspection has something to inspect"
     circle = np.array([*planned_circle(plan.site(), INSPECTION), planned_circle(plan.site(), INSPECTION)[0]])
     low = np.minimum(circle[:, :2].min(axis=0), world.home) - MARGIN
     high = circle[:, :2].max(axis=0) + MARGIN
-    for zone, colour in zip(shadow_of(target), ZONES, strict=True):
+    for zone, colour in zip(occlusion_zones(target), ZONES, strict=True):
         assert zone.low is not None, "a building's shadow is a box"
         assert zone.high is not None, "a building's shadow is a box"
         (west, south, _), (east, north, _) = zone.low, zone.high

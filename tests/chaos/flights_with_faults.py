@@ -194,7 +194,7 @@ class _Flight:
         return self._state is not None and self._state.on_ground and not self._state.rotors_on
 
     def _mission_over(self) -> bool:
-        return self._status is not None and self._status.over
+        return self._status is not None and self._status.phase.over
 
     def _last_words(self) -> str:
         if self._status is None:

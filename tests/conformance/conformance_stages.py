@@ -29,7 +29,7 @@ from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_proce
 from skillwing.services.processes.colocation import MANAGERS
 from skillwing.services.protocol import DirectMock, Keys, MockCall, ResetMock, encode
 from skillwing.services.testing import SkillsetProcesses
-from skillwing.services.testing.model import model_of
+from skillwing.services.testing.context import model_of
 
 WORKBENCH = Path(__file__).with_name("workbench.skillset")
 SCRIPT = WORKBENCH.with_suffix(".mock.toml")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn, Protocol, TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused, Sample
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking import MockRun
 from skillwing.services.protocol import (
@@ -259,7 +259,7 @@ class System:
             answers: list[Answer] = []
             self.bus.ask(key, payload, answers.append, timeout=SILENT)
             self.bus.run_until(lambda answers=answers: bool(answers), PATIENCE)
-            if not isinstance(answers[0], Unanswered) or self.bus.wall() >= give_up:
+            if not isinstance(answers[0], NoReply) or self.bus.wall() >= give_up:
                 return answers[0]
             self.wait(0.02)
 
@@ -269,12 +269,12 @@ class System:
                 return decode(payload, GoalStatus)
             case Refused(error):
                 return error
-            case Unanswered():
+            case NoReply():
                 return None
 
     def _fired(self, key: str, message: Message) -> ResourceStates | ErrorReply:
         answer = self.ask(key, encode(message))
-        assert not isinstance(answer, Unanswered), f"nobody answers on {key}"
+        assert not isinstance(answer, NoReply), f"nobody answers on {key}"
         return answer.error if isinstance(answer, Refused) else decode(answer.payload, ResourceStates)
 
     # --- afterwards --------------------------------------------------------------------------------------------------

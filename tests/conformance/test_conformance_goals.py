@@ -75,7 +75,7 @@ def test_a_goal_can_be_asked_for_at_any_time(system: System) -> None:
     [
         b"",
         b"\xc1\xff",
-        msgspec.msgpack.encode({"v": 1, "goal_id": 7}),
+        msgspec.msgpack.encode({"v": 2, "goal_id": 7}),
         msgspec.msgpack.encode({"v": 99, "goal_id": "x", "inputs": {}, "client": "x", "schema": "x"}),
         msgspec.msgpack.encode({"goal_id": "x", "inputs": {}, "client": "x", "schema": "x", "haste": True}),
         msgspec.msgpack.encode({"goal_id": "x", "inputs": {"force": float("nan")}, "client": "x", "schema": "x"}),

@@ -92,7 +92,7 @@ WORDS = (
     *(resource.name for resource in SKILLSET.resources),
     *(state for resource in SKILLSET.resources for state in resource.states),
     *(datum.name for datum in SKILLSET.data),
-    *("result", "interrupt", "error", "ungranted"),
+    *("result", "interrupt", "error"),
     *("zed", "blackout", "é\u0000\u202e", "\U0001f681" * 9, "../../etc", "*/**"),
 )
 """Texts that get a message further than random ones would, and a few that do not."""

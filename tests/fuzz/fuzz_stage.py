@@ -19,7 +19,7 @@ from payloads import HUGE_SIZES, huge, payload
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT
-from skillwing.services.bus import Answer, Answered, Bus, Node, Publisher, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, Bus, Node, NoReply, Publisher, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Robot
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
@@ -35,7 +35,7 @@ GAP = 0.005
 
 def made(spec: ProcessSpec) -> Node:
     """The node that a process of the table would host."""
-    return imported({"factory": spec.factory}, "factory")(spec.options)
+    return imported({"factory": spec.factory}, "factory")(spec.resolved().options)
 
 
 def nodes_of_the_m600(run_dir: Path) -> list[Node]:
@@ -146,7 +146,7 @@ class FuzzStage:
         served = self._robot(robot).services_for(endpoint.key)
 
         def on_answer(answer: Answer) -> None:
-            if isinstance(answer, Unanswered) and served:
+            if isinstance(answer, NoReply) and served:
                 self.silent.append(f"{endpoint.key} {data[:200]!r}")
             elif isinstance(answer, Refused):
                 self.refused += 1

@@ -20,7 +20,7 @@ from payloads import Spoiler, long_list, payload, valid, wide
 
 from skillwing.onboard import topics
 from skillwing.services.bus import Answered, Refused
-from skillwing.services.core.grants import OWN_WORDS
+from skillwing.services.core.grants import LOCAL_OUTCOMES
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
@@ -32,6 +32,7 @@ from skillwing.services.protocol import (
     FireExtern,
     GoalCall,
     ProtocolError,
+    RecordOutcome,
     RenewGoal,
     StartGoal,
     Terminal,
@@ -76,30 +77,30 @@ def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Rand
 
 
 @given(st.randoms(use_true_random=False), st.booleans())
-def test_a_managers_own_word_is_kept_as_it_was_said_or_refused(random: Random, plausible: bool) -> None:
-    """Of ends with random fields hardly any would be taken down."""
+def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, plausible: bool) -> None:
+    """Of outcomes with random fields hardly any would be accepted."""
     numbers = iter(range(10_000))
     core = ResourceCore(SKILLSET, source="test", new_record_id=lambda: f"record {next(numbers)}")
     core.attach_manager(AttachManager(manager="skill/x", incarnation="one"), 0.0)
     skill, schema = SKILLSET.skills[0].name, SKILLSET.schema_hash
     begin = BeginGoal(goal_id="g", skill=skill, inputs={}, manager="skill/x", owner="me", schema=schema)
     terminal = valid(random, Terminal, WORDS)
-    fields = valid(random, EndGoal, WORDS) | {"goal_id": "g", "skill": skill, "manager": "skill/x"}
-    fields |= {"incarnation": "one", "how": "ungranted", "terminal": terminal}
+    fields = valid(random, RecordOutcome, WORDS) | {"goal_id": "g", "skill": skill, "manager": "skill/x"}
+    fields |= {"incarnation": "one", "terminal": terminal}
     if plausible:
-        terminal |= {"ending": random.choice(OWN_WORDS), "result": None, "success": False, "output": None}
+        terminal |= {"ending": random.choice(LOCAL_OUTCOMES), "result": None, "success": False, "output": None}
         terminal |= {"forced": False}
-        fields |= {"token": 0, "terminal": terminal}
-    word = decode(msgspec.msgpack.encode(fields), EndGoal)
+        fields |= {"terminal": terminal}
+    request = decode(msgspec.msgpack.encode(fields), RecordOutcome)
     try:
-        ended = core.end(word, 1.0).reply
+        ended = core.record_outcome(request, 1.0).reply
     except RefusedError as refusal:
         assert not plausible
         assert encode(refusal.reply)
         return
     assert decode(encode(ended), Ended) == ended
     assert isinstance(ended, Ended)
-    assert ended.terminal == word.terminal
+    assert ended.terminal == request.terminal
     assert core.begin(begin, 2.0).reply == ended
 
 
@@ -109,6 +110,8 @@ def perform(core: ResourceCore, call: object, now: float) -> None:
             core.begin(call, now)
         case EndGoal():
             core.end(call, now)
+        case RecordOutcome():
+            core.record_outcome(call, now)
         case RenewGoal():
             core.renew(call)
         case FireExtern():

@@ -13,14 +13,15 @@ from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answered, Bus, Refused, Unanswered
+from skillwing.services.bus import Answered, Bus, NoReply, Refused
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.core.grants import NO_TOKEN, OWN_WORDS, UNGRANTED
+from skillwing.services.core.grants import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
     Ended,
     EndGoal,
+    EndKind,
     ErrorReply,
     FireEvent,
     FireExtern,
@@ -29,6 +30,7 @@ from skillwing.services.protocol import (
     Keys,
     Lost,
     QueryStates,
+    RecordOutcome,
     RenewGoal,
     ResourceStates,
     Terminal,
@@ -90,7 +92,7 @@ class Client:
         self._take_the_place()
         ways = {
             self._pursue_a_goal: 10,
-            self._end_by_own_word: 4,
+            self._end_locally: 4,
             self._look: 4,
             self._switch: 4,
             self._sweep: 3,
@@ -105,10 +107,10 @@ class Client:
     def _pursue_a_goal(self) -> None:
         self._begin_and_end(*self._goal())
 
-    def _end_by_own_word(self) -> None:
+    def _end_locally(self) -> None:
         """Give an answer for the goal without having it granted; then be asked for it again, as a successor may be."""
         goal = self._goal()
-        self._insist(self._own_word(*goal))
+        self._insist(self._outcome(*goal))
         if self._random.random() < 0.3:
             self._take_the_place()
         if self._random.random() < 0.7:
@@ -133,15 +135,15 @@ class Client:
         while self._random.random() < 0.5:
             self._random.choice([lambda: self._ask(renew), self._look, self._switch])()
         if self._random.random() < 0.1:
-            self._insist(EndGoal(goal_id=goal_id, skill=skill, token=granted.token - 1, how="interrupt"))
+            self._insist(EndGoal(goal_id=goal_id, skill=skill, token=granted.token - 1, how=EndKind.INTERRUPT))
         if self._random.random() < 0.1:
-            self._insist(self._own_word(goal_id, skill))
-        how = self._random.choice(["result", "result", "interrupt", "error"])
-        result = self._random.choice(self._skillset.skill(skill).results).name if how == "result" else None
+            self._insist(self._outcome(goal_id, skill))
+        how = self._random.choice([EndKind.RESULT, EndKind.RESULT, EndKind.INTERRUPT, EndKind.ERROR])
+        result = self._random.choice(self._skillset.skill(skill).results).name if how is EndKind.RESULT else None
         end = EndGoal(goal_id=goal_id, skill=skill, token=granted.token, how=how, result=result)
         self._insist(end)
         if self._random.random() < 0.2:
-            self._insist(self._random.choice([begin, end, self._own_word(goal_id, skill)]))
+            self._insist(self._random.choice([begin, end, self._outcome(goal_id, skill)]))
 
     def _goal(self) -> Goal:
         """A new one, as a rule."""
@@ -152,15 +154,13 @@ class Client:
         self._asked_for[self._manager] = goal
         return goal
 
-    def _own_word(self, goal_id: str, skill: str) -> EndGoal:
-        return EndGoal(
+    def _outcome(self, goal_id: str, skill: str) -> RecordOutcome:
+        return RecordOutcome(
             goal_id=goal_id,
             skill=skill,
-            token=NO_TOKEN,
-            how=UNGRANTED,
             manager=self._manager,
             incarnation=self._incarnation,
-            terminal=Terminal(ending=self._random.choice(OWN_WORDS), reason=f"{self._bus.name} says so."),
+            terminal=Terminal(ending=self._random.choice(LOCAL_OUTCOMES), reason=f"{self._bus.name} says so."),
         )
 
     def _look(self) -> None:
@@ -190,7 +190,7 @@ class Client:
         return answer
 
     def _ask(self, call: Call) -> Reply | None:
-        answers: list[Answered | Refused | Unanswered] = []
+        answers: list[Answered | Refused | NoReply] = []
         called = time.monotonic_ns()
         self._bus.ask(self._key(call), _encoded(call), answers.append)
         self._bus.run_until(lambda: bool(answers))
@@ -201,7 +201,7 @@ class Client:
     def _key(self, call: Call) -> str:
         keys = self._keys
         match call:
-            case BeginGoal() | EndGoal() | RenewGoal():
+            case BeginGoal() | EndGoal() | RecordOutcome() | RenewGoal():
                 return keys.resource_goal
             case FireExtern():
                 return keys.resource_extern
@@ -250,20 +250,20 @@ def _encoded(call: Call) -> bytes:
     return encode(call)
 
 
-def _reply(call: Call, answer: Answered | Refused | Unanswered) -> Reply | None:
+def _reply(call: Call, answer: Answered | Refused | NoReply) -> Reply | None:
     match answer:
         case Answered():
             kind = _kind_of_reply(call)
             return decode(answer.payload, kind)
         case Refused():
             return answer.error
-        case Unanswered():
+        case NoReply():
             return None
 
 
 def _kind_of_reply(call: Call) -> Any:
     match call:
-        case BeginGoal() | EndGoal() | RenewGoal():
+        case BeginGoal() | EndGoal() | RecordOutcome() | RenewGoal():
             return GoalVerdict
         case _:
             return ResourceStates

@@ -17,31 +17,29 @@ MARKS = Marks.named("histories")
 class Judged:
     """A history that was recorded and checked.
 
-    unanswered: operations of which nobody knows whether they have happened. own_words: ends of goals that were never
-    granted. steps: of the search for an order.
+    unanswered: operations that may or may not have happened. local_outcomes: ends of goals that were never granted.
+    steps: of the search for an order.
     """
 
     seed: int
     operations: int
     kills: int
     unanswered: int
-    own_words: int
+    local_outcomes: int
     steps: int
     linearizable: bool
 
 
 def table(histories: Sequence[Judged], seconds: float) -> list[str]:
     """One row for those that went undisturbed, one for those whose process was killed. seconds: wall time of all."""
-    lines = [
-        "| histories | operations | ends by own word | kill -9 | unanswered | steps of the search | linearizable |"
-    ]
+    lines = ["| histories | operations | local outcomes | kill -9 | unanswered | steps of the search | linearizable |"]
     lines.append("|---" * 7 + "|")
     for killed in (False, True):
         rows = [each for each in histories if bool(each.kills) is killed]
         if rows:
             sums = (
                 sum(each.operations for each in rows),
-                sum(each.own_words for each in rows),
+                sum(each.local_outcomes for each in rows),
                 sum(each.kills for each in rows),
                 sum(each.unanswered for each in rows),
                 sum(each.steps for each in rows),

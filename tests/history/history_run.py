@@ -26,10 +26,9 @@ from sequential_manager import Call, Reply, SequentialManager, Told
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.launcher import Launcher
-from skillwing.services.protocol import EndGoal
+from skillwing.services.protocol import RecordOutcome
 from skillwing.services.robot import ProcessSpec
 from skillwing.services.terminal.doc_sections import page_with
 
@@ -54,9 +53,9 @@ class Recorded:
         return sum(told.answered is None for told in self.history)
 
     @property
-    def own_words(self) -> int:
+    def local_outcomes(self) -> int:
         """Operations that end a goal which was never granted."""
-        return sum(isinstance(told.call, EndGoal) and told.call.how == UNGRANTED for told in self.history)
+        return sum(isinstance(told.call, RecordOutcome) for told in self.history)
 
     def check(self) -> Verdict[Call, Reply]:
         """Hold the history to the model."""
@@ -151,7 +150,7 @@ def main(arguments: list[str] | None = None) -> int:
                 operations=len(recorded.history),
                 kills=kills,
                 unanswered=recorded.unanswered,
-                own_words=recorded.own_words,
+                local_outcomes=recorded.local_outcomes,
                 steps=verdict.steps,
                 linearizable=verdict.linearizable,
             )

@@ -15,9 +15,9 @@ import msgspec
 from linearizability import Operation
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Entry, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.core.resource_core import EMPTY_SNAPSHOT, ResourceCore, Step
+from skillwing.services.core.snapshot import Entry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -25,9 +25,11 @@ from skillwing.services.protocol import (
     ErrorReply,
     FireEvent,
     FireExtern,
+    GoalCall,
     GoalVerdict,
     Granted,
     QueryStates,
+    RecordOutcome,
     RenewGoal,
     ResourceStates,
     Violated,
@@ -41,7 +43,7 @@ class Lose:
     goal_id: str
 
 
-Call: TypeAlias = BeginGoal | EndGoal | RenewGoal | FireExtern | FireEvent | AttachManager | QueryStates | Lose
+Call: TypeAlias = GoalCall | FireExtern | FireEvent | AttachManager | QueryStates | Lose
 Reply: TypeAlias = GoalVerdict | ResourceStates | ErrorReply
 Told: TypeAlias = Operation[Call, Reply]
 
@@ -50,7 +52,7 @@ Told: TypeAlias = Operation[Call, Reply]
 class Memory:
     """A state of the model."""
 
-    kept: Kept
+    kept: Snapshot
 
     @cached_property
     def _hash(self) -> int:
@@ -78,15 +80,15 @@ class SequentialManager:
         for told in history:
             if isinstance(told.answer, (Granted, Violated)):
                 self._tokens[told.answer.goal_id] = told.answer.token
-            if isinstance(told.call, (BeginGoal, EndGoal)):
+            if isinstance(told.call, (BeginGoal, EndGoal, RecordOutcome)):
                 self._clients.setdefault(told.call.goal_id, set()).add(told.client)
-            if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal)):
+            if told.answer is None and isinstance(told.call, (BeginGoal, EndGoal, RecordOutcome)):
                 self._open_ended.add(told.call.goal_id)
 
     @property
     def initial(self) -> Memory:
         core = ResourceCore(self._skillset, source="model", new_record_id=_no_id)
-        return Memory(add_up(NOTHING_KEPT, core.inventory()))
+        return Memory(add_up(EMPTY_SNAPSHOT, core.initial_entries()))
 
     def step(self, state: Memory, call: Call, answer: Reply | None) -> Memory | None:
         """What the core would have done, if it would have answered that."""
@@ -116,6 +118,8 @@ class SequentialManager:
                 step = core.begin(call, self._time_of_grant(call.goal_id))
             case EndGoal():
                 step = core.end(call, 0.0)
+            case RecordOutcome():
+                step = core.record_outcome(call, 0.0)
             case RenewGoal():
                 step = core.renew(call)
             case FireExtern():
@@ -135,13 +139,13 @@ class SequentialManager:
         token = self._tokens.get(goal_id)
         return 0.0 if token is None else (token + 0.5) / 1000
 
-    def _without_the_settled(self, kept: Kept, call: Call) -> Kept:
+    def _without_the_settled(self, kept: Snapshot, call: Call) -> Snapshot:
         """Forget goals of which no call will speak any more, lest states grow with the history.
 
         A client asks for the next goal when it is done with the one before; another one may come back to that, and
         calls without an answer may come later.
         """
-        if not isinstance(call, (BeginGoal, EndGoal)):
+        if not isinstance(call, (BeginGoal, EndGoal, RecordOutcome)):
             return kept
         clients = self._clients[call.goal_id]
         if len(clients) > 1:
@@ -156,7 +160,7 @@ class SequentialManager:
         return replace(kept, goals=goals)
 
 
-def add_up(kept: Kept, entries: Sequence[Entry]) -> Kept:
+def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
     """What is kept after a step; equal for steps in any order that end alike, so that the search meets itself."""
     resources = {each.resource: each for each in kept.resources}
     grants = {each.granted.goal_id: each for each in kept.grants}
@@ -164,15 +168,15 @@ def add_up(kept: Kept, entries: Sequence[Entry]) -> Kept:
     managers, last_token = list(kept.managers), kept.last_token
     for entry in entries:
         match entry:
-            case ResourceStands():
+            case ResourceEntry():
                 resources[entry.resource] = entry
-            case GrantOpened():
+            case GrantEntry():
                 grants[entry.granted.goal_id] = entry
                 last_token = max(last_token, entry.granted.token)
-            case GoalOver():
+            case FinishedGoal():
                 grants.pop(entry.goal_id, None)
                 goals[entry.goal_id] = entry
-            case ManagerNoted():
+            case ManagerEntry():
                 managers.append(entry)
             case _:
                 raise AssertionError(f"the workshop has no data, and the core keeps {entry}")

@@ -8,9 +8,19 @@ from typing import Any
 
 from skillwing.dsl import load
 from skillwing.services.bus import Bus, Handle, Request
-from skillwing.services.core.grants import UNGRANTED
 from skillwing.services.managers.resource_manager import ResourceManagerNode
-from skillwing.services.protocol import Ended, EndGoal, GoalCall, GoalVerdict, Granted, Keys, NotReady, decode, encode
+from skillwing.services.protocol import (
+    Ended,
+    EndGoal,
+    GoalCall,
+    GoalVerdict,
+    Granted,
+    Keys,
+    NotReady,
+    RecordOutcome,
+    decode,
+    encode,
+)
 
 OFTEN = 7
 """Every so many chances to lie, one is taken."""
@@ -104,22 +114,21 @@ class ForgetsEnds(ResourceManagerNode):
         super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
 
 
-class ForgetsOwnWords(ResourceManagerNode):
-    """Says at times that it has taken a manager's own word down, and has not."""
+class ForgetsOutcomes(ResourceManagerNode):
+    """Acknowledges at times a local outcome, and does not store it."""
 
     def attach(self, bus: Bus) -> None:
-        words = count(1)
+        outcomes = count(1)
 
         def drop(request: Request) -> bytes | None:
             call = decode(request.payload, _union(GoalCall))
-            if isinstance(call, EndGoal) and call.how == UNGRANTED and next(words) % OFTEN == 0:
+            if isinstance(call, RecordOutcome) and next(outcomes) % OFTEN == 0:
                 ended = Ended(
                     goal_id=call.goal_id,
                     held=False,
                     reason="",
                     revision=self._core.revision,
                     record="",
-                    how=UNGRANTED,
                     terminal=call.terminal,
                 )
                 return encode(ended)
@@ -140,8 +149,8 @@ def make_forgets_ends(options: dict[str, Any]) -> ResourceManagerNode:
     return ForgetsEnds(load(options["skillset"]))
 
 
-def make_forgets_own_words(options: dict[str, Any]) -> ResourceManagerNode:
-    return ForgetsOwnWords(load(options["skillset"]))
+def make_forgets_outcomes(options: dict[str, Any]) -> ResourceManagerNode:
+    return ForgetsOutcomes(load(options["skillset"]))
 
 
 def _lying(bus: Bus, *how: Any) -> Bus:

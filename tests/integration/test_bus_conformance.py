@@ -14,16 +14,18 @@ from skillwing.services.bus import (
     Answered,
     Bus,
     Node,
+    NoReply,
     Refused,
     Request,
     Sample,
     Topology,
-    Unanswered,
 )
-from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.backlog import MOST_BYTES, STREAM_BACKLOG
+from skillwing.services.bus.faulty import FaultyNetwork, Weather
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.processes.router import start_router
-from skillwing.services.protocol import ErrorCode, ErrorReply
+from skillwing.services.protocol import MAX_MESSAGE_BYTES, ErrorCode, ErrorReply
 
 LONG = 10.0
 
@@ -46,6 +48,32 @@ class InProcessWorld:
         return self._network.run_until(done, timeout)
 
 
+class BusyWorld(World, Protocol):
+    """One in which a node can be kept from doing anything, while what is sent to it arrives."""
+
+    def occupy(self, bus: Bus) -> None: ...
+    def release(self, bus: Bus) -> None: ...
+
+
+class StoppingWorld:
+    def __init__(self) -> None:
+        self._network = FaultyNetwork(weather=Weather(latency=(0.0002, 0.0002)))
+
+    def bus(self, name: str, robot: str = "r1") -> Bus:
+        return self._network.bus(name, robot)
+
+    def run_until(self, done: Callable[[], bool], timeout: float = LONG) -> bool:
+        return self._network.run_until(done, timeout)
+
+    def occupy(self, bus: Bus) -> None:
+        assert isinstance(bus, InProcessBus)
+        self._network.stop(bus)
+
+    def release(self, bus: Bus) -> None:
+        assert isinstance(bus, InProcessBus)
+        self._network.wake(bus)
+
+
 class ZenohWorld:
     """Sessions round one router, all run by the test's thread in turn."""
 
@@ -53,6 +81,7 @@ class ZenohWorld:
         self.topology: Topology = topology
         self._router, self._endpoint = start_router()
         self._buses: list[ZenohBus] = []
+        self._busy: list[Bus] = []
 
     def bus(self, name: str, robot: str = "r1") -> Bus:
         bus = ZenohBus(name, robot, self._endpoint, topology=self.topology)
@@ -65,8 +94,15 @@ class ZenohWorld:
             if time.monotonic() > deadline:
                 return False
             for bus in self._buses:
-                bus.run_until(done, 0.002)
+                if bus not in self._busy:
+                    bus.run_until(done, 0.002)
         return True
+
+    def occupy(self, bus: Bus) -> None:
+        self._busy.append(bus)
+
+    def release(self, bus: Bus) -> None:
+        self._busy.remove(bus)
 
     def close(self) -> None:
         for bus in self._buses:
@@ -79,9 +115,21 @@ def world(request: pytest.FixtureRequest) -> Iterator[World]:
     if request.param == "in process":
         yield InProcessWorld()
     else:
-        zenoh_world = ZenohWorld("mesh" if request.param == "mesh" else "router")
-        yield zenoh_world
-        zenoh_world.close()
+        yield from zenoh_world("mesh" if request.param == "mesh" else "router")
+
+
+@pytest.fixture(params=["in process", "router", "mesh"])
+def busy_world(request: pytest.FixtureRequest) -> Iterator[BusyWorld]:
+    if request.param == "in process":
+        yield StoppingWorld()
+    else:
+        yield from zenoh_world("mesh" if request.param == "mesh" else "router")
+
+
+def zenoh_world(topology: Topology) -> Iterator[ZenohWorld]:
+    world = ZenohWorld(topology)
+    yield world
+    world.close()
 
 
 def settle(world: World, *buses: Bus) -> None:
@@ -181,6 +229,80 @@ def test_a_busy_node_gets_the_newest_sample_of_each_key(world: World) -> None:
     assert len(samples) < 200
 
 
+A_FEW = 10
+"""Samples of a stream that may be lost on a busy machine."""
+STILL_UNDER_WAY = 1.25
+"""Samples that a node takes up when it is busy no longer, compared with those that may wait: a few arrive meanwhile."""
+
+
+def flood(world: World, key: str, payloads: list[bytes], *, events: bool = False) -> None:
+    """Publish one after the other, each when the one before has arrived at another node; a stream may lose some."""
+    source, idle = world.bus(f"source of {key}"), world.bus(f"idle {key}")
+    arrived: list[Sample] = []
+    idle.subscribe(key, arrived.append, events=events)
+    publisher = source.advertise(key, events=events)
+    settle(world, source, idle)
+    for payload in payloads:
+        arrived.clear()
+        publisher.put(payload)
+        while not world.run_until(lambda: bool(arrived), LONG if events else 1.0):
+            assert not events
+            publisher.put(payload)
+
+
+def release(world: BusyWorld, busy: Bus) -> None:
+    """Let a node take up what has arrived."""
+    answers: list[Answer] = []
+    world.release(busy)
+    busy.ask("nobody", b"", answers.append)
+    assert world.run_until(lambda: bool(answers))
+
+
+def test_of_a_stream_the_newest_samples_wait_for_a_busy_node(busy_world: BusyWorld) -> None:
+    busy = busy_world.bus("busy")
+    samples: list[Sample] = []
+    busy.subscribe("x", samples.append)
+    busy_world.occupy(busy)
+    flood(busy_world, "x", [str(number).encode() for number in range(2 * STREAM_BACKLOG)])
+    release(busy_world, busy)
+    numbers = [int(each) for each in heard(samples)]
+    assert STREAM_BACKLOG / 2 < len(numbers) <= STILL_UNDER_WAY * STREAM_BACKLOG
+    assert numbers == sorted(numbers)
+    assert numbers[-1] > 2 * STREAM_BACKLOG - A_FEW
+
+
+@pytest.mark.parametrize("events", [False, True])
+def test_what_waits_for_a_busy_node_is_bounded_in_bytes_and_costs_other_keys_nothing(
+    busy_world: BusyWorld, events: bool
+) -> None:
+    busy = busy_world.bus("busy")
+    flooded: list[Sample] = []
+    quiet: list[Sample] = []
+    busy.subscribe("flood", flooded.append, events=events)
+    busy.subscribe("quiet", quiet.append, events=events)
+    busy_world.occupy(busy)
+    flood(busy_world, "quiet", [b"only"], events=events)
+    large = 2**20 - 1
+    flood(busy_world, "flood", [bytes([number]) * large for number in range(48)], events=events)
+    release(busy_world, busy)
+    numbers = [each[0] for each in heard(flooded)]
+    assert MOST_BYTES / 2 < len(numbers) * large <= STILL_UNDER_WAY * MOST_BYTES
+    assert numbers == (list(range(numbers[0], 48)) if events else sorted(numbers))
+    assert numbers[-1] > 47 - A_FEW
+    assert heard(quiet) == [b"only"]
+
+
+def test_what_is_too_long_for_a_message_is_no_event(world: World) -> None:
+    a, b = world.bus("a"), world.bus("b")
+    samples: list[Sample] = []
+    b.subscribe("x", samples.append, events=True)
+    publisher = a.advertise("x", events=True)
+    settle(world, a, b)
+    for payload in (b"1", bytes(MAX_MESSAGE_BYTES + 1), b"2"):
+        publisher.put(payload)
+    assert world.run_until(lambda: heard(samples) == [b"1", b"2"])
+
+
 def test_a_node_hears_itself(world: World) -> None:
     a = world.bus("a")
     samples: list[Sample] = []
@@ -218,7 +340,7 @@ def test_robots_do_not_see_each_other(world: World) -> None:
     settle(world, there)
     here.ask("q", b"", answers.append)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
     assert samples == []
     assert tokens == []
 
@@ -270,7 +392,7 @@ def test_where_nobody_serves_a_query_comes_back_at_once(world: World) -> None:
     answers: list[Answer] = []
     a.ask("q", b"", answers.append, timeout=3600.0)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 def test_a_query_times_out_exactly_once_and_a_late_answer_is_nothing(world: World) -> None:
@@ -283,7 +405,7 @@ def test_a_query_times_out_exactly_once_and_a_late_answer_is_nothing(world: Worl
     assert world.run_until(lambda: bool(answers) and bool(requests))
     requests[0].reply(b"late")
     settle(world, a, b)
-    assert answers == [Unanswered(timed_out=True)]
+    assert answers == [NoReply(timed_out=True)]
 
 
 def test_each_of_several_queries_gets_its_own_answer(world: World) -> None:
@@ -327,7 +449,7 @@ def test_a_query_whose_server_dies_is_unanswered_before_its_timeout(world: World
     assert world.run_until(lambda: bool(requests))
     b.close()
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 def test_a_cancelled_service_is_gone(world: World) -> None:
@@ -339,7 +461,7 @@ def test_a_cancelled_service_is_gone(world: World) -> None:
     settle(world, a, b)
     a.ask("q", b"", answers.append)
     assert world.run_until(lambda: bool(answers))
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 # --- liveliness ------------------------------------------------------------------------------------------------------

@@ -11,9 +11,9 @@ import pytest
 
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Refused, Request, Sample
-from skillwing.services.bus.backlog import MOST_REQUESTS
+from skillwing.services.bus.backlog import MOST_REQUESTS, STREAM_BACKLOG
 from skillwing.services.bus.clock import FollowedClock, LockstepClock, PacedClock
-from skillwing.services.bus.zenoh_bus import STREAM_BACKLOG, ZenohBus
+from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.processes.router import start_router
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Keys, QueryStates, encode

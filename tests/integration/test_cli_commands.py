@@ -14,7 +14,7 @@ import psutil
 import pytest
 from command_line import Command
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.m600.robot import ROBOT

@@ -19,9 +19,9 @@ import pytest
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
-from skillwing.services.client.answers import wait_for_answer
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.names import skill_process
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher, StartError

@@ -33,7 +33,7 @@ from skillwing.services.report.run_reports import write_reports
 
 ROOT = Path(__file__).parents[2]
 PROJECT = f"skillwing-test-{os.getpid()}"
-ROLES = ("manager", "sim", "mission", "recorder", "viewer")
+ROLES = ("manager", "onboard", "sim", "mission", "recorder", "viewer")
 PROFILES = ("--profile", "mapping", "--profile", "mocks", "--profile", "cli")
 CHOSEN = ("SEED", "WORLD", "SPEED", "FAULTS", "LINK", "SCENARIO")
 PORTS = ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")
@@ -46,12 +46,13 @@ READY = {"flight_status": "ON_GROUND", "homepoint_status": "VALID", "battery_sta
 CONTENTS = """
 import os
 from importlib.util import find_spec
-names = ("pip", "numpy", "scipy", "mujoco", "av", "py_trees", "rerun", "rerun_cli")
+names = ("pip", "numpy", "scipy", "mujoco", "embreex", "av", "py_trees", "rerun", "rerun_cli")
 print(os.getuid(), *(name for name in names if find_spec(name)))
 """
 HEAVY = {
     "manager": "",
-    "sim": "numpy scipy mujoco av",
+    "onboard": "numpy scipy av",
+    "sim": "numpy scipy mujoco embreex av",
     "mission": "numpy py_trees",
     "recorder": "numpy rerun",
     "viewer": "rerun_cli",

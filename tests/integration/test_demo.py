@@ -16,8 +16,7 @@ import pytest
 from skillwing.services.history.files import TIMELINE_FILE
 from skillwing.services.history.report import read_report
 from skillwing.services.terminal import cli
-from skillwing.services.terminal.cli import INTERRUPTED
-from skillwing.services.terminal.exit_codes import FAILED, USAGE
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, USAGE
 
 PATIENCE = 30.0
 DEMO = (sys.executable, "-m", "skillwing.services.terminal.cli", "demo", "--no-viewer")

@@ -12,11 +12,11 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus, Sample
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.client.goal_pursuit import VERDICT_PATIENCE
+from skillwing.services.client.goal_tracker import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, RENEWALS_UNTIL_UNWATCHED
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.presence import LOSS_DEBOUNCE
+from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
 from skillwing.services.managers.resource_manager import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.names import skill_process

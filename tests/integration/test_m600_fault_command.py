@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.m600.commands import FALLIBLE, KINDS, Handover, fault, pilot
+from skillwing.m600.commands import LINK, LINK_KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
+from skillwing.sim_mujoco.scenario.fault_checks import simulated_faults
 
 pytestmark = pytest.mark.slow
 
@@ -65,8 +66,7 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
     assert told["range"]["active"] == ["slow"]
     assert "freeze" in told["gnss"]["kinds"]
-    assert set(told) == set(FALLIBLE)
-    assert {kind for each in told.values() for kind in each["kinds"]} == set(KINDS)
+    assert {name: tuple(each["kinds"]) for name, each in told.items()} == simulated_faults() | {LINK: LINK_KINDS}
     assert told["link"]["active"] == ["narrow"]
     assert told["zed"]["status"] in {"UNKNOWN", "OK", "FAILED"}
     assert (told["rotor/2"]["active"], told["rotor/2"]["status"]) == (["weak"], None)

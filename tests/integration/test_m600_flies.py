@@ -18,7 +18,7 @@ SKILLSET = ROBOT.load_skillset()
 
 def make(spec: ProcessSpec) -> Any:
     module, _, factory = spec.factory.partition(":")
-    return getattr(import_module(module), factory)(spec.options)
+    return getattr(import_module(module), factory)(spec.resolved().options)
 
 
 class Flight:

@@ -18,7 +18,7 @@ from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.presence import LOSS_DEBOUNCE
+from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
 from skillwing.services.managers.skill_manager import SkillManagerNode, make_skill_manager
 from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
 from skillwing.services.names import RESOURCE_MANAGER, skill_process

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.services.bus import Answer, Answered, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
@@ -163,7 +163,7 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
     """The process died after it had written the verdict down, and before it could publish it."""
     journal = Journal(None, Identity("", DIGGER.name, DIGGER.schema_hash))
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
-    journal.write(core.inventory(), (), 0.0)
+    journal.write(core.initial_entries(), (), 0.0)
     for name, value in (("slope", 0.1), ("permit", 1.0)):
         core.update_datum(DataSample(name=name, value=value, t=0.0), 0.0)
     begin = BeginGoal(goal_id="g", skill="dig", inputs={}, manager=SKILL, owner="test", schema=DIGGER.schema_hash)
@@ -214,7 +214,7 @@ def test_a_resource_manager_whose_journal_another_one_has_taken_ends(
     assert isinstance(refused, Refused)
     assert refused.error.code is ErrorCode.UNAVAILABLE
     assert "Another process goes on from the journal" in refused.error.message
-    assert unanswered == Unanswered(timed_out=False)
+    assert unanswered == NoReply(timed_out=False)
     assert alive == {keys.alive(RESOURCE_MANAGER): False}
     network.bus(RESOURCE_MANAGER).close()  # Its name is free, for it has left the network.
 
@@ -240,7 +240,7 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     identity, path = Identity("", DIGGER.name, DIGGER.schema_hash), tmp_path / "journal.sqlite"
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal = Journal(path, identity)
-    journal.write(core.inventory(), (), 0.0)
+    journal.write(core.initial_entries(), (), 0.0)
     step = core.fire_extern(FireExtern(resource="engine", target="OFF", source="test"), 50.0)
     journal.write(step.entries, (), 50.0)
     journal.close()

@@ -12,8 +12,8 @@ from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
+from skillwing.services.managers.leader_election import PATIENCE
 from skillwing.services.managers.resource_manager import ResourceManagerNode
-from skillwing.services.managers.sole_judge import PATIENCE
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import FireExtern, Keys, Message, QueryStates, ResourceStates, decode, encode
 

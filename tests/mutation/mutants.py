@@ -21,7 +21,7 @@ MUTATED = (
     "managers/resource_manager.py",
     "managers/standing.py",
     "client/asking.py",
-    "client/goal_pursuit.py",
+    "client/goal_tracker.py",
 )
 """The cores, and where rules stand outside of them."""
 _OF_RULES = {function for functions in RULES.values() for function in functions}

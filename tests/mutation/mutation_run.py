@@ -27,8 +27,8 @@ from rules import RULES
 from skillwing.services.terminal.doc_sections import Marks, page_with
 
 UNIT_TESTS = (
-    "tests/unit/client/test_goal_pursuit.py",
-    "tests/unit/services/test_asking.py",
+    "tests/unit/client/test_goal_tracker.py",
+    "tests/unit/services/test_retry.py",
     "tests/unit/services/test_changes_from_outside.py",
     "tests/unit/services/test_data_core.py",
     "tests/unit/services/test_going_on.py",
@@ -37,14 +37,14 @@ UNIT_TESTS = (
     "tests/unit/services/test_interrupting.py",
     "tests/unit/services/test_laws.py",
     "tests/unit/services/test_leases.py",
-    "tests/unit/services/test_own_word.py",
+    "tests/unit/services/test_local_outcome.py",
     "tests/unit/services/test_processes_of_a_manager.py",
     "tests/unit/services/test_requests_that_do_not_fit.py",
     "tests/unit/services/test_resource_core.py",
     "tests/unit/services/test_skill_core.py",
     "tests/unit/services/test_skill_memory.py",
     "tests/unit/services/test_skill_records.py",
-    "tests/unit/services/test_standing.py",
+    "tests/unit/services/test_registration.py",
     "tests/unit/services/test_value_sentences.py",
     "tests/unit/services/test_what_a_client_is_told.py",
     "tests/unit/services/test_what_is_on_record.py",

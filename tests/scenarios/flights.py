@@ -8,8 +8,8 @@ from typing import Any
 
 from toy_drone import ToyDrone, make_toy_drone
 
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.missions.mapping import MISSION
-from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.services.bus import Answer, Bus

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from toy_drone import PIECES
 
+from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.missions.inspection import MISSION
-from skillwing.bt_missions.running.library import find_mission
 from skillwing.services.protocol import RecordKind
 
 TREE_FILE = ROOT / "bt_missions/skillwing/bt_missions/missions/inspection.xml"

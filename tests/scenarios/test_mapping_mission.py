@@ -7,7 +7,7 @@ from flights import ROOT, ROUTE, Flight
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.services.protocol import RecordKind
 
 TREE_FILE = ROOT / "bt_missions/skillwing/bt_missions/missions/mapping.xml"

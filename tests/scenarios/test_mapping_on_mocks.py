@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.missions import inspection
 from skillwing.bt_missions.missions.mapping import MISSION
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, SKILLSET
 from skillwing.services.bus.inprocess import InProcessNetwork

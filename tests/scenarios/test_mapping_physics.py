@@ -22,7 +22,7 @@ ROUTE = [[6.0, 0.0, 3.0], [0.0, 0.0, 3.0]]
 
 def make(spec: ProcessSpec) -> Any:
     module, _, factory = spec.factory.partition(":")
-    return getattr(import_module(module), factory)(spec.options)
+    return getattr(import_module(module), factory)(spec.resolved().options)
 
 
 class Flight:

@@ -13,16 +13,16 @@ import pytest
 from flights import Flight
 from rich.console import Console
 
-from skillwing.bt_missions.at_a_terminal import ABORTING, aborted_by_signals
-from skillwing.bt_missions.running.phase import Phase
-from skillwing.services.processes.stop_signal import SAME_REQUEST
+from skillwing.bt_missions.cli.foreground import ABORTING, aborted_by_signals
+from skillwing.services.processes.stop_signal import ONE_WISH
+from skillwing.services.protocol import MissionPhase
 
 IN_THE_AIR = 17.0
 INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 @contextmanager
-def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * SAME_REQUEST) -> Iterator[io.StringIO]:
+def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * ONE_WISH) -> Iterator[io.StringIO]:
     """What is said while a mission flies that gets these signals. apart: wall seconds between two of them."""
     console = Console(file=io.StringIO(), width=200)
     assert isinstance(console.file, io.StringIO)
@@ -44,7 +44,7 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
         flight.network.run_for(IN_THE_AIR - 0.1)
         assert not flight.on_ground
         status = flight.fly()
-    assert status.phase == Phase.ABORTED
+    assert status.phase == MissionPhase.ABORTED
     assert status.text.startswith(ABORTING[signals[0]])
     assert flight.on_ground
     assert flight.idle
@@ -55,14 +55,14 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
 @pytest.mark.parametrize("first", [INT, TERM, HUP])
 def test_ctrl_c_after_that_leaves_the_drone_to_itself(first: signal.Signals) -> None:
     flight = Flight()
-    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * SAME_REQUEST):
+    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * ONE_WISH):
         flight.fly()
     assert not flight.on_ground
 
 
 def test_what_no_person_sends_never_leaves_the_drone_to_itself() -> None:
     flight = Flight()
-    with told(flight, [INT, TERM, HUP], apart=1.1 * SAME_REQUEST):
+    with told(flight, [INT, TERM, HUP], apart=1.1 * ONE_WISH):
         flight.fly()
     assert flight.on_ground
 
@@ -75,13 +75,14 @@ def test_what_a_process_was_started_to_ignore_aborts_nothing() -> None:
             status = flight.fly()
     finally:
         signal.signal(HUP, before)
-    assert status.phase == Phase.SUCCEEDED
+    assert status.phase == MissionPhase.SUCCEEDED
 
 
 SPEAKER = """
 import os, sys
 from rich.console import Console
-from skillwing.bt_missions.at_a_terminal import say
+from skillwing.bt_missions.cli.foreground import say
+from skillwing.services.protocol import MissionPhase
 console = Console()
 {loss}
 for number in range(3):

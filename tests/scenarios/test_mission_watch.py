@@ -12,10 +12,9 @@ import msgspec
 from flights import KEYS, M600, Flight
 from rich.console import Console
 
-from skillwing.bt_missions.watching import MissionWatch
+from skillwing.bt_missions.cli.watch import MissionWatch
 from skillwing.services.history.history import History
-from skillwing.services.history.report import make_report
-from skillwing.services.report.rendering import write_report
+from skillwing.services.history.report import make_report, write_report
 
 
 def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:

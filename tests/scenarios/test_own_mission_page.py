@@ -9,8 +9,8 @@ import pytest
 from flights import ROOT, Flight
 from typer.testing import CliRunner
 
-from skillwing.bt_missions.commands import mission as mission_command
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.cli.mission import mission as mission_command
+from skillwing.bt_missions.library import find_mission
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
 PATROL, WRONG, HOP = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)

@@ -16,16 +16,16 @@ from py_trees.behaviours import Failure, StatusQueue, Success
 from py_trees.common import Status
 from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
+from skillwing.bt_missions.cli.foreground import call_when_stopped
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running import flight as flight_module
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.running import mission_run
 from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
-from skillwing.bt_missions.running.stopped_system import when_stopped
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.flight import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -98,7 +98,7 @@ class Failed(Behaviour):
         self._reason = reason
 
     def update(self) -> Status:
-        self._context.learn(self._reason, None, failed=True)
+        self._context.observe(self._reason, None, failed=True)
         return Status.FAILURE
 
 
@@ -213,7 +213,7 @@ def test_a_drone_in_the_air_that_nobody_flies_is_not_waited_for() -> None:
     assert status.phase == "FAILED"
     assert status.text.endswith("nobody flies it. Land it with `skillwing start land`.")
     assert flight.started == []
-    assert not flight.node.tree_tells
+    assert not flight.node.tree_shows_end
 
 
 def test_a_drone_that_is_landing_is_waited_for() -> None:
@@ -310,11 +310,11 @@ def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
 def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: float, where: str) -> None:
     flight = hop(hold)
     flight.network.run_for(moment)
-    flight.node.leave()
+    flight.node.system_stopped()
     assert flight.node.over
     assert flight.node.status.phase == "ABORTED"
     assert flight.node.status.text == f"the system was stopped under it{where}"
-    assert not flight.node.tree_tells
+    assert not flight.node.tree_shows_end
 
 
 def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too() -> None:
@@ -322,7 +322,7 @@ def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too()
     flight.network.run_for(10.0)
     call_off(flight)
     flight.network.run_for(0.1)
-    flight.node.leave()
+    flight.node.system_stopped()
     assert flight.node.status.text.endswith("; before that: the wind gets up")
 
 
@@ -331,7 +331,7 @@ def test_it_is_noticed_that_a_system_is_stopped(tmp_path: Path, monkeypatch: pyt
     network, stopped = InProcessNetwork(seed=0), []
     target = Target("m600", "tcp/127.0.0.1:1", M600_FILE, "robot", pid=os.getpid())
     with announced(find_robot("m600"), target.endpoint, tmp_path):
-        when_stopped(network.bus("mission"), target, lambda: stopped.append(network.now()))
+        call_when_stopped(network.bus("mission"), target, lambda: stopped.append(network.now()))
         network.run_for(3.0)
         assert stopped == []
     network.run_for(3.0)
@@ -511,7 +511,7 @@ def test_the_end_waits_for_a_skill_that_does_not_confirm_its_stop() -> None:
 
 
 def test_the_end_does_not_wait_for_ever_and_names_what_did_not_stop(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(flight_module, "SETTLE_TIMEOUT", 1.0)
+    monkeypatch.setattr(mission_run, "SETTLE_TIMEOUT", 1.0)
     flight = hop(lambda context: alongside("hop on", hold(context), until=StatusQueue("fly", HOP, None)))
     flight.at(4.0, lambda: flight.drone.freeze("lidar_mapping"))
     flight.until(lambda: flight.node.over)

@@ -13,8 +13,7 @@ from simulation.witness import Witness
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.bus.inprocess import InProcessBus, Utterance
-from skillwing.services.client.asking import LONGEST_DELAY
-from skillwing.services.core.grants import UNGRANTED
+from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.skill_actions import GoalRun
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
@@ -23,7 +22,7 @@ SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
 ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
 """Seconds from one question to the same again: what an answer may take, and the longest pause after a silence."""
-OWN_WORD = "own word"
+LOCAL_OUTCOME = "record_outcome"
 MOST_SILENCES = 10
 """In a row, of the resource manager; then a goal ends without it."""
 
@@ -77,11 +76,11 @@ class Audit:
         """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         goal_id = call["goal_id"]
-        what = OWN_WORD if call.get("how") == UNGRANTED else call["type"]
+        what = call["type"]
         if what == "renew":
             return
         for process in self._world.skill_managers:
-            run = _doubts(process).get(goal_id) if what == OWN_WORD else process.skill_core.current
+            run = _doubts(process).get(goal_id) if what == LOCAL_OUTCOME else process.skill_core.current
             if process.bus is not said.source or run is None or run.goal_id != goal_id:
                 continue
             self._look_at_patience(process, what, goal_id)
@@ -109,7 +108,7 @@ class Audit:
                 continue
             for doubt in _doubts(process).values():
                 if doubt.status is not None:
-                    self._look_at_waiting(process, doubt, doubt.status.t, OWN_WORD)
+                    self._look_at_waiting(process, doubt, doubt.status.t, LOCAL_OUTCOME)
             run = process.skill_core.current
             if run is None or run.status is None:
                 continue
@@ -157,7 +156,7 @@ class Audit:
         return (
             not world.resource_manager.resource_core.grants
             and all(each.skill_core.current is None and not _doubts(each) for each in world.skill_managers)
-            and all(not each.node.interface._pursuits for each in world.clients)
+            and all(not each.node.interface._trackers for each in world.clients)
         )
 
     def look_at_the_rest(self) -> None:
@@ -203,8 +202,8 @@ class Audit:
         if not self._books_were_lost() and dict(client.interface.states) != states:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
-        if client.interface._pursuits:
-            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._pursuits)}")
+        if client.interface._trackers:
+            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._trackers)}")
 
     def _answers(self, goal: str) -> set[str]:
         """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""
@@ -230,5 +229,5 @@ class Audit:
 
 
 def _doubts(process: Process) -> dict[str, GoalRun]:
-    """Goals that a manager is about to end by its own word, and has given no answer yet."""
+    """Goals with a local outcome that the resource manager has not confirmed and no client has got."""
     return {goal: run for goal, run in process.skill_core._in_doubt.items() if run.state is not State.TERMINATED}

@@ -8,15 +8,15 @@ from typing import Any
 from unittest.mock import patch
 
 from simulation.run import simulate
-from skillwing.services.client.goal_pursuit import GoalPursuit
+from skillwing.services.client.goal_tracker import GoalTracker
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
-from skillwing.services.core.kept import GoalOver, GrantOpened
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
 from skillwing.services.journal.journal import Journal
-from skillwing.services.managers.standing import Standing
-from skillwing.services.protocol import Ended, Ending, State
+from skillwing.services.managers.registration import Registration
+from skillwing.services.protocol import Ended, Ending, EndKind, State
 from skillwing.services.protocol import Granted as GrantedVerdict
 
 Wrong = Callable[..., Any]
@@ -43,7 +43,7 @@ def _release_at_the_request(right: Wrong) -> Wrong:
     def stop(self: SkillCore, run: Any, reason: str, cause: str | None, now: float) -> None:
         right(self, run, reason, cause, now)
         if run.stoppable:
-            self._end(run, "interrupt", reason)
+            self._end(run, EndKind.INTERRUPT, reason)
 
     return stop
 
@@ -99,13 +99,13 @@ def _count_from_one(right: Wrong) -> Wrong:
 
 def _write_no_grants(right: Wrong) -> Wrong:
     def write(self: Journal, entries: Any, records: Any, now: float) -> None:
-        right(self, [each for each in entries if not isinstance(each, GrantOpened)], records, now)
+        right(self, [each for each in entries if not isinstance(each, GrantEntry)], records, now)
 
     return write
 
 
-def _write_no_own_words(right: Wrong) -> Wrong:
-    def remember(self: Ledger, over: GoalOver) -> None:
+def _write_no_local_outcomes(right: Wrong) -> Wrong:
+    def remember(self: Ledger, over: FinishedGoal) -> None:
         if not isinstance(over.verdict, Ended) or over.verdict.terminal is None:
             right(self, over)
 
@@ -136,10 +136,10 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
-    "a manager's own word is not written down": ((Ledger, "remember", _write_no_own_words),),
+    "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),
     "a question in doubt that nobody answers is not asked again": ((SkillCore, "_bear_doubt", _always(None)),),
-    "a replaced manager that nobody asks anything does not notice": ((Standing, "_ask_after", _always(None)),),
-    "clients learn of no loss": ((GoalPursuit, "probe", _always(None)), (GoalPursuit, "judged", _always(None))),
+    "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
+    "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "judged", _always(None))),
 }
 """By name: what is replaced, and by what it makes of the right one."""
 LATE: Mapping[str, int] = {
@@ -149,7 +149,7 @@ LATE: Mapping[str, int] = {
     "tokens are counted from one": 75,
     "grants are not written to the journal": 80,
     "clients learn of no loss": 650,
-    "a manager's own word is not written down": 1885,
+    "a local outcome is not written down": 1885,
 }
 """Where tests begin to look for those that take many seeds, so that they take little time."""
 SEEDS = 2000

@@ -11,7 +11,7 @@ from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
 from simulation.witness import Problem, Witness
 from simulation.world import World
 from skillwing.services.bus.inprocess import Utterance
-from skillwing.services.managers.standing import STANDING_PERIOD
+from skillwing.services.managers.registration import STANDING_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
 CHECK_PERIOD = 0.25

@@ -13,8 +13,8 @@ from simulation.skills import AnySkill, Logbook
 from skillwing.services.bus import Bus, Handle, Node, Publisher
 from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
-from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.journal.journal import Journal

@@ -1,6 +1,6 @@
 """The skillset language: grammar, model, checker, generator.
 
-`load` and `parse` turn source into a `Skillset`; all problems of a file are reported in one `SkillsetError`.
+Public API: `load` and `parse` turn source into a `Skillset`. A `SkillsetError` holds all problems of a file.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ __all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load"
 
 
 def load(path: str | Path) -> Skillset:
-    """Read a `.skillset` file. Raises OSError if it cannot be read, SkillsetError if it has errors."""
+    """Read a `.skillset` file. Raises OSError if it cannot be read, and SkillsetError if it has errors."""
     file = Path(path)
     return parse(text_of_file(file), str(file))
 
 
 @lru_cache(maxsize=8)
 def parse(text: str, file: str = "<text>") -> Skillset:
-    """Turn source text into a skillset; `file` is the name shown in diagnostics. Raises SkillsetError on errors.
+    """Turn source text into a skillset. Raises SkillsetError on errors.
 
-    The same text is parsed once: of a robot's managers in one process each asks for its skillset.
+    file: its name in diagnostics. Results are cached, because all managers of a robot may run in one process.
     """
     from skillwing.dsl.checking.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
 

@@ -1,7 +1,7 @@
-"""Predicates of the language: their syntax tree, their meaning, and how they print.
+"""Predicates of the language: syntax tree, evaluation and printing.
 
-A predicate speaks of resource states, of data and of a goal's inputs. `evaluate` is the one judge of it: the
-resource manager, the mocks, the checker and the verifier all call it.
+A predicate names states of resources, data and inputs of a goal. `evaluate` is the only evaluation of guards: the
+resource manager, the mocks and the checker all call it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Operator: TypeAlias = OneOf["==", "!=", "<", "<=", ">", ">="]
 class Name:
     """A resource, a datum or an input, or a field of a structured one (`position.z`).
 
-    `scope` says which of the three; only an expression that the checker has not seen yet lacks it.
+    `scope` is one of the three. It is None only before the expression is resolved.
     """
 
     path: str
@@ -41,8 +41,8 @@ class Name:
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
-    """A word that stands for itself: a state of a resource or a value of an enum."""
+class NamedValue:
+    """A literal word: a state of a resource or a value of an enum."""
 
     name: str
     span: Span | None = field(default=None, compare=False, repr=False)
@@ -56,7 +56,7 @@ class Literal:
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-Operand: TypeAlias = "Name | Symbol | Literal"
+Operand: TypeAlias = "Name | NamedValue | Literal"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +105,10 @@ Expression: TypeAlias = "Comparison | Not | And | Or | Implies | Name | Literal"
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """What an expression is judged on.
+    """The values for an evaluation.
 
-    resources: state of each resource. data: *fresh* values only; a datum that is stale, or was never published, is
-    left out. inputs: the goal's inputs, defaults filled in. Structured values are mappings or objects with attributes.
+    resources: state of each resource. data: *fresh* values only; stale and unpublished data are left out. inputs: the
+    goal's inputs, defaults filled in. Structured values are mappings or objects with attributes.
     """
 
     resources: Mapping[str, str] = field(default_factory=dict[str, str])
@@ -117,7 +117,7 @@ class Environment:
 
 
 class UnboundNameError(LookupError):
-    """An expression names a resource or an input that the environment does not hold."""
+    """An expression names a resource or an input that is not in the environment."""
 
     def __init__(self, name: Name) -> None:
         self.name = name
@@ -128,10 +128,10 @@ class UnboundNameError(LookupError):
 
 
 def evaluate(expression: Expression, environment: Environment) -> bool:
-    """Judge a checked expression.
+    """Evaluate a resolved expression.
 
-    If any datum that it names is absent, the whole predicate is false, whatever stands around that name: a guard
-    never holds on what nobody knows. Raises UnboundNameError for a resource or input that is not given.
+    If any datum that it names is absent, the whole predicate is false: a guard never holds on unknown data. Raises
+    UnboundNameError for a resource or input without a value.
     """
     if any(name.scope == "data" and name.root not in environment.data for name in references(expression)):
         return False
@@ -155,7 +155,7 @@ def references(expression: Expression) -> Iterator[Name]:
 
 
 def depth(expression: Expression) -> int:
-    """Return how many operators stand one inside another. Uses no recursion, so that any expression can be asked."""
+    """Return the nesting depth of operators. Uses no recursion, so that any expression is accepted."""
     deepest = 0
     pending = [(expression, 0)]
     while pending:
@@ -208,7 +208,7 @@ def _holds(expression: Expression, environment: Environment) -> bool:
 def _value(operand: Operand, environment: Environment) -> object:
     if isinstance(operand, Literal):
         return operand.value
-    if isinstance(operand, Symbol):
+    if isinstance(operand, NamedValue):
         return operand.name
     sources: dict[Scope | None, Mapping[str, object]] = {
         "resource": environment.resources,
@@ -255,7 +255,7 @@ def operand_text(operand: Operand) -> str:
     match operand:
         case Name(path=path):
             return path
-        case Symbol(name=name):
+        case NamedValue(name=name):
             return name
         case Literal(value=value):
             return literal_text(value)

@@ -1,7 +1,7 @@
-"""The skillset model: what a `.skillset` file means, once it has been checked.
+"""The skillset model: the meaning of a checked `.skillset` file.
 
-Everything is immutable and in declaration order. Names of effects are names within their skill. Spans tell where an
-element was declared; they take no part in equality or in the schema hash.
+Everything is immutable and in declaration order. Names of effects are local to their skill. Spans of elements take no
+part in equality or in the schema hash.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ OwnerPolicy: TypeAlias = OneOf["interrupt", "continue"]
 
 
 class UnknownNameError(LookupError):
-    """Something was asked for by a name that the skillset does not declare.
+    """A name that the skillset does not declare.
 
-    kind: "skill", "resource", "input of goto", ...; name: what was asked for; known: what exists.
+    kind: "skill", "resource", "input of goto", ...; name: the unknown name; known: the declared names.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
@@ -157,7 +157,7 @@ class DataItem:
 
     @property
     def stale_after(self) -> float | None:
-        """Age in seconds from which the datum counts as stale; None: never."""
+        """Age in seconds at which the datum becomes stale; None: never."""
         return None if self.period is None else STALE_AFTER_PERIODS * self.period
 
 
@@ -166,7 +166,7 @@ class DataItem:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """`source -> target`, with `extern` one that only the functional layer may take."""
+    """`source -> target`. extern: only the functional layer may take it."""
 
     source: str
     target: str
@@ -185,10 +185,10 @@ class Resource:
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def allows(self, source: str, target: str, extern: bool) -> bool:
-        """Tell whether a caller may bring the resource from `source` to `target`.
+        """True if a caller may bring the resource from `source` to `target`.
 
-        Skills (`extern=False`) take internal transitions only, the functional layer (`extern=True`) extern ones only.
-        Naming the state that the resource is already in changes nothing and is open to both.
+        Skills (`extern=False`) take internal transitions only, the functional layer (`extern=True`) extern ones only. A
+        transition to the present state changes nothing and is open to both.
         """
         if source == target:
             return source in self.states
@@ -199,7 +199,7 @@ class Resource:
 class Effect:
     """Transitions applied together or not at all, as (resource, target state) pairs; `e {}` has none.
 
-    spans: where each transition stands.
+    spans: of the transitions.
     """
 
     name: str
@@ -210,7 +210,7 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A named set of external transitions. guard: what has to hold for it to fire, None for nothing."""
+    """A named set of external transitions. guard: must hold for it to fire; None for no guard."""
 
     name: str
     guard: Expression | None
@@ -233,7 +233,7 @@ class Predicate:
 
 @dataclass(frozen=True, slots=True)
 class Precondition:
-    """Checks that have to hold together. success: effect of the start, failure: effect of a refusal; None for none."""
+    """Checks that must hold together. success: effect of the start; failure: effect of a refusal; None for none."""
 
     checks: tuple[Predicate, ...] = ()
     success: str | None = None
@@ -242,7 +242,7 @@ class Precondition:
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """What has to hold while the skill runs. violation: effect that is applied when it breaks."""
+    """A condition for the whole run of the skill. violation: effect that is applied when it breaks."""
 
     name: str
     kind: PredicateKind
@@ -253,7 +253,7 @@ class Invariant:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One way to end. apply: effect, or None; post: what has to hold after the effect, or None."""
+    """One way to end. apply: effect, or None; post: must hold after the effect, or None."""
 
     name: str
     success: bool
@@ -274,9 +274,9 @@ class Interrupt:
 class Skill:
     """One capability of the robot.
 
-    progress_period: seconds between two feedback messages, None without feedback. lost: effect that is applied when
-    the manager dies. deadline: longest run in seconds, None for no limit. dispatch_timeout: seconds the developer's
-    `on_dispatch` may take. owner_lost: what becomes of a goal when the client that owns it is gone.
+    progress_period: seconds between two feedback messages, None without feedback. lost: effect that is applied when the
+    manager dies. deadline: longest run in seconds, None for no limit. dispatch_timeout: longest run of `on_dispatch` in
+    seconds. owner_lost: policy for a goal whose client is gone.
     """
 
     name: str
@@ -325,7 +325,7 @@ class Skillset:
     span: Span | None = field(default=None, compare=False, repr=False)
 
     def skill(self, name: str) -> Skill:
-        """Return the skill of that name; raises UnknownNameError. The other look-ups do likewise."""
+        """Return the skill of that name. Raises UnknownNameError, as do the other look-ups."""
         return _lookup("skill", name, self.skills)
 
     def resource(self, name: str) -> Resource:
@@ -344,7 +344,7 @@ class Skillset:
     def schema_hash(self) -> str:
         """16 hex digits that change exactly when the meaning does.
 
-        Comments, layout and the order in which skills, resources, data, events and types are declared do not count.
+        Comments, layout and the order of skills, resources, data, events and types do not count.
         """
         content: dict[str, object] = {"name": self.name}
         for group in ("types", "data", "resources", "events", "skills"):
@@ -371,7 +371,7 @@ def _lookup(kind: str, name: str, elements: tuple[_N, ...]) -> _N:
 
 
 def _canonical(value: object) -> object:
-    """Reduce a part of an element to plain JSON values without spans. A named type in use is its name."""
+    """Reduce a part of an element to JSON values without spans. A named type in use becomes its name."""
     match value:
         case Comparison() | Not() | And() | Or() | Implies() | Name() | Literal():
             return to_text(value)

@@ -1,4 +1,4 @@
-"""How names of the language become names of Python."""
+"""Python names for names of the language."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ _TAKEN = frozenset({"self", "bool", "float", "int", "list", "str", "mro", "msgsp
 
 
 def class_name(name: str) -> str:
-    """`goto_straight` becomes `GotoStraight`; capitals that are there stay."""
+    """`goto_straight` becomes `GotoStraight`; existing capitals stay."""
     return "".join(piece[:1].upper() + piece[1:] for piece in name.split("_"))
 
 
 def is_usable(name: str) -> bool:
-    """Tell whether generated code can use the name as a field, a parameter, a method and an enum member."""
+    """True if generated code can use the name as a field, a parameter, a method and an enum member."""
     return not (name.startswith("_") or keyword.iskeyword(name) or name in _TAKEN)
 
 

@@ -1,4 +1,4 @@
-"""Where something stands in a source file."""
+"""Spans of source files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Span(NamedTuple):
-    """A stretch of source. Lines and columns count from 1; `end_column` is the first column behind it."""
+    """A range of source text. Lines and columns count from 1; `end_column` is the first column behind it."""
 
     file: str
     line: int
@@ -15,7 +15,7 @@ class Span(NamedTuple):
     end_column: int
 
     def to(self, other: Span) -> Span:
-        """Return the stretch from the start of this span to the end of `other`."""
+        """Return the range from the start of this span to the end of `other`."""
         return Span(self.file, self.line, self.column, other.end_line, other.end_column)
 
     def __str__(self) -> str:

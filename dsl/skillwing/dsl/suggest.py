@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 STRONG = 0.8
-"""A resemblance that is evidence by itself: one slip in a word of some letters, `sucess` for `success`."""
+"""A resemblance that is evidence by itself: one wrong letter in a word, such as `sucess` for `success`."""
 
 
 def closest(name: str, known: Iterable[str], resemblance: float = 0.6) -> str | None:
-    """Return the name in `known` that resembles `name` most, or None if none comes near.
+    """Return the name in `known` that resembles `name` most, or None if none is close.
 
-    Letter case is forgiven first, since `in_air` for `IN_AIR` is the commonest slip. resemblance: from 0 for any name
-    to 1 for the same one.
+    Letter case is ignored, since `in_air` for `IN_AIR` is the commonest mistake. resemblance: from 0 for any name to 1
+    for the same one.
     """
     candidates = list(dict.fromkeys(known))
     folded = {candidate.casefold(): candidate for candidate in candidates}
@@ -22,7 +22,7 @@ def closest(name: str, known: Iterable[str], resemblance: float = 0.6) -> str | 
 
 
 def listed(names: Iterable[str], limit: int = 12) -> str:
-    """Enumerate names for a sentence: `a`, `b` and `c`; a long list is cut and says so."""
+    """A list of names for a sentence: `a`, `b` and `c`. A long list is shortened."""
     quoted = [f"`{name}`" for name in names]
     if not quoted:
         return "none"

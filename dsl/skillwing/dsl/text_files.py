@@ -1,4 +1,4 @@
-"""Reading files that people write."""
+"""Text files written by people."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def text_of_file(file: Path) -> str:
 
 
 def text_in(content: bytes) -> str:
-    """The same of what was read already; raises ValueError, which says where it is no text in UTF-8."""
+    """The text of bytes, with line feeds for line ends. Raises ValueError if they are not in UTF-8."""
     try:
         return content.decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:

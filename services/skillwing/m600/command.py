@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from skillwing.services.bus import Answered, Bus, Refused
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.protocol import Message, encode
 
 ATTEMPTS = 6
@@ -38,14 +38,14 @@ class Command:
         self._on_taken, self._on_refused, self._on_silence = on_taken, on_refused, on_silence
         self._cancelled = False
         ask_until_answered(
-            bus, key, encode(message), self._answered, keep_asking=self._keep_asking, on_silence=self._unanswered
+            bus, key, encode(message), self._answered, keep_retrying=self._keep_retrying, on_silence=self._unanswered
         )
 
     def cancel(self) -> None:
         """Ask no more and report nothing. What is already under way may still be executed."""
         self._cancelled = True
 
-    def _keep_asking(self, silences: int) -> bool:
+    def _keep_retrying(self, silences: int) -> bool:
         return not self._cancelled and silences < ATTEMPTS
 
     def _answered(self, answer: Answered | Refused) -> None:

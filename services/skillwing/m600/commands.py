@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from itertools import chain
 from typing import Annotated, Any
 
 import typer
@@ -27,17 +28,17 @@ from skillwing.onboard.topics import (
     SetPilot,
 )
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
+from skillwing.services.options import imported
 from skillwing.services.protocol import ErrorCode, M, Message
 from skillwing.services.terminal.completion import one_of
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.output import make_console, print_json, print_table
 
 LINK = "link"
-FALLIBLE = ("zed", "lidar", "imu", "range", "gnss", "camera", LINK, *(f"rotor/{number}" for number in range(1, 7)))
 LINK_KINDS = ("narrow", "cut")
-KINDS = ("blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", *LINK_KINDS)
-"""What the simulator's own lists hold, for who asks while it does not run."""
+SIMULATED_FAULTS = "skillwing.sim_mujoco.scenario.fault_checks:simulated_faults"
+"""What can fail, and by which kinds, for shells that complete; it may not be installed."""
 LINK_PATIENCE = 3.0
 """Wall time in seconds for the radio link, which tells of itself once a second."""
 _USUAL_KIND = {"rotor": "stopped", LINK: "cut"}
@@ -56,8 +57,8 @@ def fault(
         str | None,
         typer.Argument(
             metavar="NAME",
-            help="One of zed, lidar, imu, range, gnss, camera, link, and the rotors: rotor/1 to rotor/6.",
-            autocompletion=one_of(lambda: FALLIBLE),
+            help="A sensor, a rotor such as rotor/1, or link; --list shows all.",
+            autocompletion=one_of(lambda: (*_simulated_faults(), LINK)),
         ),
     ] = None,
     kind: Annotated[
@@ -65,8 +66,8 @@ def fault(
         typer.Option(
             "--kind",
             metavar="KIND",
-            help="A blackout, freeze, noise, bias, dropout, slow. Rotors: stopped, weak. Link: cut, narrow.",
-            autocompletion=one_of(lambda: KINDS),
+            help="As blackout, noise, stopped, cut; --list shows those of each.",
+            autocompletion=one_of(lambda: {*chain(*_simulated_faults().values()), *LINK_KINDS}),
         ),
     ] = None,
     off: Annotated[bool, typer.Option("--off", help="End the fault instead; without --kind, all that it has.")] = False,
@@ -86,8 +87,6 @@ def fault(
         return
     if sensor is None:
         raise InvalidOptionError("name", "Name what is to fail, or give --list to see what can.")
-    if sensor not in FALLIBLE:
-        raise UnknownNameError("sensor, rotor or link", sensor, FALLIBLE)
     if off and magnitude is not None:
         raise InvalidOptionError("magnitude", "A fault that ends has no magnitude. Leave out --magnitude, or --off.")
     least, most = (0.0, FASTEST_LINK) if sensor == LINK else (-LARGEST_COMPONENT, LARGEST_COMPONENT)
@@ -95,6 +94,8 @@ def fault(
         bounds = f"from {least:,.0f} to {most:,.0f}"
         raise InvalidOptionError("magnitude", f"A magnitude is a number {bounds}, not {magnitude:,.12g}.")
     with connect(robot) as system:
+        if sensor != LINK:
+            _require_known(sensor, _ask_simulator(system, "fault", FAULTS, Empty(), Faults))
         if off:
             outcome = _end_faults(system, sensor, kind)
         else:
@@ -104,6 +105,20 @@ def fault(
         print_json({"sensor": sensor, "on": not off, **outcome})
     else:
         typer.echo(outcome["text"])
+
+
+def _simulated_faults() -> dict[str, tuple[str, ...]]:
+    """Kinds of fault by name; empty where the simulator is not installed."""
+    try:
+        return imported({"faults": SIMULATED_FAULTS}, "faults")()
+    except InvalidOptionError:
+        return {}
+
+
+def _require_known(sensor: str, told: Faults) -> None:
+    names = sorted(each.name for each in told.of)
+    if sensor not in names:
+        raise UnknownNameError("sensor, rotor or link", sensor, (*names, LINK))
 
 
 def _end_faults(system: System, sensor: str, kind: str | None) -> dict[str, Any]:
@@ -122,7 +137,7 @@ def _end_faults(system: System, sensor: str, kind: str | None) -> dict[str, Any]
 
 
 def _state_of(system: System, name: str) -> FaultState:
-    """What can fail of one of the FALLIBLE, and what does. A link that is not heard may have any fault."""
+    """Possible and active faults of a sensor, a rotor or the link. A link without a status may have any fault."""
     if name == LINK:
         return next(iter(_link_faults(system)), FaultState(name=LINK, kinds=LINK_KINDS, active=LINK_KINDS))
     told = _ask_simulator(system, "fault", FAULTS, Empty(), Faults).of
@@ -189,6 +204,6 @@ def _ask_simulator(system: System, command: str, key: str, message: Message, rep
     """Ask the simulated drone; raises SkillwingError where the system has none, as that of another robot."""
     try:
         return system.ask(key, message, reply)
-    except UnansweredError as error:
+    except NoReplyError as error:
         what = f"`{command}` is for the simulated drone, and none answers in `{system.target.robot}`."
         raise SkillwingError(f"{what} See with `skillwing status` what runs.") from error

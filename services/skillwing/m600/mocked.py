@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from skillwing.m600.robot import ROBOT as M600
-from skillwing.services.mocking.robot import mocked
+from skillwing.services.mocking.system import mocked
 
 ROBOT = mocked(M600)

@@ -10,6 +10,7 @@ from skillwing.m600.generated.processes import HOOKS, SKILLSET
 from skillwing.services.robot import ProcessSpec, Robot
 
 SIMULATION = "skillwing.sim_mujoco"
+LAUNCHING = f"{SIMULATION}.launching"
 ONBOARD = "skillwing.onboard"
 SIM_TAKES = ("seed", "world", "faults", "scenario", "wind", "turbulence", "gusts", "battery", "packs_fail", "pilot")
 FENCE = {"fence": "geofence"}
@@ -43,18 +44,25 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (
         # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
-        ProcessSpec("guidance", f"{ONBOARD}.guidance.node:make_guidance", guidance, extra="sim"),
-        ProcessSpec("obstacles", f"{ONBOARD}.obstacles.node:make_obstacles", essential=False, extra="sim"),
+        ProcessSpec(
+            "guidance",
+            f"{ONBOARD}.guidance.node:make_guidance",
+            guidance,
+            extra="onboard",
+            resolver=f"{LAUNCHING}:guidance_options",
+        ),
+        ProcessSpec("obstacles", f"{ONBOARD}.obstacles.node:make_obstacles", essential=False, extra="onboard"),
         ProcessSpec(
             "mapping",
             f"{ONBOARD}.mapping.node:make_mapping",
             mapping,
             essential=False,
-            extra="sim",
+            extra="onboard",
+            resolver=f"{LAUNCHING}:mapping_options",
         ),
-        ProcessSpec("video", f"{ONBOARD}.video.node:make_video", essential=False, extra="sim"),
+        ProcessSpec("video", f"{ONBOARD}.video.node:make_video", essential=False, extra="onboard"),
         ProcessSpec("link", f"{SIMULATION}.link.node:make_link", link, essential=False, extra="sim"),
-        ProcessSpec("ground", f"{ONBOARD}.video.ground:make_ground", essential=False, extra="sim"),
+        ProcessSpec("ground", f"{ONBOARD}.video.ground:make_ground", essential=False, extra="onboard"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
 
@@ -86,8 +94,8 @@ ROBOT = Robot(
     skillset=SKILLSET,
     functional_layer=functional_layer,
     recorder=recorder,
-    mission_context="skillwing.m600.mission_context:mission_options",
-    checker="skillwing.m600.mission_context:check",
+    mission_context=f"{LAUNCHING}:mission_context",
+    checker=f"{LAUNCHING}:check",
     judge="skillwing.evaluation.judge.evaluation:judge",
     hooks=HOOKS,
     published_by={

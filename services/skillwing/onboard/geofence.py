@@ -31,9 +31,3 @@ class FenceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     @property
     def box(self) -> Box:
         return Box(self.low, self.high)
-
-
-COURTYARD_FENCE = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
-"""Of the courtyard; height above the home pad."""
-COURTYARD_BOUNDS = Box((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0))
-"""The courtyard and what can be seen from there."""

@@ -1,12 +1,14 @@
-"""Options of nodes: what a process table may say, checked."""
+"""Options of nodes, checked."""
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import msgspec
 
 S = TypeVar("S", bound=msgspec.Struct)
+Poses = Literal["odometry", "navigation", "small-gicp"]
+"""Sources of the map's poses (docs/mapping.md)."""
 
 
 class OptionsError(ValueError):

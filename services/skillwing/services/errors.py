@@ -10,12 +10,12 @@ from skillwing.services.core.refusal import RefusedError
 __all__ = [
     "InvalidInputError",
     "InvalidOptionError",
+    "NoReplyError",
     "NoSystemError",
     "PassingError",
     "RefusedError",
     "SkillwingError",
     "TimedOutError",
-    "UnansweredError",
     "WrongSkillsetError",
 ]
 
@@ -56,7 +56,7 @@ class WrongSkillsetError(SkillwingError):
     """Processes of one robot with different versions of its skillset."""
 
 
-class UnansweredError(SkillwingError):
+class NoReplyError(SkillwingError):
     """No answer from a process of the system. key: the key of the request."""
 
     def __init__(self, key: str) -> None:

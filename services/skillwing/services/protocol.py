@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 import msgspec
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 MAX_MESSAGE_BYTES = 1 << 20
 ROOM_FOR_THE_REST = 1 << 14
 """Bytes kept free in a message for everything but the one value of a developer that it carries."""
@@ -336,27 +336,44 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
     incarnation: Label = ""
 
 
+class EndKind(StrEnum):
+    """Ways in which a granted goal ends; each applies an effect of its own. `result` comes with the result's name."""
+
+    RESULT = "result"
+    INTERRUPT = "interrupt"
+    ERROR = "error"
+
+
 class EndGoal(Message, frozen=True, kw_only=True, tag="end"):
-    """End a goal: `how` is `result` (with its name), `interrupt`, `error` or `ungranted`.
+    """End a granted goal and apply the effect of that end.
 
-    `token` is the grant's. A manager that never learned it sends 0 with an `error`; then `incarnation`, as in
-    `BeginGoal`, tells whether the goal was granted to this very process.
-
-    A goal that was never granted to it a manager ends with `ungranted`, token 0 and `terminal`, the answer that it is
-    about to give by its own word (`BUSY`, `NV`, `IT` or `ERROR`, without a result); `manager` and `incarnation` are
-    those of `AttachManager`. What has become of the goal elsewhere is answered, or an `Ended` with the same `terminal`:
-    from then on that goal begins nowhere.
+    `token` is the grant's. A manager that never learned it sends 0 with an `error`. Then `incarnation`, as in
+    `BeginGoal`, has to be the one that the goal was granted to.
     """
 
     goal_id: Label
     skill: Label
     token: int
-    how: Label
+    how: EndKind
     result: Label | None = None
     cause: Label | None = None
     incarnation: Label = ""
-    manager: Label = ""
-    terminal: Terminal | None = None
+
+
+class RecordOutcome(Message, frozen=True, kw_only=True, tag="record_outcome"):
+    """Commit a local outcome: the terminal answer that a manager is about to give for a goal without a grant.
+
+    `terminal` is `BUSY`, `NV`, `IT` or `ERROR`, without a result. `manager` and `incarnation` are those of
+    `AttachManager`. The answer is an `Ended` with the same `terminal`, and from then on no process can begin the goal.
+    If the goal has another outcome already, the answer is that one.
+    """
+
+    goal_id: Label
+    skill: Label
+    terminal: Terminal
+    manager: Label
+    incarnation: Label
+    cause: Label | None = None
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
@@ -367,7 +384,7 @@ class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
     token: int
 
 
-GoalCall = BeginGoal | EndGoal | RenewGoal
+GoalCall = BeginGoal | EndGoal | RecordOutcome | RenewGoal
 
 
 class Granted(Message, frozen=True, kw_only=True, tag="granted"):
@@ -418,11 +435,11 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The end was applied. `held=False`: effect or postcondition did not hold, `reason` says which. Nor is it where
-    the goal was never granted: there was nothing to apply.
+    """The goal is over. `held=False`: effect or postcondition did not hold, and `reason` says which; or the goal was
+    never granted, so that there was nothing to apply.
 
-    `how`, `result` and `terminal` repeat the `EndGoal`, for a manager that asks for a goal which its predecessor has
-    ended.
+    `how` and `result` repeat the `EndGoal`, `terminal` the `RecordOutcome`. A manager needs them when it asks for a
+    goal that its predecessor has ended. A goal that was given up before its grant has none of them.
     """
 
     goal_id: str
@@ -430,7 +447,7 @@ class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     reason: str
     revision: int
     record: str
-    how: str = ""
+    how: EndKind | None = None
     result: str | None = None
     terminal: Terminal | None = None
 
@@ -492,17 +509,23 @@ class Record(Message, frozen=True, kw_only=True):
     detail: dict[str, Any] = {}
 
 
-class TreeNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One node of a behaviour tree; `parent` is an index into the same list, None for the root.
+class NodeStatus(StrEnum):
+    """Status of a node of a behaviour tree. INVALID: the last tick did not visit it."""
 
-    `status` is RUNNING, SUCCESS, FAILURE or INVALID (not visited).
-    """
+    RUNNING = "RUNNING"
+    SUCCESS = "SUCCESS"
+    FAILURE = "FAILURE"
+    INVALID = "INVALID"
+
+
+class TreeNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One node of a behaviour tree; `parent` is an index into the same list, None for the root."""
 
     index: int
     parent: int | None
     name: str
     kind: str
-    status: str
+    status: NodeStatus
     feedback: str = ""
 
 
@@ -512,21 +535,33 @@ class TreeSnapshot(Message, frozen=True, kw_only=True):
     nodes: tuple[TreeNode, ...]
 
 
+class MissionPhase(StrEnum):
+    """Phases of a mission. PAUSED: by the operator, who resumes it. HELD: the safety pilot has the robot."""
+
+    IDLE = "IDLE"
+    RUNNING = "RUNNING"
+    PAUSED = "PAUSED"
+    HELD = "HELD"
+    SUCCEEDED = "SUCCEEDED"
+    FAILED = "FAILED"
+    ABORTED = "ABORTED"
+
+    @property
+    def over(self) -> bool:
+        """The mission has ended; no other phase follows."""
+        return self in (MissionPhase.SUCCEEDED, MissionPhase.FAILED, MissionPhase.ABORTED)
+
+
 class MissionStatus(Message, frozen=True, kw_only=True):
-    """`phase` is IDLE, RUNNING, PAUSED (by the operator), HELD (by the safety pilot), SUCCEEDED, FAILED or ABORTED."""
+    """Progress of a mission; published on every change."""
 
     mission: str
-    phase: str
+    phase: MissionPhase
     t: Time
     text: str
     waypoint: int = 0
     waypoints: int = 0
     goal: tuple[float, float, float] | None = None
-
-    @property
-    def over(self) -> bool:
-        """No later status will follow."""
-        return self.phase in {"SUCCEEDED", "FAILED", "ABORTED"}
 
 
 class AbortMission(Message, frozen=True, kw_only=True):
@@ -718,12 +753,12 @@ class Keys:
         """Liveliness token of a process; `"**"` for all."""
         return f"{self.skillset}/alive/{process}"
 
-    def judge(self, mark: str) -> str:
+    def leader(self, mark: str) -> str:
         """Liveliness token of the process that is the resource manager now; `"*"` for all."""
-        return f"{self.skillset}/judge/{mark}"
+        return f"{self.skillset}/leader/{mark}"
 
     def candidate(self, mark: str) -> str:
-        """Liveliness token of a process that is to become the resource manager; `"*"` for all."""
+        """Liveliness token of a process that stands for leader; `"*"` for all."""
         return f"{self.skillset}/candidate/{mark}"
 
     @property

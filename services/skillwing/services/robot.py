@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
@@ -43,6 +43,8 @@ class ProcessSpec:
     extra: pip extra that its image needs, None for none.
     restart: `never` is for a process that cannot continue from the end of an earlier one.
     host: name of a process that all nodes with the same host share; None for a process of its own.
+    resolver: `package.module:function` from `options` to the factory's options. It turns names, as of a site or a file,
+    into plain values, and may need packages that readers of the table lack. None for final options.
     """
 
     name: str
@@ -52,6 +54,17 @@ class ProcessSpec:
     extra: str | None = None
     restart: Restart = "always"
     host: str | None = None
+    resolver: str | None = None
+
+    def resolved(self) -> ProcessSpec:
+        """The process with final options, for the side that starts it. Raises InvalidOptionError."""
+        if self.resolver is None:
+            return self
+        try:
+            options = imported({"resolver": self.resolver}, "resolver")(self.options)
+        except ValueError as error:
+            raise InvalidOptionError("options", f"`{self.name}` cannot use its options: {error}.") from error
+        return replace(self, options=options, resolver=None)
 
 
 def _nothing(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.dsl.expressions import Comparison, Name, Symbol
+from skillwing.dsl.expressions import Comparison, Name, NamedValue
 from skillwing.dsl.model import (
     Effect,
     Field,
@@ -25,7 +25,7 @@ from skillwing.services.protocol import DataReading, Ending, State, Terminal
 
 def _mover(name: str, *results: Result) -> Skill:
     """A skill that needs the axes, takes them, and gives them back."""
-    free = Comparison("==", Name("axes", "resource"), Symbol("FREE"))
+    free = Comparison("==", Name("axes", "resource"), NamedValue("FREE"))
     return Skill(
         name,
         inputs=(Field("speed", ScalarType("float64"), low=0.1, high=5.0, default=1.0),),

@@ -15,15 +15,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.flight import unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.holding import Change, WhileGranted
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
+from skillwing.bt_missions.subtrees.flight import land_where_it_is, unless_the_pilot_flies
+from skillwing.bt_missions.subtrees.pausing import ResourceChange, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -31,10 +30,10 @@ from skillwing.dsl import load
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
-DRONE = grounded_context(M600)
+DRONE = offline_context(M600)
 FILE = Path("mission.xml")
 
-TEMPLATE = (files("skillwing.bt_missions.templates") / "template.xml").read_text(encoding="utf-8")
+TEMPLATE = (files("skillwing.bt_missions.cli.templates") / "template.xml").read_text(encoding="utf-8")
 NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
 """Attributes whose words are names, besides those of options, which stand in braces or are declared as a `name`."""
 FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
@@ -90,7 +89,7 @@ def misspelt(text: str, *chosen: Slot) -> str:
 def problems_of(text: str) -> list[str]:
     """Of a tree file for the drone."""
     mission = XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
-    return [str(misfit) for misfit in rehearse(mission, M600, mission.Options())]
+    return [str(problem) for problem in check_mission(mission, M600, mission.Options())]
 
 
 def test_any_slip_in_a_file_is_one_problem() -> None:
@@ -220,7 +219,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
                 resource="SDK_autority",
                 states=("AVAILABLE",),
                 patience=1.0,
-                ended_by=Change("flight_status", "ON_GROUND"),
+                ended_by=ResourceChange("flight_status", "ON_GROUND"),
             ),
             "no resource `SDK_autority`",
         ),
@@ -232,7 +231,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
     ],
 )
 def test_a_slip_in_python_is_one_problem(tree: Callable[[], Behaviour], told: str) -> None:
-    found = rehearse(Flight(tree()), M600, MissionOptions())
+    found = check_mission(Flight(tree()), M600, MissionOptions())
     assert len(found) == 1, list(map(str, found))
     assert told in found[0].text
 
@@ -240,6 +239,6 @@ def test_a_slip_in_python_is_one_problem(tree: Callable[[], Behaviour], told: st
 def test_what_is_wrong_besides_a_slip_is_told_as_well() -> None:
     charged = ResourceIs("charged?", DRONE, "battery_status", "NORML")
     tree = unless_the_pilot_flies(DRONE, 9.0, guarded("all", charged, in_order("up", takeoff(), skill("goto"))))
-    found = [misfit.text for misfit in rehearse(Flight(tree), M600, MissionOptions())]
+    found = [problem.text for problem in check_mission(Flight(tree), M600, MissionOptions())]
     assert sum("no state `NORML`" in each for each in found) == 1
     assert any("may end in the air" in each for each in found)

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context
+from skillwing.bt_missions.checking.mission_check import offline_context
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.missions import inspection, mapping
-from skillwing.bt_missions.running.mission import Mission
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
 
@@ -59,7 +59,7 @@ def models_of(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
 @pytest.fixture(params=MISSIONS, ids=lambda mission: mission.name)
 def exported(request: pytest.FixtureRequest) -> ElementTree.Element:
     mission: Mission = request.param
-    trees = mission.build(grounded_context(M600), mission.Options())
+    trees = mission.build(offline_context(M600), mission.Options())
     return ElementTree.fromstring(write_mission(mission.name, trees, M600))
 
 

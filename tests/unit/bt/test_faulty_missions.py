@@ -13,10 +13,10 @@ from typing import NoReturn
 import pytest
 from typer.testing import CliRunner, Result
 
-from skillwing.bt_missions import commands
-from skillwing.bt_missions.checking.misfit import FaultyMissionError
-from skillwing.bt_missions.running import library
-from skillwing.bt_missions.templates.template import write_template
+from skillwing.bt_missions import library
+from skillwing.bt_missions.cli import mission as commands
+from skillwing.bt_missions.cli.mission import write_template
+from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
@@ -234,8 +234,8 @@ def test_a_mission_that_does_not_fit_is_not_begun(
     assert isinstance(error, FaultyMissionError)
     assert exit_code_of(error) == USAGE
     assert result.output == ""
-    assert [misfit.text for misfit in error.misfits] == [str(each).partition(": ")[2] for each in error.misfits]
+    assert [problem.text for problem in error.problems] == [str(each).partition(": ")[2] for each in error.problems]
     assert "did you mean `return_home`?" in str(error)
     heading, problem = str(error).splitlines()
     assert heading.endswith(f"does not fit `{M600.name}`, which is what runs here:")
-    assert problem == str(error.misfits[0])
+    assert problem == str(error.problems[0])

@@ -13,21 +13,19 @@ from py_trees.behaviours import Failure, Success
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
 from skillwing.bt_missions.checking.landing_check import landing_problems
-from skillwing.bt_missions.checking.rehearsal import grounded_context
+from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.flying import may_land
+from skillwing.bt_missions.leaves.placeholder import PlaceholderNode
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt
+from skillwing.bt_missions.leaves.takeoff_and_landing import may_land
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.flight import or_pause, rescue, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.landing import land_where_it_is
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.dsl import load, parse
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
-DRONE = grounded_context(M600)
+DRONE = offline_context(M600)
 
 
 def skill(name: str) -> SkillAction:
@@ -64,13 +62,15 @@ def problems(tree: Behaviour, safe: Behaviour | None = None) -> list[str]:
         handled(Deadline("in time", DRONE, 9.0, flight(or_pause(DRONE, skill("goto")), skill("land")))),
         unless_the_pilot_flies(DRONE, 9.0, handled(flight(skill("land")))),
         handled(
-            flight(Until("rounds", lambda: True, skill("goto")), Repeat("thrice", skill("hover"), 3), skill("land"))
+            flight(
+                RepeatUntil("rounds", lambda: True, skill("goto")), Repeat("thrice", skill("hover"), 3), skill("land")
+            )
         ),
         in_order("on the ground", skill("stream"), Failure("ill")),
         # Who lands when the drone is not on the ground needs no other way down.
         in_order("up and down", FailureIsSuccess("tried", flight(skill("goto"))), land_where_it_is(DRONE)),
         # It may have been the landing: what cannot be read is told of elsewhere.
-        handled(flight(Unbuilt("lnd"))),
+        handled(flight(PlaceholderNode("lnd"))),
     ],
     ids=lambda tree: tree.name,
 )
@@ -93,7 +93,7 @@ def test_a_mission_that_always_lands_has_no_problem(tree: Behaviour) -> None:
         (flight(SuccessIsRunning("for ever", skill("hover"))), "when one of `takeoff` and `hover` fails"),
         (OnEnding("or", flight(skill("land")), ("NR",), skill("hover")), "when one of `takeoff` and `hover` fails"),
         (or_pause(DRONE, flight(skill("land"))), "when `takeoff` fails"),
-        (flight(Unbuilt("lnd")), "when `takeoff` fails"),
+        (flight(PlaceholderNode("lnd")), "when `takeoff` fails"),
     ],
     ids=lambda each: each.name if isinstance(each, Behaviour) else "",
 )
@@ -106,13 +106,13 @@ def test_a_rescue_has_to_land_whatever_fails_of_it() -> None:
     assert problems(tree, Success("safe")) == ["The rescue may end in the air after `safe`. Let it land the drone."]
     slow = in_order("first home", skill("return_home"), land_where_it_is(DRONE))
     assert "when `return_home` fails" in problems(tree, slow)[0]
-    assert problems(tree, Unbuilt("rescue")) == []
+    assert problems(tree, PlaceholderNode("rescue")) == []
     assert problems(in_order("ground", skill("stream")), Success("safe")) == [], "it is never needed in the air"
 
 
 def test_a_robot_that_does_not_fly_is_not_asked() -> None:
     rover = parse("skillset rover { skill takeoff { result { DONE: } } }", "rover.skillset")
-    leaf = SkillAction("takeoff", grounded_context(rover), "takeoff")
+    leaf = SkillAction("takeoff", offline_context(rover), "takeoff")
     assert list(landing_problems(leaf, Success("safe"), rover)) == []
 
 

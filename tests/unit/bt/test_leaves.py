@@ -9,15 +9,14 @@ from fake_interface import FakeMission
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.branch_switch import SETTLE_TIME, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import CALM, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, Route, WaypointWriter
-from skillwing.bt_missions.running.tree_text import TreePortrait, render
+from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder, render_tree
 from skillwing.bt_missions.subtrees.composites import alongside, guarded
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
 from skillwing.services.protocol import Ending, Terminal, TreeSnapshot
 
 HERE = {"x": 0.0, "y": 0.0, "z": 4.0}
@@ -95,7 +94,7 @@ def test_a_loop_runs_rounds_until_it_is_done() -> None:
     rounds = [Status.SUCCESS, Status.RUNNING, Status.SUCCESS]
     child = StatusQueue("round", rounds, eventually=Status.FAILURE)
     flown: list[Status] = []
-    loop = Until("until two rounds are flown", lambda: flown.count(Status.SUCCESS) == 2, child)
+    loop = RepeatUntil("until two rounds are flown", lambda: flown.count(Status.SUCCESS) == 2, child)
     for _ in rounds:
         loop.tick_once()
         assert loop.status is Status.RUNNING
@@ -106,14 +105,14 @@ def test_a_loop_runs_rounds_until_it_is_done() -> None:
 
 
 def test_a_loop_that_is_done_before_it_begins_runs_no_round() -> None:
-    loop = Until("nothing to do", lambda: True, Failure("never ticked"))
+    loop = RepeatUntil("nothing to do", lambda: True, Failure("never ticked"))
     loop.tick_once()
     assert loop.status is Status.SUCCESS
     assert loop.decorated.status is Status.INVALID
 
 
 def test_a_round_that_fails_fails_the_loop() -> None:
-    loop = Until("until done", lambda: False, Failure("round"))
+    loop = RepeatUntil("until done", lambda: False, Failure("round"))
     loop.tick_once()
     assert loop.status is Status.FAILURE
 
@@ -177,7 +176,7 @@ def test_settled_waits_for_cancelled_goals_but_not_for_ever(mission: FakeMission
     go = SkillAction("go", mission.context, "go")
     go.tick_once()
     go.stop(Status.INVALID)
-    settled = Settled("stopped", mission.context, 10.0)
+    settled = WaitForSettled("stopped", mission.context, 10.0)
     settled.tick_once()
     assert settled.status is Status.RUNNING
     mission.time = 10.1
@@ -186,8 +185,8 @@ def test_settled_waits_for_cancelled_goals_but_not_for_ever(mission: FakeMission
 
 
 def test_settled_leaves_time_for_news_that_is_still_on_its_way(mission: FakeMission) -> None:
-    settled = Settled("stopped", mission.context, 10.0)
-    for mission.time, status in ((0.0, Status.RUNNING), (CALM, Status.SUCCESS)):
+    settled = WaitForSettled("stopped", mission.context, 10.0)
+    for mission.time, status in ((0.0, Status.RUNNING), (SETTLE_TIME, Status.SUCCESS)):
         settled.tick_once()
         assert settled.status is status
 
@@ -266,7 +265,7 @@ def test_a_tree_is_told_depth_first_with_kinds_and_statuses(mission: FakeMission
         "root", ResourceIs("camera?", mission.context, "camera", "OK"), alongside("p", action, until=Running("r"))
     )
     tree.tick_once()
-    portrait = TreePortrait(tree)
+    portrait = SnapshotBuilder(tree)
     assert portrait.update()
     assert not portrait.update(), "nothing has happened since"
     nodes = portrait.nodes
@@ -277,7 +276,7 @@ def test_a_tree_is_told_depth_first_with_kinds_and_statuses(mission: FakeMission
         ("go", "Action", 2),
         ("r", "Behaviour", 2),
     ]
-    text = render(TreeSnapshot(mission="m", t=0.0, nodes=nodes)).plain.splitlines()
+    text = render_tree(TreeSnapshot(mission="m", t=0.0, nodes=nodes)).plain.splitlines()
     assert text[0] == "▶ root"
     assert text[1] == "  ✓ camera?  camera is OK"
     assert text[3] == "    ▶ go  sent"

@@ -13,11 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from skillwing.bt_missions.commands import mission
+from skillwing.bt_missions import library
+from skillwing.bt_missions.cli.mission import mission
+from skillwing.bt_missions.mission.options import parse_options, written
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.bt_missions.running import library
-from skillwing.bt_missions.running.option_values import written
-from skillwing.bt_missions.running.option_words import parse_options
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 

@@ -13,14 +13,14 @@ from py_trees.behaviours import Success
 from py_trees.common import Status
 from py_trees.decorators import Repeat, Retry, SuccessIsRunning
 
-from skillwing.bt_missions.checking.misfit import FaultyMissionError
+from skillwing.bt_missions.checking.mission_check import require_fit
 from skillwing.bt_missions.checking.preflight import preflight, tree_problems
-from skillwing.bt_missions.checking.rehearsal import require_fit
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.missions.mapping import MISSION
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType
 
@@ -176,4 +176,4 @@ def test_a_mission_that_is_flown_on_another_robot_is_refused_with_both_names() -
         require_fit(MISSION, SKILLSET, MISSION.read_options({}))
     first, *problems = str(refused.value).splitlines()
     assert first == f"Mission `mapping` does not fit `{SKILLSET.name}`, which is what runs here:"
-    assert problems == [str(misfit) for misfit in refused.value.misfits]
+    assert problems == [str(problem) for problem in refused.value.problems]

@@ -16,23 +16,21 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
 from typer.testing import CliRunner
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
-from skillwing.bt_missions.commands import mission as mission_command
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
+from skillwing.bt_missions.cli.mission import mission as mission_command
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
-from skillwing.bt_missions.subtrees.loop import Until
-from skillwing.bt_missions.xml.document import parse_document
+from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.xml.document import TreeFileError, parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
-from skillwing.bt_missions.xml.problems import TreeFileError
 from skillwing.bt_missions.xml.tree_file import tree_file
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import load
@@ -59,27 +57,27 @@ def problems_of(text: str) -> list[str]:
     """Every problem as `line: text`."""
     try:
         loaded = mission_of(text)
-        misfits = rehearse(loaded, SKILLSET, loaded.Options())
+        problems = check_mission(loaded, SKILLSET, loaded.Options())
     except TreeFileError as error:
-        misfits = error.misfits
-    return [str(misfit).removeprefix(f"{FILE}:") for misfit in misfits]
+        problems = error.problems
+    return [str(problem).removeprefix(f"{FILE}:") for problem in problems]
 
 
 @pytest.mark.parametrize("mission", [mapping.MISSION, inspection.MISSION], ids=lambda mission: mission.name)
 def test_the_tree_files_of_the_library_are_the_missions_written_in_python(mission: Mission) -> None:
-    context = grounded_context(M600)
+    context = offline_context(M600)
     flown = find_mission(str(MISSIONS / f"{mission.name}.xml"))
     by_file = flown.build(context, flown.Options())
     by_python = mission.build(context, mission.Options())
     assert write_mission(mission.name, by_file, M600) == write_mission(mission.name, by_python, M600)
     assert flown.needs == dict(mission.needs)
-    assert rehearse(flown, M600, flown.Options()) == []
+    assert check_mission(flown, M600, flown.Options()) == []
 
 
 def test_options_are_ports_of_the_main_tree() -> None:
     flown = find_mission(str(MAPPING))
     options = flown.read_options({"speed": "1.5", "route": [["1", "2", "3"]]})
-    trees = flown.build(grounded_context(M600), options)
+    trees = flown.build(offline_context(M600), options)
     legs = [leaf for leaf in trees.root.iterate() if isinstance(leaf, SkillAction) and leaf.name == "goto"]
     assert [leg.inputs["speed"] for leg in legs] == [1.5]
     assert trees.progress().waypoints == 1
@@ -90,21 +88,21 @@ LEAVES = st.one_of(
     st.builds(lambda: Failure("ill")),
     st.builds(
         lambda states, wait, question: ResourceIs(
-            "camera?", grounded_context(SKILLSET), "camera", *states, wait=wait, question=question
+            "camera?", offline_context(SKILLSET), "camera", *states, wait=wait, question=question
         ),
         st.lists(st.sampled_from(["OK", "FAILED"]), min_size=1, unique=True),
         st.sampled_from([0.0, 2.5]),
         st.booleans(),
     ),
     st.builds(
-        lambda sign, value: DataCompare("enough?", grounded_context(SKILLSET), "position.z", sign, value),
+        lambda sign, value: DataCompare("enough?", offline_context(SKILLSET), "position.z", sign, value),
         st.sampled_from(SIGNS),
         st.one_of(st.booleans(), st.sampled_from(["high", "low"]), st.floats(-1e3, 1e3)),
     ),
     st.builds(
         lambda speed, success, patience: SkillAction(
             "go there",
-            grounded_context(SKILLSET),
+            offline_context(SKILLSET),
             "go",
             {"speed": speed},
             outcomes={"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": success},
@@ -114,9 +112,9 @@ LEAVES = st.one_of(
         st.sampled_from([Status.SUCCESS, Status.FAILURE]),
         st.sampled_from([15.0, 3.0]),
     ),
-    st.builds(lambda: NoteSwitch("why", grounded_context(SKILLSET), "it", "this <&> that", 'an "other"')),
-    st.builds(lambda: NeverSwitched("as planned?", grounded_context(SKILLSET), "it")),
-    st.builds(lambda patience: Settled("calm", grounded_context(SKILLSET), patience), st.floats(0.1, 100.0)),
+    st.builds(lambda: NoteSwitch("why", offline_context(SKILLSET), "it", "this <&> that", 'an "other"')),
+    st.builds(lambda: NeverSwitched("as planned?", offline_context(SKILLSET), "it")),
+    st.builds(lambda patience: WaitForSettled("calm", offline_context(SKILLSET), patience), st.floats(0.1, 100.0)),
 )
 
 
@@ -133,7 +131,7 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
         st.builds(lambda count, below: Retry("again", below, count), st.integers(1, 9), children),
         st.builds(lambda count, below: Repeat("once more", below, count), st.integers(-1, 9), children),
         st.builds(
-            lambda seconds, below: Deadline("soon", grounded_context(SKILLSET), seconds, below),
+            lambda seconds, below: Deadline("soon", offline_context(SKILLSET), seconds, below),
             st.sampled_from([0.5, 900.0]),
             children,
         ),
@@ -141,18 +139,18 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
         st.builds(
             lambda below: WhileGranted(
                 "unless",
-                grounded_context(SKILLSET),
+                offline_context(SKILLSET),
                 below,
                 resource="axes",
                 states=("FREE",),
                 patience=2.5,
-                ended_by=Change("camera", "FAILED"),
+                ended_by=ResourceChange("camera", "FAILED"),
             ),
             children,
         ),
         st.builds(
             lambda condition, meanwhile, body: Pausable(
-                "or wait", grounded_context(SKILLSET), condition, meanwhile, body
+                "or wait", offline_context(SKILLSET), condition, meanwhile, body
             ),
             children,
             children,
@@ -165,7 +163,7 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
 def test_a_tree_that_was_written_is_read_as_the_same(tree: Behaviour) -> None:
     written = write_mission("main", MissionTrees(tree, Success("safe"), Progress), SKILLSET)
     loaded = mission_of(written)
-    again = loaded.build(grounded_context(SKILLSET), loaded.Options())
+    again = loaded.build(offline_context(SKILLSET), loaded.Options())
     assert write_mission("main", again, SKILLSET) == written
     assert _shape(again.root) == _shape(tree)
 
@@ -176,7 +174,7 @@ def _shape(node: Behaviour) -> object:
 
 
 def test_what_only_python_can_do_is_not_written() -> None:
-    leaf = SkillAction("go", grounded_context(SKILLSET), "go", {"speed": lambda: 1.0}, on_end=print)
+    leaf = SkillAction("go", offline_context(SKILLSET), "go", {"speed": lambda: 1.0}, on_end=print)
     with pytest.raises(NotWritableError, match="Python"):
         write_mission("main", MissionTrees(leaf, Success("safe"), Progress), SKILLSET)
 
@@ -372,7 +370,7 @@ def test_a_subtree_sees_its_ports_and_no_more(call: str, inside: str, speed: flo
         assert "which nothing fills" in problems_of(text)[0]
         return
     loaded = mission_of(text)
-    go = loaded.build(grounded_context(SKILLSET), loaded.Options()).root
+    go = loaded.build(offline_context(SKILLSET), loaded.Options()).root
     assert isinstance(go, SkillAction)
     assert go.inputs == {"speed": speed}
 
@@ -439,9 +437,9 @@ def test_a_cell_holds_what_was_written_into_it_last() -> None:
 
 
 def test_a_mission_with_two_routes_is_not_written_as_one() -> None:
-    context = grounded_context(M600)
+    context = offline_context(M600)
     routes = [Route(context, RoutePlanner([(x, 0.0, 4.0)])) for x in (5.0, 9.0)]
-    legs = [Until("legs", route.is_done, WaypointWriter("writer", context, route)) for route in routes]
+    legs = [RepeatUntil("legs", route.is_done, WaypointWriter("writer", context, route)) for route in routes]
     trees = MissionTrees(Sequence("both", memory=True, children=legs), Success("rescue"), Progress)
     with pytest.raises(NotWritableError, match="`both` flies 2 routes, and a tree file is written for one"):
         write_mission("both", trees, M600)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.services.bus import Answer, Answered, Request, Sample, Unanswered
+from skillwing.services.bus import Answer, Answered, NoReply, Request, Sample
 from skillwing.services.bus.faulty import LEASE, FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 
@@ -60,7 +60,7 @@ def test_every_question_is_settled_once(seed: int) -> None:
         asker.ask("key", b"", answers.append)
     network.run_for(30.0)
     assert len(answers) == 20
-    assert {type(answer) for answer in answers} <= {Answered, Unanswered}
+    assert {type(answer) for answer in answers} <= {Answered, NoReply}
 
 
 def test_a_stopped_node_does_late_what_it_was_asked_to() -> None:
@@ -73,7 +73,7 @@ def test_a_stopped_node_does_late_what_it_was_asked_to() -> None:
     asker.ask("key", b"", answers.append)
     network.stop(server)
     network.run_for(2.5)
-    assert answers == [Unanswered(timed_out=True)]
+    assert answers == [NoReply(timed_out=True)]
     assert served == []
     network.wake(server)
     network.run_for(1.0)

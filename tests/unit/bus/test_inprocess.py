@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.services.bus import Answer, Bus, Sample, Unanswered
+from skillwing.services.bus import Answer, Bus, NoReply, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 
 
@@ -86,7 +86,7 @@ def test_a_query_on_its_way_to_a_node_that_dies_is_unanswered_at_once() -> None:
     b.serve("x", lambda _: b.close())
     a.ask("x", b"", answers.append, timeout=60.0)
     assert network.run_until(lambda: bool(answers), 1.0)
-    assert answers == [Unanswered(timed_out=False)]
+    assert answers == [NoReply(timed_out=False)]
 
 
 def _gossip(seed: int) -> list[tuple[float, str, bytes]]:

@@ -9,7 +9,7 @@ import pytest
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.processes.run_state import announced, read_run_state
-from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind, State, encode
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
 from skillwing.services.terminal.active_work import REAL, SIMULATED, ActiveWork
 
 KEYS = Keys("m600")
@@ -20,15 +20,17 @@ class System:
 
     def __init__(self, *, simulated: bool = True) -> None:
         self.network = InProcessNetwork()
-        self.work = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
+        self.unfinished = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
         self.told: list[str] = []
-        self.work.attach(self.network.bus("supervisor"), on_change=lambda: self.told.append(self.work.text))
+        self.unfinished.attach(
+            self.network.bus("attendance"), on_change=lambda: self.told.append(self.unfinished.words)
+        )
         self.bus = self.network.bus("robot")
 
     def tell(self, key: str, message: GoalStatus | MissionStatus | Record) -> str:
         self.bus.advertise(key, events=True).put(encode(message))
         self.network.run_for(0.1)
-        return self.work.text
+        return self.unfinished.words
 
     def flight(self, state: str, t: float) -> str:
         kind = RecordKind.RESOURCE
@@ -36,7 +38,9 @@ class System:
         return self.tell(KEYS.timeline, record)
 
     def mission(self, phase: str) -> str:
-        return self.tell(KEYS.mission_status, MissionStatus(mission="patrol", phase=phase, t=1.0, text=""))
+        return self.tell(
+            KEYS.mission_status, MissionStatus(mission="patrol", phase=MissionPhase(phase), t=1.0, text="")
+        )
 
     def goto(self, state: State) -> str:
         return self.tell(KEYS.status("goto"), GoalStatus(goal_id="g", skill="goto", state=state, t=2.0))
@@ -45,7 +49,7 @@ class System:
 @pytest.mark.parametrize(("simulated", "fate"), [(True, SIMULATED), (False, REAL)])
 def test_a_robot_in_the_air_is_told_of_with_what_was_cut_short(simulated: bool, fate: str) -> None:
     system = System(simulated=simulated)
-    assert system.work.text == ""
+    assert system.unfinished.words == ""
     assert system.mission("RUNNING") == "Cut short: mission patrol."
     assert system.goto(State.RUNNING) == "Cut short: mission patrol, goto."
     assert system.flight("IN_AIR", 3.0) == f"Cut short: mission patrol, goto. m600 was in the air. {fate}"
@@ -72,7 +76,7 @@ def test_a_mission_that_was_killed_is_not_cut_short_any_more() -> None:
     assert system.mission("RUNNING")
     alive.cancel()
     system.network.run_for(0.1)
-    assert system.work.text == ""
+    assert system.unfinished.words == ""
 
 
 def test_it_is_known_to_other_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +85,7 @@ def test_it_is_known_to_other_commands(tmp_path: Path, monkeypatch: pytest.Monke
         announcement.update((), "Cut short: goto.")
         state = read_run_state("m600")
         assert state is not None
-        assert state.active_work == "Cut short: goto."
+        assert state.unfinished == "Cut short: goto."
 
 
 def test_what_is_not_to_be_left_are_states_of_the_skillset() -> None:

@@ -51,7 +51,7 @@ def run_dir(tmp_path: Path) -> Path:
     """A run in which a lift lost its power, and a lamp is lit."""
     file = Journal(tmp_path / "journal.sqlite", Identity("r1", CRANE.name, CRANE.schema_hash))
     core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
-    file.write(core.inventory(), (), 0.0)
+    file.write(core.initial_entries(), (), 0.0)
 
     def keep(step: Step[Any], now: float) -> None:
         file.write(step.entries, [each for each in step.publications if isinstance(each, Record)], now)

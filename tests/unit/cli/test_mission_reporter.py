@@ -15,7 +15,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.history.report import read_report
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
@@ -33,7 +33,7 @@ class System:
         self.network = InProcessNetwork()
         self.told: list[str] = []
         self.reports = MissionReporter(run_dir, "m600", lambda: STATES)
-        self.bus: Bus = self.network.bus("supervisor")
+        self.bus: Bus = self.network.bus("attendance")
         self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
         self._mission = self.network.bus("mission")
         self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
@@ -53,7 +53,7 @@ class System:
         )
         with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
             file.write(record)
-        self._out.put(encode(MissionStatus(mission="patrol", phase=after, t=t, text="")))
+        self._out.put(encode(MissionStatus(mission="patrol", phase=MissionPhase(after), t=t, text="")))
 
     def begin(self) -> Handle:
         """A mission takes off; cancelling what is returned kills its process."""
@@ -195,7 +195,7 @@ def test_a_run_that_cannot_be_reported_gets_a_sentence(
     ("words", "sentence"),
     [
         (["--no-record", "--viewer", "web"], "Leave out `--no-record`."),
-        ([], "holds the recording of a run"),
+        ([], "holds the recording of a run already"),
     ],
 )
 def test_what_cannot_be_shown_or_recorded_starts_nothing(

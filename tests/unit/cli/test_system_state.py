@@ -13,7 +13,7 @@ from skillwing.services.client.connection import Target
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.mocking import MockRun, MockScript, MockWorld, make_mock_managers
 from skillwing.services.names import MISSION
-from skillwing.services.protocol import DataSample, Keys, MissionStatus, encode
+from skillwing.services.protocol import DataSample, Keys, MissionPhase, MissionStatus, encode
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.system_state import system_state
 
@@ -66,7 +66,7 @@ def balloon(tmp_path: Path) -> Balloon:
 
 def test_a_mission_is_named_for_the_skills_that_it_has_started(balloon: Balloon) -> None:
     balloon.bus.declare_alive(KEYS.alive(MISSION))
-    status = MissionStatus(mission="patrol", phase="RUNNING", t=0.0, text="")
+    status = MissionStatus(mission="patrol", phase=MissionPhase.RUNNING, t=0.0, text="")
     balloon.bus.advertise(KEYS.mission_status, events=True).put(encode(status))
     balloon.start("rise", MISSION)
     balloon.start("look", "cli")

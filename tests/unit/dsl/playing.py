@@ -16,6 +16,7 @@ from skillwing.services.protocol import (
     DataSample,
     Ended,
     EndGoal,
+    EndKind,
     FireEvent,
     FireExtern,
     Granted,
@@ -187,9 +188,10 @@ class _Play:
 
     def _end(self, skill: Skill, datum: object) -> None:
         ends = [
-            (f"it ends {result.name}", f"result `{result.name}`", "result", result.name) for result in skill.results
+            (f"it ends {result.name}", f"result `{result.name}`", EndKind.RESULT, result.name)
+            for result in skill.results
         ]
-        ends += [("it is interrupted", "interruption", "interrupt", None)]
+        ends += [("it is interrupted", "interruption", EndKind.INTERRUPT, None)]
         for when, label, how, result in ends:
             core = self._core()
             (grant,) = (grant for grant in core.grants if grant.skill.name == skill.name)

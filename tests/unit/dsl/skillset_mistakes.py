@@ -6,8 +6,8 @@ import random
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.lexer import lex
 
 _COUNTED = frozenset({"SKILLSET", "SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "EVENT"})
 

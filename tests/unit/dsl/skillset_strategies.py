@@ -13,7 +13,7 @@ from typing import cast
 from hypothesis import strategies as st
 
 from skillwing.dsl.checking.types import SCALARS
-from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Operator, Or, Symbol
+from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, NamedValue, Not, Operator, Or
 from skillwing.dsl.model import (
     ArrayType,
     DataItem,
@@ -153,7 +153,7 @@ def about_resources(known: Sequence[Resource]) -> st.SearchStrategy[Expression]:
         if not known:
             return Literal(draw(st.booleans()))
         resource = draw(st.sampled_from(known))
-        sides = Name(resource.name, "resource"), Symbol(draw(st.sampled_from(resource.states)))
+        sides = Name(resource.name, "resource"), NamedValue(draw(st.sampled_from(resource.states)))
         return Comparison(draw(st.sampled_from(["==", "!="])), *sides)
 
     return _combined(atom())
@@ -185,7 +185,7 @@ def _about_values(inputs: Sequence[Field], data: Sequence[DataItem]) -> st.Searc
             case EnumType(values=words):
                 known = {known.root for known, _ in values}
                 word = draw(st.sampled_from(words))
-                other = name if word in known else Symbol(word)
+                other = name if word in known else NamedValue(word)
                 return Comparison(equal, name, other)
             case _:
                 sign = cast(Operator, draw(st.sampled_from(["==", "!=", "<", "<=", ">", ">="])))

@@ -22,7 +22,7 @@ from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.statespace import StateSpace
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.services.protocol import NotReady, Violated
@@ -34,7 +34,7 @@ EFFECT_CODES = {"SW040", "SW041", "SW042"}
 def resolved(source: Source) -> Skillset:
     root = parse_file(str(source), "random").root
     assert root is not None
-    report = Report()
+    report = DiagnosticReport()
     skillset = resolve(root, report)
     assert not has_errors(report.diagnostics)
     return skillset
@@ -66,7 +66,7 @@ def test_where_it_knows_exactly_it_neither_misses_nor_invents(source: Source) ->
     skillset = resolved(source)
     seen = played(skillset)
     space = StateSpace(skillset)
-    report = Report()
+    report = DiagnosticReport()
     knowledge = PartByPart(space)
     assert knowledge.exact
     report_on(knowledge, space, report)
@@ -82,7 +82,7 @@ def test_reasoning_resource_by_resource_never_invents_an_error(source: Source) -
     skillset = resolved(source)
     seen = played(skillset)
     space = StateSpace(skillset)
-    report = Report()
+    report = DiagnosticReport()
     report_on(Approximation(space), space, report)
     _nothing_is_invented(skillset, seen, Findings(report.diagnostics, source))
 

@@ -11,7 +11,7 @@ from skillwing.dsl.checking.checker import check
 from skillwing.dsl.checking.reachability.approximation import Approximation
 from skillwing.dsl.checking.reachability.statespace import StateSpace
 from skillwing.dsl.diagnostics.diagnostic import has_errors
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 
 CASES = Path(__file__).parent / "cases"
 FILES = sorted(CASES.glob("*/*.skillset"))
@@ -31,6 +31,6 @@ def test_a_valid_file_gets_no_error_as_part_of_a_large_one_either(path: Path) ->
     """A skillset of this size is played through; in a large one its resources are followed one by one."""
     skillset = check(path.read_text(), path.name).skillset
     assert skillset is not None
-    space, report = StateSpace(skillset), Report()
+    space, report = StateSpace(skillset), DiagnosticReport()
     report_on(Approximation(space), space, report)
     assert not has_errors(report.diagnostics), report.diagnostics

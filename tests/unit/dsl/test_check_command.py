@@ -12,8 +12,7 @@ from typer.testing import CliRunner, Result
 
 from skillwing.dsl.checking.reachability import parts
 from skillwing.dsl.commands.check import check
-from skillwing.dsl.diagnostics.codes import CODES
-from skillwing.dsl.diagnostics.pages import page_on
+from skillwing.dsl.diagnostics.codes import CODES, page_on
 
 CASES = Path(__file__).parent / "cases"
 BAD = str(CASES / "invalid" / "duplicates.skillset")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.dsl.checking.checker import check
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.dialect import lex
 
 HERE = Path(__file__).parent
 FILES = sorted(

@@ -18,7 +18,7 @@ import pytest
 from editor_files import FILES, RL_FILES, document
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.reading.dialect import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT
 
 EXTENSION = Path(__file__).parents[3] / "editors" / "vscode"

@@ -13,7 +13,7 @@ from skillwing.dsl.editor.completion import completions
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.model import OwnerPolicy
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.reading.dialect import dialect_of
 
 ARM = """\
 skillset arm {

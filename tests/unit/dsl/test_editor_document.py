@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.fixes import fixes
-from skillwing.dsl.editor.outline import Entry, folds, outline
+from skillwing.dsl.editor.outline import OutlineEntry, folds, outline
 from skillwing.dsl.editor.positions import Encoding, Lines
 from skillwing.dsl.editor.rename import applied
 from skillwing.dsl.editor.tokens import tokens
@@ -36,7 +36,7 @@ def test_an_offset_survives_the_way_to_the_protocol_and_back(
 @given(text=TEXTS, data=st.data())
 def test_an_offset_survives_the_way_to_the_language_and_back(text: str, data: st.DataObject) -> None:
     offset = data.draw(st.integers(0, len(text)))
-    line, column = Source(text, "s.skillset").place(offset)
+    line, column = Source(text, "s.skillset").position(offset)
     assert Lines(text).offset(line, column) == offset
     assert Lines(text).line(offset) == line
 
@@ -77,7 +77,7 @@ skillset rover {
 """
 
 
-def listed(entries: tuple[Entry, ...]) -> list[object]:
+def listed(entries: tuple[OutlineEntry, ...]) -> list[object]:
     return [
         [f"{entry.kind} {entry.name}", *listed(entry.children)] if entry.children else f"{entry.kind} {entry.name}"
         for entry in entries
@@ -99,7 +99,7 @@ def test_the_outline_has_the_elements_with_what_belongs_to_them() -> None:
 def test_each_entry_holds_its_name_and_its_children(path: Path) -> None:
     found = document(path)
 
-    def holds(entry: Entry) -> None:
+    def holds(entry: OutlineEntry) -> None:
         assert entry.start <= entry.name_start < entry.name_end <= entry.end
         assert found.text[entry.name_start : entry.name_end] == entry.name
         for child in entry.children:

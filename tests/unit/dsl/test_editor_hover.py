@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from editor_files import FILES, RL_FILES, document, marked
 
-from skillwing.dsl.editor.hover import hover
+from skillwing.dsl.editor.description import hover
 
 BOAT = """\
 skillset boat {

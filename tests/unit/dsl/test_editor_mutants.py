@@ -8,9 +8,9 @@ import pytest
 from editor_files import FILES, RL_FILES, document
 
 from skillwing.dsl.editor.completion import completions
+from skillwing.dsl.editor.description import hover
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.fixes import fixes
-from skillwing.dsl.editor.hover import hover
 from skillwing.dsl.editor.outline import folds, outline
 from skillwing.dsl.editor.rename import RenameRefusedError, rename
 from skillwing.dsl.editor.tokens import tokens

@@ -10,7 +10,7 @@ from editor_files import FILES, RL_FILES, document
 
 from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.names import Scope, Symbol
+from skillwing.dsl.editor.names import NameScope, Symbol
 from skillwing.dsl.model import OwnerPolicy
 
 ROVER = """\
@@ -46,19 +46,19 @@ def uses(text: str, symbol: Symbol) -> list[int]:
 @pytest.mark.parametrize(
     ("symbol", "lines"),
     [
-        (Symbol(Scope("skillset"), "rover"), [-1]),
-        (Symbol(Scope("type"), "Gait"), [-2, 3, 4, 8]),
-        (Symbol(Scope("value", "Gait"), "WALK"), [-2, 8, 12]),
-        (Symbol(Scope("value", "Gait"), "RUN"), [-2, 3, 12]),
-        (Symbol(Scope("field", "Point"), "x"), [-3, 12, 12]),
-        (Symbol(Scope("field", "Point"), "gait"), [-3, 12]),
-        (Symbol(Scope("datum"), "position"), [-4, 12, 12]),
-        (Symbol(Scope("datum"), "gait"), [-4]),
-        (Symbol(Scope("input", "drive"), "gait"), [-8, 12]),
-        (Symbol(Scope("resource"), "wheels"), [-5, 6, 6, 9, 9, 11, 15, 16]),
-        (Symbol(Scope("state", "wheels"), "FREE"), [-5, 5, 5, 6, 9, 11, 15, 16]),
-        (Symbol(Scope("effect", "drive"), "leave"), [-9, 15, 16, 17]),
-        (Symbol(Scope("result", "drive"), "THERE"), [-16]),
+        (Symbol(NameScope("skillset"), "rover"), [-1]),
+        (Symbol(NameScope("type"), "Gait"), [-2, 3, 4, 8]),
+        (Symbol(NameScope("value", "Gait"), "WALK"), [-2, 8, 12]),
+        (Symbol(NameScope("value", "Gait"), "RUN"), [-2, 3, 12]),
+        (Symbol(NameScope("field", "Point"), "x"), [-3, 12, 12]),
+        (Symbol(NameScope("field", "Point"), "gait"), [-3, 12]),
+        (Symbol(NameScope("datum"), "position"), [-4, 12, 12]),
+        (Symbol(NameScope("datum"), "gait"), [-4]),
+        (Symbol(NameScope("input", "drive"), "gait"), [-8, 12]),
+        (Symbol(NameScope("resource"), "wheels"), [-5, 6, 6, 9, 9, 11, 15, 16]),
+        (Symbol(NameScope("state", "wheels"), "FREE"), [-5, 5, 5, 6, 9, 11, 15, 16]),
+        (Symbol(NameScope("effect", "drive"), "leave"), [-9, 15, 16, 17]),
+        (Symbol(NameScope("result", "drive"), "THERE"), [-16]),
     ],
     ids=lambda value: value.title if isinstance(value, Symbol) else "",
 )
@@ -68,7 +68,7 @@ def test_a_symbol_is_found_wherever_it_stands(symbol: Symbol, lines: list[int]) 
 
 def test_states_of_a_list_are_declared_by_it() -> None:
     text = "skillset s { resource r { initial A  A -> B\nstate { A B } } }"
-    assert uses(text, Symbol(Scope("state", "r"), "A")) == [1, 1, -2]
+    assert uses(text, Symbol(NameScope("state", "r"), "A")) == [1, 1, -2]
 
 
 @pytest.mark.parametrize("path", [*FILES, *RL_FILES], ids=lambda path: path.name)
@@ -103,12 +103,12 @@ def test_an_unknown_name_is_an_occurrence_without_symbol() -> None:
     text = "skillset s { resource r { initial A  A -> B } skill k { effect { e: r -> C } } }"
     place = Document(text, "s.skillset").names.at(text.index("C }"))
     assert place is not None
-    assert (place.symbol, place.scopes) == (None, (Scope("state", "r"),))
+    assert (place.symbol, place.scopes) == (None, (NameScope("state", "r"),))
 
 
 def test_names_in_an_element_with_a_syntax_error_are_known_by_the_sign_between_them() -> None:
     text = "skillset s { resource r { initial A  A -> B } skill k { ! r -> B } }"
-    assert [place.start for place in Document(text, "s.skillset").names.of(Symbol(Scope("resource"), "r"))] == [
+    assert [place.start for place in Document(text, "s.skillset").names.of(Symbol(NameScope("resource"), "r"))] == [
         text.index("r {"),
         text.index("r -> B }"),
     ]
@@ -117,7 +117,7 @@ def test_names_in_an_element_with_a_syntax_error_are_known_by_the_sign_between_t
 def test_a_name_that_was_made_up_for_an_inline_effect_stands_nowhere() -> None:
     text = "skillset s { resource r { state { A B } initial A transition all } skill k { start r -> B  success d {} } }"
     names = Document(text, "s.rl").names
-    (effect,) = names.names(Scope("effect", "k"))
+    (effect,) = names.names(NameScope("effect", "k"))
     assert names.declarations[effect].place is None
     assert names.of(effect) == ()
 

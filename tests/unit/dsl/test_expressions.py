@@ -13,9 +13,9 @@ from skillwing.dsl.expressions import (
     Implies,
     Literal,
     Name,
+    NamedValue,
     Not,
     Or,
-    Symbol,
     UnboundNameError,
     evaluate,
     names_used,
@@ -33,7 +33,7 @@ on_states = st.builds(
     Comparison,
     st.sampled_from(["==", "!="]),
     resource_names.map(lambda name: Name(name, "resource")),
-    states.map(Symbol),
+    states.map(NamedValue),
 )
 on_numbers = st.builds(
     Comparison,
@@ -124,7 +124,7 @@ def test_fields_of_mappings_and_of_objects() -> None:
 def test_an_unbound_resource_is_an_error_and_not_false() -> None:
     name = Name("axes", "resource")
     try:
-        evaluate(Comparison("==", name, Symbol("FREE")), Environment())
+        evaluate(Comparison("==", name, NamedValue("FREE")), Environment())
     except UnboundNameError as error:
         assert error.name is name
     else:

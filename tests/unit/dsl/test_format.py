@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 from skillwing import m600
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.commands.fmt import fmt
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
 from skillwing.dsl.printing.source import to_source
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.parser import parse_file
 
 ROOT = Path(__file__).parents[3]
@@ -43,7 +43,7 @@ def model(text: str, file: str = "model.skillset") -> tuple[Skillset, list[str]]
     """What a readable text means, and what the reader finds wrong with it."""
     parsed = parse_file(text, file)
     assert parsed.root is not None
-    report = Report()
+    report = DiagnosticReport()
     return resolve(parsed.root, report), sorted(item.message for item in report.diagnostics)
 
 

@@ -44,8 +44,8 @@ def test_the_generated_code_of_the_m600_is_up_to_date() -> None:
     source = M600 / "m600.skillset"
     skillset, robot = load(source), RobotFolder(M600)
     products = generate(skillset, source, M600, robot.managed(skillset))
-    assert robot.outdated(products) == ()
-    assert robot.orphans(skillset) == ()
+    assert robot.outdated(products) == (), "run `make generate`"
+    assert robot.orphans(skillset) == (), "remove these managers, or rename them with their classes"
     assert skillset_copy(skillset, source, M600, "") == {}
 
 
@@ -53,7 +53,7 @@ def test_the_compose_file_has_the_managers_that_are_generated() -> None:
     root, fragment = ((ROOT / "docker-compose.yml").read_text(), (M600 / "generated" / "compose.yml").read_text())
     ours, generated = yaml.safe_load(root)["services"], yaml.safe_load(fragment)["services"]
     managers = {name for name in ours if name.endswith("_manager") or name.startswith("skill_")}
-    assert generated.keys() == managers | {"router"}
+    assert generated.keys() == managers | {"router"}, "run `make generate`"
     for name, service in generated.items():
         assert ours[name]["command"] == service["command"]
         for option in ("init", "restart", "stop_grace_period", "healthcheck", "depends_on", "image", "ports"):
@@ -244,7 +244,7 @@ def test_what_is_no_longer_generated_goes_and_what_somebody_wrote_stays(tmp_path
 
 def test_the_skeleton_of_progress_names_its_type() -> None:
     source = "skillset s { skill go_to { progress=1.0 { x: bool }  result { DONE } } }"
-    assert "Tell how far it is with a `GoToFeedback`" in skeletons(parse(source), "s")["skills/go_to.py"]
+    assert "Return the progress as a `GoToFeedback`" in skeletons(parse(source), "s")["skills/go_to.py"]
 
 
 def test_skeletons_are_written_once(tmp_path: Path) -> None:

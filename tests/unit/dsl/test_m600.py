@@ -9,6 +9,7 @@ import pytest
 from skillwing import m600
 from skillwing.dsl import Skillset
 from skillwing.dsl.checking.checker import check
+from skillwing.dsl.queries import taken_by
 
 FILE = Path(m600.__path__[0]) / "m600.skillset"
 
@@ -23,7 +24,7 @@ def skillset() -> Skillset:
 
 def test_every_end_of_every_skill_gives_back_what_it_took(skillset: Skillset) -> None:
     for skill in skillset.skills:
-        initial = {name: skillset.resource(name).initial for name, _ in skill.transitions(skill.preconditions.success)}
+        initial = {name: skillset.resource(name).initial for name in taken_by(skill)}
         ends = [result.apply for result in skill.results]
         ends += [invariant.violation for invariant in skill.invariants]
         for effect in (*ends, skill.interrupt.apply, skill.lost):
@@ -31,11 +32,8 @@ def test_every_end_of_every_skill_gives_back_what_it_took(skillset: Skillset) ->
 
 
 def test_who_takes_what(skillset: Skillset) -> None:
-    taken = {
-        skill.name: {name for name, _ in skill.transitions(skill.preconditions.success)} for skill in skillset.skills
-    }
     both = {"axes_authority", "heading_authority"}
-    assert taken == {
+    expected: dict[str, set[str]] = {
         "takeoff": both,
         "land": both,
         "hover": both,
@@ -50,10 +48,12 @@ def test_who_takes_what(skillset: Skillset) -> None:
         "inspect": both,
         "stream": set(),
     }
+    for skill, resources in expected.items():
+        assert taken_by(skillset.skill(skill)).keys() == resources, skill
 
 
 def test_a_movement_needs_authority_and_ends_without_it(skillset: Skillset) -> None:
     for skill in skillset.skills:
-        if {"axes_authority", "heading_authority"} & dict(skill.transitions(skill.preconditions.success)).keys():
+        if {"axes_authority", "heading_authority"} & taken_by(skill).keys():
             assert "authority" in [check.name for check in skill.preconditions.checks]
             assert skill.invariants[0].name == "authority"

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.dsl.checking.checker import check
-from skillwing.dsl.reading.layout import unclosed_by_layout
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
+from skillwing.dsl.reading.recovery.layout import unclosed_by_layout
 
 GRIPPER = """skillset gripper {
     data { battery: float64 [%] period=1.0  mode: string }

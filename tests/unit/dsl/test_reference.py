@@ -27,7 +27,7 @@ def page(path: Path) -> str:
 
 
 def test_the_page_of_the_m600_is_up_to_date() -> None:
-    assert (ROOT / "docs" / "m600.md").read_text() == page(M600), "run `make reference`"
+    assert (ROOT / "docs" / "m600.md").read_text() == page(M600), "run `make generate`"
 
 
 @pytest.mark.parametrize("path", [M600, *EXAMPLES, EVERYTHING], ids=lambda path: path.stem)

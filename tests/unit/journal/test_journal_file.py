@@ -12,7 +12,7 @@ import msgspec
 import pytest
 
 from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN, Ledger
-from skillwing.services.core.kept import DatumKept, GoalOver, GrantOpened, Kept, ManagerNoted, ResourceStands
+from skillwing.services.core.snapshot import DatumEntry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
 from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (
     JournalRefusedError,
@@ -37,49 +37,51 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def journal(path: Path) -> Iterator[Journal]:
     journal = Journal(path, ME)
-    journal.write((ResourceStands("hook", "FREE", 0, ""),), (), 0.0)
+    journal.write((ResourceEntry("hook", "FREE", 0, ""),), (), 0.0)
     yield journal
     journal.close()
 
 
-def opened(number: int) -> GrantOpened:
+def opened(number: int) -> GrantEntry:
     granted = Granted(goal_id=f"g{number}", token=number, revision=1, record=f"rm#{number}")
-    return GrantOpened("lift", {"load": 1.5, "name": "Käfig"}, "skill/lift", "a", granted)
+    return GrantEntry("lift", {"load": 1.5, "name": "Käfig"}, "skill/lift", "a", granted)
 
 
-def over(number: int) -> GoalOver:
-    return GoalOver(f"g{number}", "lift", number, NotReady(goal_id=f"g{number}", failing={"calm": "no"}, record="rm#1"))
+def over(number: int) -> FinishedGoal:
+    return FinishedGoal(
+        f"g{number}", "lift", number, NotReady(goal_id=f"g{number}", failing={"calm": "no"}, record="rm#1")
+    )
 
 
 def record(number: int) -> Record:
     return Record(id=f"rm#{number}", t=1.0, source="rm", kind=RecordKind.GOAL, subject="x", before=None, after="y")
 
 
-def held(journal: Journal) -> Kept:
-    kept = journal.kept()
+def held(journal: Journal) -> Snapshot:
+    kept = journal.snapshot()
     assert kept is not None
     return kept
 
 
 def entries_of_every_kind() -> tuple[object, ...]:
     return (
-        ResourceStands("hook", "TAKEN", 1, "rm#1"),
+        ResourceEntry("hook", "TAKEN", 1, "rm#1"),
         opened(1),
         opened(2),
         over(1),
-        ManagerNoted("skill/lift", "a"),
-        DatumKept("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),
+        ManagerEntry("skill/lift", "a"),
+        DatumEntry("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),
     )
 
 
 def test_everything_is_there_for_the_next_one(path: Path, journal: Journal) -> None:
     journal.write(entries_of_every_kind(), [record(1), record(2)], 2.5)  # pyright: ignore[reportArgumentType]
-    assert held(Journal(path, ME)) == Kept(
-        resources=(ResourceStands("hook", "TAKEN", 1, "rm#1"),),
+    assert held(Journal(path, ME)) == Snapshot(
+        resources=(ResourceEntry("hook", "TAKEN", 1, "rm#1"),),
         grants=(opened(2),),
         goals=(over(1),),
-        managers=(ManagerNoted("skill/lift", "a"),),
-        data=(DatumKept("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),),
+        managers=(ManagerEntry("skill/lift", "a"),),
+        data=(DatumEntry("limit", {"x": 1.0, "names": ["a", "b"]}, 0.5),),
         last_token=2,
         records=(record(1), record(2)),
         t=2.5,
@@ -122,19 +124,19 @@ def test_a_journal_that_was_moved_away_is_not_written_until_it_is_back(
     if another:
         path.write_bytes(away.read_bytes())
     with pytest.raises(JournalWriteError, match=r"deleted or moved away\. Move it back"):
-        journal.write((ResourceStands("hook", "USED", 1, "rm#1"),), (), 1.0)
+        journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0)
     with pytest.raises(JournalWriteError):
         journal.check_hold()
     away.replace(path)
     journal.check_hold()
-    assert held(journal).resources == (ResourceStands("hook", "FREE", 0, ""),)
-    journal.write((ResourceStands("hook", "USED", 1, "rm#1"),), (), 1.0)
+    assert held(journal).resources == (ResourceEntry("hook", "FREE", 0, ""),)
+    journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0)
 
 
 def test_it_stays_small(path: Path, journal: Journal) -> None:
     for start in range(0, 12_000, 500):
         numbers = range(start + 1, start + 501)
-        noted = [ManagerNoted("skill/lift", f"i{number}") for number in numbers]
+        noted = [ManagerEntry("skill/lift", f"i{number}") for number in numbers]
         journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0)
     kept = held(journal)
     assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_001 - GOALS_REMEMBERED, 12_001)]
@@ -148,15 +150,15 @@ def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:
     """A tree that starts a skill which is not ready asks again many times a second."""
     journal.write([over(number) for number in range(1, 11)], (), 1.0)
     refused = [msgspec.structs.replace(over(0).verdict, goal_id=f"r{number}") for number in range(5000)]
-    journal.write([GoalOver(each.goal_id, "lift", NO_TOKEN, each) for each in refused], (), 1.0)
+    journal.write([FinishedGoal(each.goal_id, "lift", NO_TOKEN, each) for each in refused], (), 1.0)
     kept = held(journal).goals
     assert [each.goal_id for each in kept if each.token] == [f"g{number}" for number in range(1, 11)]
     assert GOALS_REMEMBERED <= len(kept) - 10 < GOALS_REMEMBERED + TRIM_EVERY
     ledger = Ledger(lambda entry: None, past=kept)
     for each in refused:
-        ledger.remember(GoalOver(f"again {each.goal_id}", "lift", NO_TOKEN, each))
-    assert ledger.past("g1") == over(1)
-    assert ledger.past("r4999") is None
+        ledger.remember(FinishedGoal(f"again {each.goal_id}", "lift", NO_TOKEN, each))
+    assert ledger.finished("g1") == over(1)
+    assert ledger.finished("r4999") is None
 
 
 def test_a_full_disk_is_an_error_and_costs_nothing(path: Path, journal: Journal) -> None:
@@ -164,7 +166,7 @@ def test_a_full_disk_is_an_error_and_costs_nothing(path: Path, journal: Journal)
     (pages,) = journal._connection.execute("PRAGMA page_count").fetchone()  # pyright: ignore[reportPrivateUsage]
     journal._connection.execute(f"PRAGMA max_page_count = {pages}")  # pyright: ignore[reportPrivateUsage]
     before = held(journal)
-    huge = GrantOpened("lift", {"load": "x" * (2 * ROOM)}, "skill/lift", "a", opened(2).granted)
+    huge = GrantEntry("lift", {"load": "x" * (2 * ROOM)}, "skill/lift", "a", opened(2).granted)
     with pytest.raises(JournalWriteError, match=r"cannot be written: database or disk is full\. Make room"):
         journal.write((huge,), (), 2.0)
     assert held(journal) == before
@@ -234,7 +236,7 @@ def test_values_that_were_never_written_are_noticed(path: Path, journal: Journal
         meddler.execute("UPDATE grants SET granted = '{}'")
         meddler.commit()
     with pytest.raises(JournalRefusedError, match="is damaged: Object missing"):
-        Journal(path, ME).kept()
+        Journal(path, ME).snapshot()
 
 
 def test_a_directory_that_nobody_can_write_to_is_an_error(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
     EndGoal,
+    EndKind,
     ErrorReply,
     FireEvent,
     FireExtern,
@@ -81,7 +82,7 @@ class Twins(RuleBasedStateMachine):
         self.journal = Journal(None, Identity("r1", CRANE.name, CRANE.schema_hash))
         self.ids = RecordIds("rm")
         self.constant = ResourceCore(CRANE, source="rm", new_record_id=self.ids)
-        self.journal.write(self.constant.inventory(), (), self.now)
+        self.journal.write(self.constant.initial_entries(), (), self.now)
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
 
     def take(self, call: Any) -> Any:
@@ -112,7 +113,7 @@ class Twins(RuleBasedStateMachine):
 
     @rule()
     def die_and_come_back(self) -> None:
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         assert kept is not None
         # Both give the same ids from here on, so that their steps can be compared.
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=copy(self.ids), kept=kept)
@@ -149,10 +150,10 @@ class Twins(RuleBasedStateMachine):
         verdict = self.take(lambda core: core.begin(request, self.now))
         self.tokens.append(getattr(verdict, "token", 0))
 
-    @rule(goal=goals, data=st.data(), how=st.sampled_from(["result", "interrupt", "error"]))
-    def end(self, goal: tuple[str, str], data: st.DataObject, how: str) -> None:
+    @rule(goal=goals, data=st.data(), how=st.sampled_from(EndKind))
+    def end(self, goal: tuple[str, str], data: st.DataObject, how: EndKind) -> None:
         skill, goal_id = goal
-        result = data.draw(st.sampled_from(RESULTS[skill])) if how == "result" else None
+        result = data.draw(st.sampled_from(RESULTS[skill])) if how is EndKind.RESULT else None
         token = data.draw(st.sampled_from(self.tokens[-3:]))
         request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result)
         self.take(lambda core: core.end(request, self.now))
@@ -194,7 +195,7 @@ class Twins(RuleBasedStateMachine):
 
     @invariant()
     def the_journal_ends_where_the_last_step_has_led(self) -> None:
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"), kept=kept)
         assert core.states == self.constant.states
         assert core.revision == self.constant.revision

@@ -60,7 +60,7 @@ def judge(path: Path, now: float | None = None, *, follows_time: bool = False) -
     judge = JournaledCore(
         journal, lambda kept, data: ResourceCore(LINE, source="rm", new_record_id=ids, kept=kept, data=data)
     )
-    kept = journal.kept()
+    kept = journal.snapshot()
     if kept is None:
         judge.begin(0.0)
     else:

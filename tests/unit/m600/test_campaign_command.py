@@ -14,10 +14,10 @@ import typer
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import command
-from skillwing.evaluation.campaign.crew import Crew
 from skillwing.evaluation.campaign.flight_code import CodeChangedError, FlyingCode
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.recordings import UNFINISHED
+from skillwing.evaluation.campaign.worker_pool import WorkerPool
 from skillwing.services.errors import InvalidOptionError
 
 PLAN = """
@@ -37,13 +37,13 @@ if len(sys.argv) > 2:
 )
 ENDS_OTHERWISE = PLAN + "print(json.dumps({**result, 'end': 'landed elsewhere', 'digest': 'another'}))"
 
-FLIES = "services/skillwing/hover.py"
+FLIES = "m600/skills/hover.py"
 
 Fly = Callable[..., int]
 
 
 @pytest.fixture
-def repository(tmp_path: Path) -> Path:
+def package(tmp_path: Path) -> Path:
     """One in which a single file flies."""
     (tmp_path / FLIES).parent.mkdir(parents=True)
     (tmp_path / FLIES).write_text("SECONDS = 2.0\n", encoding="utf-8")
@@ -51,12 +51,12 @@ def repository(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def fly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, repository: Path) -> Fly:
+def fly(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, package: Path) -> Fly:
     """Run a campaign whose flights are a program's; its exit code."""
-    monkeypatch.setattr(command, "FlyingCode", partial(FlyingCode, repository))
+    monkeypatch.setattr(command, "FlyingCode", partial(FlyingCode, [package]))
 
     def fly(source: str, **options: Any) -> int:
-        monkeypatch.setattr(command, "Crew", partial(Crew, worker=(sys.executable, "-c", source)))
+        monkeypatch.setattr(command, "WorkerPool", partial(WorkerPool, worker=(sys.executable, "-c", source)))
         with pytest.raises(typer.Exit) as ended:
             command.campaign("mapping", **{"output": tmp_path / "flights", "jobs": 1, **options})
         return ended.value.exit_code
@@ -103,13 +103,13 @@ def test_the_summary_for_programs_tells_what_was_lost(fly: Fly, capsys: pytest.C
     assert [each["flight"] for each in summary["lost"]] == ["mapping-courtyard-none-1"]
 
 
-def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(fly: Fly, tmp_path: Path, repository: Path) -> None:
-    edits = PLAN + f"if plan['seed'] == 1: open({str(repository / FLIES)!r}, 'w').close()\nprint(json.dumps(result))"
-    with pytest.raises(CodeChangedError, match=rf"while it flew: {FLIES}\. Flights under way are not kept"):
+def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(fly: Fly, tmp_path: Path, package: Path) -> None:
+    edits = PLAN + f"if plan['seed'] == 1: open({str(package / FLIES)!r}, 'w').close()\nprint(json.dumps(result))"
+    with pytest.raises(CodeChangedError, match=rf"while it flew: {FLIES}\. Running flights are not kept"):
         fly(edits, seeds="0:3", write=tmp_path / "page.md")
     assert seeds_in(tmp_path / "flights") == [0]
     assert not (tmp_path / "page.md").exists()
-    with pytest.raises(InvalidOptionError, match="Begin anew in another folder"):
+    with pytest.raises(InvalidOptionError, match="Start in another folder"):
         fly(LANDS, seeds="0:3", resume=True)
 
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign.command import make_plans, parse_seeds
-from skillwing.evaluation.campaign.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_way, way_time
+from skillwing.evaluation.flights.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
+from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
@@ -25,9 +25,9 @@ from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
-from skillwing.sim_mujoco.scenario import FaultOptions
-from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.simulator.fault_plan import check_fault
+from skillwing.sim_mujoco.scenario.fault_checks import check_fault
+from skillwing.sim_mujoco.scenario.format import FaultOptions
+from skillwing.sim_mujoco.sensors.faults import KINDS
 
 WAY_TIME = 48.0
 LATEST = LONGEST * WAY_TIME

@@ -16,12 +16,12 @@ from rich.console import Console
 
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.command import campaign, make_plans
-from skillwing.evaluation.campaign.conditions import Condition
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.evaluation.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
 from skillwing.evaluation.campaign.recordings import UNFINISHED
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import KINDS
 

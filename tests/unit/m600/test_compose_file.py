@@ -9,17 +9,23 @@ from typing import Any
 
 import pytest
 import yaml
+from compose_services import COMPOSE_FILE, renewed
 
-from skillwing.bt_missions.running.library import installed_missions
+from skillwing.bt_missions.library import installed_missions
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.m600.robot import ROBOT
 from skillwing.services.processes.run_options import RUN_OPTIONS
 from skillwing.services.robot import ProcessSpec, Robot
 
 ROOT = Path(__file__).parents[3]
-SERVICES: dict[str, dict[str, Any]] = yaml.safe_load((ROOT / "docker-compose.yml").read_text())["services"]
+SERVICES: dict[str, dict[str, Any]] = yaml.safe_load(COMPOSE_FILE.read_text())["services"]
 HOSTED = {name: service for name, service in SERVICES.items() if "--process" in service.get("command", ())}
-IMAGES = {None: "skillwing-manager", "sim": "skillwing-sim", "viewer": "skillwing-recorder"}
+IMAGES = {
+    None: "skillwing-manager",
+    "onboard": "skillwing-onboard",
+    "sim": "skillwing-sim",
+    "viewer": "skillwing-recorder",
+}
 """By the extra that a process needs."""
 RUN = {"run_dir": "/home/skillwing/runs/containers"}
 FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
@@ -39,10 +45,16 @@ def hosted(robot: Robot) -> dict[str, dict[str, Any]]:
     return {service["command"][-1]: service for service in found}
 
 
+def test_the_services_of_skills_follow_the_skillset() -> None:
+    text = COMPOSE_FILE.read_text("utf-8")
+    assert renewed(text, [skill.name for skill in ROBOT.load_skillset().skills]) == text, "run `make generate`"
+    assert "skill_wave: {<<: *manager, command: [--process, skill/wave]}" in renewed(text, ["wave"])
+
+
 @pytest.mark.parametrize("robot", [ROBOT, MOCKS], ids=lambda robot: robot.name)
 def test_every_process_of_the_table_has_a_container_with_the_image_that_it_needs(robot: Robot) -> None:
     processes, services = table(robot), hosted(robot)
-    assert services.keys() == processes.keys()
+    assert services.keys() == processes.keys(), "run `make generate`; what is no skill is written by hand"
     for name, spec in processes.items():
         assert services[name]["image"] == IMAGES[spec.extra], name
 
@@ -136,6 +148,7 @@ def test_each_image_is_built_by_one_service_and_runs_as_a_user_without_rights() 
     # Of the missions one is flown at a time.
     assert {role: len(targets) for role, targets in builds.items()} == {
         "manager": 1,
+        "onboard": 1,
         "sim": 1,
         "recorder": 1,
         "viewer": 1,
@@ -158,7 +171,7 @@ def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() 
             assert built_on == "runtime"
 
 
-@pytest.mark.parametrize("role", ["sim", "mission", "recorder"])
+@pytest.mark.parametrize("role", ["onboard", "sim", "mission", "recorder"])
 def test_all_images_have_the_same_versions(role: str) -> None:
     """What the environment has is not installed again: another version of it would stay there."""
     pins = {name: pinned(ROOT / "locks" / f"{name}.lock") for name in ("manager", role)}

@@ -14,7 +14,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.onboard import topics
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
 from skillwing.services.recording.recorder import RECORDING_FILE, make_recorder
 
 SPEED = 2.0
@@ -64,7 +64,9 @@ class Drone:
         health = bus.advertise(topics.health_key("zed"), events=True)
         failed = topics.Health(id="h", t=6.0, sensor="zed", status=topics.SensorStatus.FAILED)
         bus.after(6.0, lambda: health.put(encode(failed)))
-        goal = MissionStatus(mission="mapping", phase="RUNNING", t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0))
+        goal = MissionStatus(
+            mission="mapping", phase=MissionPhase.RUNNING, t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0)
+        )
         bus.advertise(keys.mission_status, events=True).put(encode(goal))
 
     def detach(self) -> None:

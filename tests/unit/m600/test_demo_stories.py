@@ -7,12 +7,11 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, tell
 from skillwing.services.errors import InvalidOptionError
-from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
-from skillwing.sim_mujoco.link.shadow import CRITICAL, POOR, shadow_of
+from skillwing.sim_mujoco.link.radio import CRITICAL, POOR, Radio, RadioOptions, occlusion_zones
 from skillwing.sim_mujoco.world.kinds import make_site
 
 
@@ -39,7 +38,7 @@ def test_the_link_gets_worse_round_the_building_and_recovers_on_the_way_home() -
     assert told.robot["link"] == {"shadow": True}
     target = make_site(1, told.world).target
     assert target is not None
-    radio = Radio(RadioOptions(zones=shadow_of(target)))
+    radio = Radio(RadioOptions(zones=occlusion_zones(target)))
     (x, y, _), radius, height = told.options["center"], told.options["radius"], told.options["height"]
     west, south, east = ((x - radius, y, height), (x, y - radius, height), (x + radius, y, height))
     carried = [radio.at(30.0, place).bandwidth for place in (west, south, east)]

@@ -16,7 +16,6 @@ from msgspec.structs import replace
 
 from skillwing.evaluation.campaign import flight_code as module
 from skillwing.evaluation.campaign.flight_code import (
-    LIBRARIES,
     CodeChangedError,
     FlyingCode,
     claim,
@@ -24,16 +23,16 @@ from skillwing.evaluation.campaign.flight_code import (
     flying_files,
 )
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 A_MOMENT = """
 import json, sys
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.flight import fly
-from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.flights.plan import FlightPlan
 
 fly(FlightPlan(mission="inspection", world="inspection", seed=0, condition=Condition.NONE), longest=0.1)
 files = (getattr(module, "__file__", None) for name, module in sys.modules.items() if name.startswith("skillwing."))
@@ -41,7 +40,7 @@ print(json.dumps([file for file in files if file]))
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(autouse=True, scope="module")
 def paper() -> Iterator[Path]:
     sys.path.insert(0, str(PAPER))
     yield PAPER
@@ -53,14 +52,13 @@ def script(name: str) -> ModuleType:
 
 
 @pytest.fixture
-def repository(tmp_path: Path, paper: Path) -> Path:
+def package(tmp_path: Path) -> Path:
     """A small one that has a file of each kind."""
     for name, text in {
-        "services/skillwing/m600/skills/hover.py": '"""Stays."""\n\nSECONDS = 2.0\n"""So long."""\n',
-        "services/skillwing/m600/m600.skillset": "skillset m600 {}\n",
-        "bt_missions/skillwing/evaluation/dashboard/scene.py": "COLOUR = 1\n",
-        "benchmarks/paper/mapping_otherwise.py": "",
-        "benchmarks/paper/inspection_otherwise.py": "",
+        "m600/skills/hover.py": '"""Stays."""\n\nSECONDS = 2.0\n"""So long."""\n',
+        "m600/m600.skillset": "skillset m600 {}\n",
+        "evaluation/dashboard/scene.py": "COLOUR = 1\n",
+        "evaluation/flights/alternatives/mapping.py": "",
     }.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -70,17 +68,17 @@ def repository(tmp_path: Path, paper: Path) -> Path:
 @pytest.mark.parametrize(
     ("file", "text", "other"),
     [
-        ("services/skillwing/m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
-        ("services/skillwing/m600/skills/hover.py", "SECONDS = 2.5\n", True),
-        ("services/skillwing/m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
-        ("bt_missions/skillwing/evaluation/dashboard/scene.py", "COLOUR = 2\n", False),
-        ("services/skillwing/m600/skills/more.py", "", True),
+        ("m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
+        ("m600/skills/hover.py", "SECONDS = 2.5\n", True),
+        ("m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
+        ("evaluation/dashboard/scene.py", "COLOUR = 2\n", False),
+        ("m600/skills/more.py", "", True),
     ],
 )
-def test_code_is_another_one_when_what_flies_is(repository: Path, file: str, text: str, other: bool) -> None:
-    before = flight_code(repository)
-    (repository / file).write_text(text, encoding="utf-8")
-    after = flight_code(repository)
+def test_code_is_another_one_when_what_flies_is(package: Path, file: str, text: str, other: bool) -> None:
+    before = flight_code([package])
+    (package / file).write_text(text, encoding="utf-8")
+    after = flight_code([package])
     assert (after.digest != before.digest) is other
     assert before.changes(after) == ([file] if other else [])
 
@@ -90,10 +88,10 @@ def test_all_that_a_flight_loads_counts() -> None:
     told = subprocess.run([sys.executable, "-c", A_MOMENT], capture_output=True, text=True, check=True)
     loaded = {Path(file) for file in json.loads(told.stdout.splitlines()[-1])}
     assert len(loaded) > 100
-    assert loaded <= set(flying_files())
+    assert loaded <= set(flying_files().values())
 
 
-class CrewOnPaper:
+class PaperPool:
     """Flies nothing, and says that all went well."""
 
     def __init__(self, jobs: int) -> None:
@@ -112,10 +110,10 @@ class CrewOnPaper:
 
 
 def test_a_run_goes_on_with_flights_of_its_own_code(
-    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run, flying = script("run"), FlyingCode(repository)
-    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    run, flying = script("run"), FlyingCode([package])
+    monkeypatch.setattr(run, "WorkerPool", PaperPool)
     plans = script("paper_flights").paper_plans(range(1))
     assert len(run.fly(plans[:3], tmp_path / "runs", 1, flying)) == 3
     changed = replace(plans[2], happens={"faults": []})
@@ -124,11 +122,11 @@ def test_a_run_goes_on_with_flights_of_its_own_code(
 
 
 def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_recorded(
-    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     runs = tmp_path / "runs"
-    run, flying = script("run"), FlyingCode(repository)
-    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    run, flying = script("run"), FlyingCode([package])
+    monkeypatch.setattr(run, "WorkerPool", PaperPool)
     plans = script("paper_flights").paper_plans(range(2))
     run.fly(plans, runs, 1, flying)
     assert {path.name for path in runs.iterdir() if path.is_dir()} == {
@@ -140,57 +138,51 @@ def test_a_flight_of_which_the_page_has_a_picture_is_flown_again_if_it_was_not_r
 
 
 def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(
-    tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = script("run")
-    monkeypatch.setattr(run, "Crew", CrewOnPaper)
+    monkeypatch.setattr(run, "WorkerPool", PaperPool)
     plans = script("paper_flights").paper_plans(range(1))
-    flying = FlyingCode(repository)
+    flying = FlyingCode([package])
     run.fly(plans[:1], tmp_path / "runs", 1, flying)
-    (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
-    with pytest.raises(CodeChangedError, match=r"while it flew: services/skillwing/m600/m600\.skillset"):
+    (package / "m600" / "m600.skillset").write_text("", encoding="utf-8")
+    with pytest.raises(CodeChangedError, match=r"while it flew: m600/m600\.skillset"):
         run.fly(plans, tmp_path / "runs", 1, flying)
     assert len(read_results(tmp_path / "runs" / LEDGER_FILE)) == 1
 
 
-def test_flights_are_kept_while_files_are_touched_that_stay_what_they_are(repository: Path) -> None:
-    flying, hover = FlyingCode(repository), repository / "services" / "skillwing" / "m600" / "skills" / "hover.py"
+def test_flights_are_kept_while_files_are_touched_that_stay_what_they_are(package: Path) -> None:
+    flying, hover = FlyingCode([package]), package / "m600" / "skills" / "hover.py"
     hover.write_text("# For now.\nSECONDS = 2.0\n", encoding="utf-8")
     assert list(flying.kept([1, 2])) == [1, 2]
     hover.write_text("SECONDS = 2.0 +", encoding="utf-8")
     flights = flying.kept([3])
-    with pytest.raises(CodeChangedError, match=r"while it flew: services/skillwing/m600/skills/hover\.py\."):
+    with pytest.raises(CodeChangedError, match=r"while it flew: m600/skills/hover\.py\."):
         next(flights)
 
 
-def test_what_flies_is_digested_anew_only_if_a_file_was_touched(
-    repository: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    flying = FlyingCode(repository)
-    monkeypatch.setattr(module, "flight_code", lambda root: pytest.fail("There is nothing new."))
+def test_what_flies_is_digested_anew_only_if_a_file_was_touched(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    flying = FlyingCode([package])
+    monkeypatch.setattr(module, "flight_code", lambda package: pytest.fail("Nothing has changed."))
     assert list(flying.kept([1, 2])) == [1, 2]
 
 
-def test_a_folder_is_of_one_code(tmp_path: Path, repository: Path) -> None:
+def test_a_folder_is_of_one_code(tmp_path: Path, package: Path) -> None:
     folder = tmp_path / "flights"
-    claim(folder, flight_code(repository))
-    claim(folder, flight_code(repository))
-    (repository / "services" / "skillwing" / "m600" / "m600.skillset").write_text("", encoding="utf-8")
-    with pytest.raises(InvalidOptionError, match=r"m600\.skillset\. Begin anew in another folder"):
-        claim(folder, flight_code(repository))
+    claim(folder, flight_code([package]))
+    claim(folder, flight_code([package]))
+    (package / "m600" / "m600.skillset").write_text("", encoding="utf-8")
+    with pytest.raises(InvalidOptionError, match=r"m600\.skillset\. Start in another folder"):
+        claim(folder, flight_code([package]))
 
 
-def test_a_flight_by_code_that_somebody_deletes_is_not_kept(repository: Path) -> None:
-    flying = FlyingCode(repository)
-    (repository / "benchmarks" / "paper" / "mapping_otherwise.py").unlink()
-    with pytest.raises(CodeChangedError, match=r"mapping_otherwise\.py"):
+def test_a_flight_by_code_that_somebody_deletes_is_not_kept(package: Path) -> None:
+    flying = FlyingCode([package])
+    (package / "evaluation/flights/alternatives/mapping.py").unlink()
+    with pytest.raises(CodeChangedError, match=r"alternatives/mapping\.py"):
         next(flying.kept([1]))
 
 
-def test_flights_of_unknown_code_are_not_gone_on_with(tmp_path: Path, repository: Path) -> None:
-    with pytest.raises(InvalidOptionError, match=r"not written down\. Choose another folder"):
-        claim(tmp_path / "flights", flight_code(repository), begun=True)
-
-
-def test_without_a_repository_the_version_stands_for_the_files(tmp_path: Path) -> None:
-    assert set(flight_code(tmp_path).files) == {"skillwing", *LIBRARIES}
+def test_flights_of_unknown_code_are_not_gone_on_with(tmp_path: Path, package: Path) -> None:
+    with pytest.raises(InvalidOptionError, match=r"does not name the code of its flights\. Choose another folder"):
+        claim(tmp_path / "flights", flight_code([package]), begun=True)

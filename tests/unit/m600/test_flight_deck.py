@@ -23,6 +23,7 @@ from skillwing.services.protocol import (
     Ending,
     GoalStatus,
     Keys,
+    MissionPhase,
     MissionStatus,
     Record,
     RecordKind,
@@ -83,7 +84,7 @@ def fly(*, width: int = 100, height: int = 30, terminal: bool = True) -> tuple[F
         timeline.put(encode(each))
     for status in ENDED:
         robot.advertise(KEYS.status(status.skill), events=True).put(encode(status))
-    flying = MissionStatus(mission="mapping", phase="RUNNING", t=8.0, text="goto", waypoint=1, waypoints=4)
+    flying = MissionStatus(mission="mapping", phase=MissionPhase.RUNNING, t=8.0, text="goto", waypoint=1, waypoints=4)
     robot.advertise(KEYS.mission_status, events=True).put(encode(flying))
     network.run_for(0.1)
     if not terminal:
@@ -140,7 +141,7 @@ def test_what_the_recorder_did_not_live_to_write_is_written(tmp_path: Path) -> N
         for each in HEALTH[:3]:
             file.write(each)
     with (tmp_path / TIMELINE_FILE).open("ab") as broken:
-        broken.write(b'{"v":1,"id":"tel')
+        broken.write(b'{"v":2,"id":"tel')
     deck.complete_journal(tmp_path)
     deck.complete_journal(tmp_path)
     assert read_records(tmp_path) == [*HEALTH, SWITCH, FLYING]

@@ -11,7 +11,7 @@ from skillwing.evaluation.judge.flight_log import FlightLog, read_flight, read_m
 from skillwing.onboard.topics import MAP, MAP_SNAPSHOT, MAPPING_STATUS, TRUTH, MapHeader, MappingStatus, Truth
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.protocol import Keys, MissionStatus, encode
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 A, B, C = (0.2, 0.2, 0.2), (0.6, 0.2, 0.2), (0.2, 1.4, 2.2)
 
@@ -59,7 +59,7 @@ def test_at_the_end_the_whole_map_is_fetched(tmp_path: Path) -> None:
 
     drone.serve(MAP_SNAPSHOT, answer)
     put_map(drone, B)
-    over = MissionStatus(mission="mapping", phase="SUCCEEDED", t=0.0, text="done")
+    over = MissionStatus(mission="mapping", phase=MissionPhase.SUCCEEDED, t=0.0, text="done")
     drone.advertise(Keys("m600").mission_status, events=True).put(encode(over))
     network.run_for(1.0)
     assert kept(tmp_path) == sorted([A, C])
@@ -79,7 +79,7 @@ def test_a_whole_map_that_cannot_be_read_leaves_what_is_known(
     network, flight_log, drone = opened(tmp_path)
     drone.serve(MAP_SNAPSHOT, lambda request: request.reply(payload, attachment))
     put_map(drone, A, B)
-    over = MissionStatus(mission="mapping", phase="SUCCEEDED", t=0.0, text="done")
+    over = MissionStatus(mission="mapping", phase=MissionPhase.SUCCEEDED, t=0.0, text="done")
     drone.advertise(Keys("m600").mission_status, events=True).put(encode(over))
     network.run_for(1.0)
     assert kept(tmp_path) == sorted([A, B])

@@ -14,8 +14,8 @@ from skillwing.evaluation.demo.flight_watch import RETURN, SILENCE, STALL, Fligh
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.processes.child import ProcessExit
-from skillwing.services.protocol import Keys, MissionStatus, encode
+from skillwing.services.processes.launcher import ProcessExit
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = Keys(SKILLSET.name)
@@ -42,7 +42,7 @@ class Flight:
         deck = FlightDeck(self.bus, SKILLSET, self.console, "a flight")
         self.watch = FlightWatch(self.bus, KEYS, deck, self.deaths, ESSENTIAL, wall=self.network.now)
         status = self.network.bus("teller").advertise(KEYS.mission_status, events=True)
-        over = MissionStatus(mission="mapping", phase="SUCCEEDED", t=END, text="done")
+        over = MissionStatus(mission="mapping", phase=MissionPhase.SUCCEEDED, t=END, text="done")
         self.bus.after(END, lambda: status.put(encode(over)))
 
     def appear(self, name: str) -> None:

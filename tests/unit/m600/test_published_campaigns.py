@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from skillwing.evaluation.campaign import page
-from skillwing.evaluation.campaign.again import Sample, comparison
 from skillwing.evaluation.campaign.command import make_plans
-from skillwing.evaluation.campaign.conditions import Condition, conditions_of
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim, read_code
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
 from skillwing.evaluation.campaign.outcomes import outcomes
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.rerun import Sample, comparison
+from skillwing.evaluation.flights.conditions import Condition, conditions_of
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 
 ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"

@@ -20,18 +20,15 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
-from skillwing.bt_missions.checking.rehearsal import grounded_context, rehearse
+from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import MissionTrees
-from skillwing.evaluation.campaign.besides import BESIDES
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.crew import Crew
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.evaluation.campaign.flight_code import FlyingCode
-from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
-from skillwing.evaluation.campaign.plan import FlightPlan, planned_circle
-from skillwing.evaluation.campaign.price import AWAY, LIVE_FOR, Price, PriceMeter
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.campaign.worker_pool import WorkerPool
+from skillwing.evaluation.flights.cost import AWAY, LIVE_FOR, Cost, CostMeter
+from skillwing.evaluation.flights.plan import FlightPlan, planned_circle
+from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.evaluation.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics import Battery, FlightState, Truth, Vector3, VideoStatus
@@ -77,7 +74,7 @@ def test_every_flight_has_a_name_of_its_own_and_fits_the_robot() -> None:
     skillset = ROBOT.load_skillset()
     for plan in plans[:10]:
         mission = find_mission(plan.flown)
-        assert rehearse(mission, skillset, mission.read_options(plan.mission_options())) == []
+        assert check_mission(mission, skillset, mission.read_options(plan.mission_options())) == []
 
 
 def test_the_command_of_a_flight_is_that_very_flight() -> None:
@@ -93,8 +90,8 @@ def test_a_flight_is_found_again_in_its_ledger() -> None:
 
 def rehearsed(plan: FlightPlan) -> MissionTrees:
     found, skillset = find_mission(plan.flown), ROBOT.load_skillset()
-    trees, misfits = found.draft(grounded_context(skillset), found.read_options(plan.mission_options()))
-    assert misfits == []
+    trees, problems = found.draft(offline_context(skillset), found.read_options(plan.mission_options()))
+    assert problems == []
     return trees
 
 
@@ -106,7 +103,7 @@ def test_who_aborts_has_no_alternative_but_the_landing_of_the_guards(mission: st
     library = find_mission(mission)
     plan = plan_of(mission, "abort", 0)
     options = {name: value for name, value in plan.mission_options().items() if name != "instead"}
-    own, _ = library.draft(grounded_context(ROBOT.load_skillset()), library.read_options(options))
+    own, _ = library.draft(offline_context(ROBOT.load_skillset()), library.read_options(options))
     before = [node.name for node in own.root.iterate()]
     left_out = [node for node in own.root.iterate() if node.name in alternatives]
     assert len(left_out) == len(alternatives)
@@ -152,15 +149,15 @@ def test_the_camera_fails_early_in_some_flights_and_late_in_others(first: int) -
 
 def works(monkeypatch: pytest.MonkeyPatch, source: str) -> None:
     """Let Python code fly; it gets the plan and the folder for its recording."""
-    monkeypatch.setattr(run, "Crew", partial(Crew, worker=(sys.executable, "-c", source)))
+    monkeypatch.setattr(run, "WorkerPool", partial(WorkerPool, worker=(sys.executable, "-c", source)))
 
 
 RECORDS = """
 import sys
 from pathlib import Path
 import msgspec
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import End, FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import End, FlightResult
 Path(sys.argv[2], "map.png").touch(exist_ok=False)
 plan = msgspec.json.decode(sys.argv[1], type=FlightPlan)
 sys.stdout.buffer.write(msgspec.json.encode(FlightResult(plan=plan, end=End.HOME)))
@@ -169,7 +166,7 @@ sys.stdout.buffer.write(msgspec.json.encode(FlightResult(plan=plan, end=End.HOME
 
 def test_half_a_recording_is_not_taken_for_a_whole_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of("mapping", "nominal", 0)
-    flying = FlyingCode(tmp_path / "no repository")
+    flying = FlyingCode([])
     works(monkeypatch, "import sys; open(sys.argv[2] + '/map.png', 'w').close(); sys.exit('killed')")
     with pytest.raises(SkillwingError, match=f"no result of {plan.name}. .* killed"):
         run.fly([plan], tmp_path, 1, flying)
@@ -216,21 +213,21 @@ def picture(t: float, fps: float = 20.0, quality: float | None = 0.9) -> VideoSt
     return VideoStatus(t=t, stream="s", fps=fps, quality=quality, bitrate=1e6, lost=0.0, latency=0.1)
 
 
-def airborne(circle: tuple[Vector3, ...] = ()) -> PriceMeter:
-    meter = PriceMeter(circle)
+def airborne(circle: tuple[Vector3, ...] = ()) -> CostMeter:
+    meter = CostMeter(circle)
     meter.flight(FlightState(t=0.0, on_ground=False, rotors_on=True, home_valid=True, authority=True))
     return meter
 
 
 def test_a_meter_that_saw_nothing_knows_nothing() -> None:
-    assert PriceMeter().price == Price()
+    assert CostMeter().cost == Cost()
 
 
 def test_charge_is_what_went_out_of_the_battery() -> None:
-    meter = PriceMeter()
+    meter = CostMeter()
     for percent in (90.0, 89.0, 84.5):
         meter.charge(Battery(t=0.0, percent=percent, voltage=24.0))
-    assert meter.price.charge == 5.5
+    assert meter.cost.charge == 5.5
 
 
 @given(st.lists(st.booleans(), min_size=4, max_size=4))
@@ -241,8 +238,8 @@ def test_corners_count_as_seen_when_there_is_video_while_they_are_passed(live: l
         if live[k]:
             meter.video(picture(t))
         meter.truth(truth(t, corner))
-    assert meter.price.circled == 0.75
-    assert meter.price.circled_live == sum(live[:3]) / 4
+    assert meter.cost.circled == 0.75
+    assert meter.cost.circled_live == sum(live[:3]) / 4
 
 
 @given(st.floats(0.0, 30.0))
@@ -250,18 +247,18 @@ def test_seconds_without_video_count_away_from_home_from_the_first_picture_on(si
     meter, step = airborne(), 0.25
     meter.truth(truth(0.0, (2 * AWAY, 0.0, 5.0)))
     meter.truth(truth(50.0, (2 * AWAY, 0.0, 5.0)))
-    assert meter.price.unseen is None
+    assert meter.cost.unseen is None
     meter.video(picture(50.0))
     for k in range(1, 1 + int(silence / step)):
         meter.truth(truth(50.0 + k * step, (2 * AWAY, 0.0, 5.0)))
-    assert meter.price.unseen == pytest.approx(max(0.0, step * int(silence / step) - LIVE_FOR))
+    assert meter.cost.unseen == pytest.approx(max(0.0, step * int(silence / step) - LIVE_FOR))
 
 
 @pytest.mark.parametrize("bad", [picture(1.0, fps=3.0), picture(1.0, quality=0.3), picture(1.0, quality=None)])
 def test_a_poor_picture_is_no_video(bad: VideoStatus) -> None:
     meter = airborne()
     meter.video(bad)
-    assert meter.price.unseen is None
+    assert meter.cost.unseen is None
 
 
 def test_at_home_and_on_the_ground_nobody_needs_video() -> None:
@@ -271,7 +268,7 @@ def test_at_home_and_on_the_ground_nobody_needs_video() -> None:
     meter.truth(truth(20.0, (AWAY / 2, 0.0, 5.0)))
     meter.flight(FlightState(t=20.0, on_ground=True, rotors_on=False, home_valid=True, authority=True))
     meter.truth(truth(30.0, (2 * AWAY, 0.0, 0.0)))
-    assert meter.price.unseen == 0.0
+    assert meter.cost.unseen == 0.0
 
 
 def test_the_circle_is_that_of_the_site() -> None:
@@ -294,7 +291,7 @@ def flown(mission: str, label: str, seed: int, **figures: object) -> FlightResul
         coverage=0.8,
         clearance=2.0,
         end_time=100.0,
-        price=Price(charge=10.0, circled=1.0, circled_live=0.5, unseen=4.0),
+        cost=Cost(charge=10.0, circled=1.0, circled_live=0.5, unseen=4.0),
     )
     return replace(result, **figures)
 
@@ -303,9 +300,9 @@ def test_the_price_of_recovery_is_its_difference_to_the_other_flights_of_the_sam
     results = [
         flown("mapping", "nominal", 0),
         flown("mapping", "nominal", 1, coverage=0.6, end_time=200.0),
-        flown("mapping", "recovery", 0, coverage=0.75, end_time=110.0, price=Price(charge=12.0)),
-        flown("mapping", "recovery", 1, coverage=0.5, end_time=200.0, price=Price(charge=11.0)),
-        flown("mapping", "none", 1, coverage=0.25, end_time=50.0, price=Price(charge=5.5), collisions=1),
+        flown("mapping", "recovery", 0, coverage=0.75, end_time=110.0, cost=Cost(charge=12.0)),
+        flown("mapping", "recovery", 1, coverage=0.5, end_time=200.0, cost=Cost(charge=11.0)),
+        flown("mapping", "none", 1, coverage=0.25, end_time=50.0, cost=Cost(charge=5.5), collisions=1),
     ]
     lines = page.tables(results, PLANS, "c0de").splitlines()
     assert lines[0].startswith("5 of 20 flights, of seeds 0, 1, all by the same flight code, c0de")
@@ -325,8 +322,8 @@ def test_what_was_hit_is_said() -> None:
 
 
 def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
-    price = Price(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
-    text = page.tables([flown("inspection", "recovery", 0, price=price)], PLANS, "c0de")
+    price = Cost(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
+    text = page.tables([flown("inspection", "recovery", 0, cost=price)], PLANS, "c0de")
     row = next(line for line in text.splitlines() if line.startswith("| recovery"))
     assert "| 75 % |" in row
     assert row.endswith("| 25 % | 4 s |")
@@ -413,25 +410,10 @@ def test_the_way_is_drawn_in_the_colours_of_its_link(tmp_path: Path) -> None:
     assert pixels("LOST") > 3 * legend
 
 
-def test_a_plan_names_the_same_file_wherever_the_repository_lies() -> None:
-    besides = [plan for plan in PLANS if plan.flown_as]
-    assert besides
-    for plan in besides:
-        assert plan.flown_as in BESIDES
-        assert Path(plan.flown) == PAPER / Path(plan.flown_as).name
-
-
-@pytest.mark.parametrize("name", ["mine.py", *BESIDES])
-def test_the_file_that_is_named_is_flown_though_the_repository_has_one_of_that_name(name: str, tmp_path: Path) -> None:
-    plan = replace(PLANS[0], flown_as=str(tmp_path / name))
-    assert plan.flown == str(tmp_path / name)
-    ledger = tmp_path / LEDGER_FILE
-    ledger.write_bytes(msgspec.json.encode({"plan": plan, "end": End.HOME}) + b"\n")
-    assert [each.plan.flown for each in read_results(ledger)] == [plan.flown]
-
-
-def test_a_mission_file_is_looked_for_where_it_was_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    plan = FlightPlan(mission="mapping", world="street", seed=1, condition=Condition.NONE, flown_as="mine.py")
-    assert plan.flown == plan.flown_as == str(tmp_path / "mine.py")
-    assert replace(plan, flown_as="").flown == "mapping"
+def test_a_plan_flies_the_alternative_of_the_package_wherever_that_lies() -> None:
+    alternatives = [plan for plan in PLANS if plan.alternative]
+    assert alternatives
+    for plan in alternatives:
+        assert Path(plan.flown).is_file()
+        assert replace(plan, alternative=False).flown == plan.mission
+        assert str(Path(plan.flown).parent) not in msgspec.json.encode(plan).decode()

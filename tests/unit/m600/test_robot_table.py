@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from skillwing.bt_missions.running.library import find_mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.dsl import UnknownNameError
 from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT
 from skillwing.services.errors import InvalidOptionError

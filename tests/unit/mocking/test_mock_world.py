@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.services.bus import Answer, Answered, Refused, Unanswered
+from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
@@ -149,7 +149,7 @@ def test_a_crash_costs_the_goal_and_frees_what_it_held() -> None:
     assert stage.run() == "LOST"
     stage.network.run_for(2.0)
     assert stage.client.states["joints"] == "FREE"
-    assert isinstance(stage.ask(KEYS.mocked_skill("reach"), QueryMock()), Unanswered)
+    assert isinstance(stage.ask(KEYS.mocked_skill("reach"), QueryMock()), NoReply)
 
 
 def test_who_hangs_answers_nobody_and_keeps_its_token() -> None:
@@ -157,7 +157,7 @@ def test_who_hangs_answers_nobody_and_keeps_its_token() -> None:
     stage.running()
     stage.network.run_for(1.0)
     answer = stage.ask(KEYS.mocked_skill("reach"), QueryMock())
-    assert answer == Unanswered(timed_out=True)
+    assert answer == NoReply(timed_out=True)
     tokens: list[str] = []
     stage.bus.watch_alive(KEYS.alive("**"), lambda key, alive: tokens.append(key))
     stage.network.run_for(0.1)

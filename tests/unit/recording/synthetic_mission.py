@@ -12,6 +12,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     Keys,
     Message,
+    MissionPhase,
     MissionStatus,
     Record,
     RecordKind,
@@ -142,7 +143,9 @@ class Story:
 
     def phase(self, t: float, before: str, after: str, text: str) -> None:
         self.record(t, RecordKind.MISSION, MISSION, before, after)
-        self.messages.append((t, MissionStatus(mission=MISSION, phase=after, t=t, text=text, waypoint=1, waypoints=2)))
+        self.messages.append(
+            (t, MissionStatus(mission=MISSION, phase=MissionPhase(after), t=t, text=text, waypoint=1, waypoints=2))
+        )
 
 
 def tell() -> Story:

@@ -14,10 +14,13 @@ from rerun.chunk import RrdReader
 from synthetic_mission import MISSION, SKILLSET, Story, Teller, tell
 
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.errors import PassingError
+from skillwing.services.errors import (
+    PassingError,
+    SkillwingError,
+)
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.history.history import History
-from skillwing.services.protocol import Keys, MissionStatus, Record
+from skillwing.services.protocol import PROTOCOL_VERSION, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.recording.mission_view import causes_in_words, in_lines
 from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
@@ -111,7 +114,9 @@ def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
 def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_waits_for(tmp_path: Path) -> None:
     story = tell()
     for t, lacking in ((0.1, "home"), (0.2, "home"), (0.3, "GNSS")):
-        status = MissionStatus(mission=MISSION, phase="IDLE", t=t, text=f"waiting: {lacking}", waypoint=0, waypoints=0)
+        status = MissionStatus(
+            mission=MISSION, phase=MissionPhase.IDLE, t=t, text=f"waiting: {lacking}", waypoint=0, waypoints=0
+        )
         story.messages.append((t, status))
     record(story, tmp_path)
     texts = logged(tmp_path, "/log/**")
@@ -160,7 +165,7 @@ def test_a_viewer_that_is_gone_at_the_end_is_no_failure(
 
     monkeypatch.setattr(rr.RecordingStream, "flush", flush)
     record(tell(), tmp_path)
-    assert "did not receive the end" in caplog.text
+    assert "did not get the end" in caplog.text
     assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
 
 
@@ -168,8 +173,8 @@ def test_without_rerun_the_timeline_is_still_written(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
-    for module in ("rerun_stream", "mission_view"):
-        monkeypatch.delitem(sys.modules, f"skillwing.services.recording.{module}", raising=False)
+    for module in ("recording", "mission_view"):
+        monkeypatch.delitem(sys.modules, f"skillwing.services.telemetry.{module}", raising=False)
     story = tell()
     record(story, tmp_path)
     assert len(read_records(tmp_path)) == len(story.records)
@@ -183,6 +188,17 @@ def test_a_journal_that_was_cut_off_is_read_up_to_the_cut(tmp_path: Path) -> Non
     file = tmp_path / TIMELINE_FILE
     file.write_bytes(file.read_bytes()[:-20])
     assert len(read_records(tmp_path)) == len(story.records) - 1
+
+
+def test_a_recording_of_another_protocol_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    with JsonLines[Record](tmp_path / TIMELINE_FILE) as lines:
+        for version in (PROTOCOL_VERSION, 1):
+            lines.write(
+                Record(v=version, id="a", t=0.0, source="x", kind=RecordKind.GOAL, subject="x", before=None, after="y")
+            )
+    sentence = rf"was recorded with protocol 1, .* reads protocol {PROTOCOL_VERSION}\. Read it with the version that"
+    with pytest.raises(SkillwingError, match=sentence):
+        read_records(tmp_path)
 
 
 def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_path: Path) -> None:

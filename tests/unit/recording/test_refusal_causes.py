@@ -10,7 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skillwing.dsl import parse
-from skillwing.dsl.expressions import And, Comparison, Environment, Expression, Implies, Name, Not, Or, Symbol, evaluate
+from skillwing.dsl.expressions import (
+    And,
+    Comparison,
+    Environment,
+    Expression,
+    Implies,
+    Name,
+    NamedValue,
+    Not,
+    Or,
+    evaluate,
+)
 from skillwing.dsl.model import Precondition, Predicate, Resource, Skill, Skillset
 from skillwing.services.history.history import History
 from skillwing.services.history.refusal_causes import refusal_causes
@@ -145,7 +156,7 @@ COMPARISONS = st.builds(
     Comparison,
     st.sampled_from(["==", "!="]),
     st.sampled_from([Name(each.name, "resource") for each in RESOURCES]),
-    st.sampled_from([Symbol(state) for state in "ABC"]),
+    st.sampled_from([NamedValue(state) for state in "ABC"]),
 )
 GUARDS: st.SearchStrategy[Expression] = st.recursive(
     COMPARISONS,

@@ -19,6 +19,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
     EndGoal,
+    EndKind,
     FireEvent,
     FireExtern,
     Record,
@@ -98,14 +99,14 @@ def _begin(skill: str, goal: str, load: object, incarnation: str) -> Begin:
     )
 
 
-def _end(skill: str, goal: str, token: int, how: str) -> End:
-    result = {"lift": "STUCK", "shine": "END"}.get(skill) if how == "result" else None
+def _end(skill: str, goal: str, token: int, how: EndKind) -> End:
+    result = {"lift": "STUCK", "shine": "END"}.get(skill) if how is EndKind.RESULT else None
     return End(EndGoal(goal_id=goal, skill=skill, token=token, how=how, result=result))
 
 
 QUESTIONS: st.SearchStrategy[Question] = st.one_of(
     st.builds(_begin, SKILLS, GOALS, st.sampled_from([1.0, 5, "heavy", {1: b"x"}]), st.sampled_from(["", "a", "b"])),
-    st.builds(_end, SKILLS, GOALS, TOKENS, st.sampled_from(["result", "interrupt", "error", "magic"])),
+    st.builds(_end, SKILLS, GOALS, TOKENS, st.sampled_from(EndKind)),
     st.builds(
         lambda goal, skill, token: Renew(RenewGoal(goal_id=goal, skill=skill, token=token)), GOALS, SKILLS, TOKENS
     ),
@@ -137,7 +138,7 @@ class RecordedLife:
         self._ids = RecordIds("rm")
         self.now = 0.0
         self.core = self._make(resumed=False)
-        self.journal.write(self.core.inventory(), (), 0.0)
+        self.journal.write(self.core.initial_entries(), (), 0.0)
 
     def ask(self, questions: Iterable[tuple[Question, float]]) -> None:
         """Each question so many seconds after the one before."""
@@ -153,7 +154,7 @@ class RecordedLife:
         """Another process goes on from the journal."""
         self.writer.close()
         self.core = self._make(resumed=True)
-        kept = self.journal.kept()
+        kept = self.journal.snapshot()
         assert kept is not None
         self._put(Resume(kept))
 
@@ -165,7 +166,7 @@ class RecordedLife:
             writer=self.writer,
             remembered=self.journal.kept,
             now=self.now,
-            kept=self.journal.kept() if resumed else None,
+            kept=self.journal.snapshot() if resumed else None,
             data=self.core.data if data else None,
         )
 

@@ -14,10 +14,10 @@ from recorded_crane import CRANE, QUESTIONS, RecordedLife
 
 from skillwing.services.core import resource_core
 from skillwing.services.core.grants import Ledger
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.resource_table import ResourceTable
-from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, FireExtern
+from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, EndKind, FireExtern
 from skillwing.services.replay.files import read_steps, step_files
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.replaying import replay_folder
@@ -61,7 +61,7 @@ STORY: list[tuple[Question, float]] = [
     (begin("lift", "g1"), 1.0),
     (begin("lift", "g2"), 0.0),
     (begin("shine", "g3"), 0.0),
-    (End(EndGoal(goal_id="g1", skill="lift", token=1000, how="result", result="STUCK")), 0.5),
+    (End(EndGoal(goal_id="g1", skill="lift", token=1000, how=EndKind.RESULT, result="STUCK")), 0.5),
     (begin("lift", "g4", load=5.0), 0.0),
     (begin("lift", "g5"), 0.0),
     (Tick(), 5.0),
@@ -97,7 +97,7 @@ def forgets(self: Ledger, grant: Any) -> None:
     ("place", "name", "rule", "first"),
     [
         (ResourceTable, "obstacle", no_obstacle, 12),
-        (resource_core, "why_not", never_false, 4),
+        (resource_core, "explain_failure", never_false, 4),
         (Ledger, "next_token", fixed_token, 3),
         (LatestData, "_fresh_until", for_ever, 9),
         (Ledger, "open", forgets, 3),

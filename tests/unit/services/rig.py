@@ -9,14 +9,15 @@ from soundness import assert_all_sound
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Entry
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.snapshot import Entry
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
     DataSample,
     EndGoal,
+    EndKind,
     FireEvent,
     FireExtern,
     GoalVerdict,
@@ -141,7 +142,7 @@ class Bench:
         skill: str,
         goal_id: str,
         token: int,
-        how: str = "result",
+        how: EndKind = EndKind.RESULT,
         result: str | None = None,
         incarnation: str = "",
         cause: str | None = None,

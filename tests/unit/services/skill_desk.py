@@ -19,6 +19,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     Granted,
     InterruptGoal,
+    RecordOutcome,
     RenewGoal,
     StartGoal,
     State,
@@ -79,23 +80,21 @@ class Desk:
         self.take(self.core.answered(self.asked, verdict, self.now))
 
     @property
-    def own_word(self) -> Ended:
-        """The answer to an end by its own word that was just asked for, where nobody else has done anything."""
+    def recorded(self) -> Ended:
+        """The answer to the outcome that was just sent, where no other process has done anything with the goal."""
         asked = self.asked.call
-        assert isinstance(asked, EndGoal)
-        assert asked.terminal is not None
+        assert isinstance(asked, RecordOutcome)
         return Ended(
             goal_id=asked.goal_id,
             held=False,
             reason="",
             revision=1,
             record=asked.cause or "",
-            how=asked.how,
             terminal=asked.terminal,
         )
 
     def granted_to_nobody(self) -> None:
-        self.answer(self.own_word)
+        self.answer(self.recorded)
 
     def granted(self) -> None:
         self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))

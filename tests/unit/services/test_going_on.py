@@ -10,38 +10,38 @@ from gate import GATE, Gate
 from rig import Bench, granted
 from soundness import assert_all_sound
 
-from skillwing.services.core.kept import (
-    DatumKept,
-    GoalOver,
-    GrantOpened,
-    Kept,
-    ManagerNoted,
-    ResourceStands,
-)
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import SAID_AGAIN, ResourceCore
+from skillwing.services.core.snapshot import (
+    DatumEntry,
+    FinishedGoal,
+    GrantEntry,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
+)
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import ErrorCode, FireExtern, Granted, Record, RecordKind, Violated
 
 
-def kept_by(bench: Bench) -> Kept:
+def kept_by(bench: Bench) -> Snapshot:
     """What the entries of a bench add up to."""
 
     def of(kind: type[Any]) -> list[Any]:
         return [entry for entry in bench.kept if isinstance(entry, kind)]
 
-    stood = [entry for entry in bench.core.inventory() if isinstance(entry, ResourceStands)]
-    stands: list[ResourceStands] = of(ResourceStands)
+    stood = [entry for entry in bench.core.initial_entries() if isinstance(entry, ResourceEntry)]
+    stands: list[ResourceEntry] = of(ResourceEntry)
     resources = {entry.resource: entry for entry in (*stood, *stands)}
-    ended: list[GoalOver] = of(GoalOver)
+    ended: list[FinishedGoal] = of(FinishedGoal)
     over = {entry.goal_id: entry for entry in ended}
-    opened: list[GrantOpened] = of(GrantOpened)
-    return Kept(
+    opened: list[GrantEntry] = of(GrantEntry)
+    return Snapshot(
         resources=tuple(resources.values()),
         grants=tuple(entry for entry in opened if entry.granted.goal_id not in over),
         goals=tuple(over.values()),
-        managers=tuple(of(ManagerNoted)),
-        data=tuple(of(DatumKept)),
+        managers=tuple(of(ManagerEntry)),
+        data=tuple(of(DatumEntry)),
         last_token=max((entry.granted.token for entry in opened), default=0),
         records=tuple(bench.of(Record)),
         t=bench.now,
@@ -130,7 +130,9 @@ def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> 
     core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
     core.fire_extern(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
     assert {
-        (entry.resource, entry.state, entry.revision) for entry in core.inventory() if isinstance(entry, ResourceStands)
+        (entry.resource, entry.state, entry.revision)
+        for entry in core.initial_entries()
+        if isinstance(entry, ResourceEntry)
     } == {("authority", "OFF", 1), ("door", "OPEN", 0), ("axes", "FREE", 0), ("lamp", "OFF", 0)}
 
 
@@ -198,10 +200,10 @@ def test_of_what_lasts_each_change_is_kept_and_nothing_else(gate: Gate) -> None:
     for gate.now, permit in ((1.0, 1.0), (2.0, 2.0), (3.0, 2.0), (4.0, 1.0)):
         gate.datum("permit", permit)
         gate.datum("load", gate.now)
-    assert gate.kept == [DatumKept("permit", 2.0, 2.0), DatumKept("permit", 1.0, 4.0)]
+    assert gate.kept == [DatumEntry("permit", 2.0, 2.0), DatumEntry("permit", 1.0, 4.0)]
 
 
-def in_place_of(bench: Bench, kept: Kept) -> ResourceCore:
+def in_place_of(bench: Bench, kept: Snapshot) -> ResourceCore:
     """A core that is given the data of one whose last step was never written down."""
     return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), kept=kept, data=bench.core.data)
 
@@ -209,10 +211,10 @@ def in_place_of(bench: Bench, kept: Kept) -> ResourceCore:
 def test_a_lasting_value_that_was_never_written_down_is_kept_with_the_next_step(gate: Gate) -> None:
     written = kept_by(gate)
     lost = replace(written, data=())
-    outdated = replace(written, data=(DatumKept("permit", 9.0, 0.0),))
+    outdated = replace(written, data=(DatumEntry("permit", 9.0, 0.0),))
     for kept in (lost, outdated):
         core = in_place_of(gate, kept)
-        assert core.tick(gate.now).entries == (DatumKept("permit", 1.0, 0.0),)
+        assert core.tick(gate.now).entries == (DatumEntry("permit", 1.0, 0.0),)
         assert core.tick(gate.now).entries == ()
     assert in_place_of(gate, written).tick(gate.now).entries == ()
     assert in_place_of(Gate(fed=False), lost).tick(gate.now).entries == ()

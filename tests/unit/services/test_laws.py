@@ -24,6 +24,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     InterruptGoal,
     Lost,
+    RecordOutcome,
     ResourceChange,
     StartGoal,
     State,
@@ -101,6 +102,8 @@ class Managers(RuleBasedStateMachine):
                     step = self.resources.begin(call, self.now)
                 case EndGoal() as call:
                     step = self.resources.end(call, self.now)
+                case RecordOutcome() as call:
+                    step = self.resources.record_outcome(call, self.now)
                 case call:
                     step = self.resources.renew(call)
             return self.judge(step)

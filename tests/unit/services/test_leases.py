@@ -18,7 +18,7 @@ from skillwing.services.core.leases import CHECK_PERIOD, LONGEST_PAUSE, RECOVERY
 from skillwing.services.journal.errors import JournalWriteError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.lease_watch import LeaseWatch
-from skillwing.services.managers.presence import LOSS_DEBOUNCE, Presence
+from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE, LivelinessMonitor
 from skillwing.services.managers.resource_manager import GRANT_LEASE, WRITE_AGAIN, ResourceManagerNode
 from skillwing.services.protocol import BeginGoal, Keys, Lost, encode
 
@@ -181,7 +181,7 @@ def test_who_is_heard_through_the_router_is_not_blamed_while_there_is_none(
 
 def test_who_was_here_and_went_is_missed_again_when_he_is_expected() -> None:
     network, gone = InProcessNetwork(), list[str]()
-    presence = Presence(network.bus("watch"), KEYS, "**", gone.append)
+    presence = LivelinessMonitor(network.bus("watch"), KEYS, "**", gone.append)
     token = network.bus("skill/watch").declare_alive(KEYS.alive("skill/watch"))
     network.run_for(0.5)
     presence.expect("skill/watch")

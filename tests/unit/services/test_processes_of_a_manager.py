@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from rig import Bench, granted
 
-from skillwing.services.core.kept import GoalOver, ManagerNoted
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import AttachManager, Ended, ErrorCode, Lost, Record, RenewGoal
+from skillwing.services.core.snapshot import FinishedGoal, ManagerEntry
+from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
 
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
@@ -52,14 +52,14 @@ def test_an_incarnation_that_attaches_again_loses_nothing(bench: Bench) -> None:
 
 
 def test_a_goal_given_up_before_its_begin_arrives_is_never_granted(bench: Bench) -> None:
-    assert isinstance(bench.end("move", "g", 0, "error"), Ended)
+    assert isinstance(bench.end("move", "g", 0, EndKind.ERROR), Ended)
     assert isinstance(bench.begin("move", "g"), Ended)
     assert bench.core.states["axes"] == "FREE"
 
 
 def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -> None:
     bench.begin("move", "g", incarnation="this")
-    assert isinstance(bench.end("move", "g", 0, "error", incarnation="this"), Ended)
+    assert isinstance(bench.end("move", "g", 0, EndKind.ERROR, incarnation="this"), Ended)
     assert bench.core.states["axes"] == "FREE"
 
 
@@ -70,7 +70,7 @@ def test_a_goal_of_the_successor_is_not_given_up_by_a_process_without_its_token(
     granted(bench.begin("move", "g", incarnation="second"))
     for incarnation in ("first", ""):
         with pytest.raises(RefusedError) as refusal:
-            bench.end("move", "g", 0, "error", incarnation=incarnation)
+            bench.end("move", "g", 0, EndKind.ERROR, incarnation=incarnation)
         assert refusal.value.code is ErrorCode.STALE_TOKEN
     assert bench.core.states["axes"] == "USED"
 
@@ -129,8 +129,8 @@ def test_a_replaced_process_that_asks_for_its_successors_goal_takes_nothing(benc
     assert bench.begin("move", "g", incarnation="second") == second
     third = bench.begin("move", "g", incarnation="third")
     assert isinstance(third, Lost)
-    assert bench.kept[-1] == GoalOver("g", "move", second.token, third)
-    assert ManagerNoted("skill/move", "third") in bench.kept
+    assert bench.kept[-1] == FinishedGoal("g", "move", second.token, third)
+    assert ManagerEntry("skill/move", "third") in bench.kept
 
 
 def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(bench: Bench) -> None:
@@ -147,9 +147,9 @@ def test_each_incarnation_is_noted_once_and_a_replaced_one_cannot_come_back(benc
         assert (states.states, states.revision) == (dict(bench.core.states), bench.core.revision)
     bench.attach("skill/watch", "first")
     assert bench.kept == [
-        ManagerNoted("skill/move", "first"),
-        ManagerNoted("skill/move", "second"),
-        ManagerNoted("skill/watch", "first"),
+        ManagerEntry("skill/move", "first"),
+        ManagerEntry("skill/move", "second"),
+        ManagerEntry("skill/watch", "first"),
     ]
     with pytest.raises(RefusedError, match="place of this `skill/move`") as refusal:
         bench.attach("skill/move", "first")

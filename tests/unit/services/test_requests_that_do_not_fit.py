@@ -4,25 +4,35 @@ from __future__ import annotations
 
 from typing import Any
 
+import msgspec
 import pytest
 from rig import RIG, Bench, granted
 
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import BeginGoal, ErrorCode, FireEvent, FireExtern
+from skillwing.services.protocol import (
+    BeginGoal,
+    EndGoal,
+    EndKind,
+    ErrorCode,
+    FireEvent,
+    FireExtern,
+    ProtocolError,
+    decode,
+    encode,
+)
 
 
 @pytest.mark.parametrize(
     ("how", "result", "token", "code"),
     [
-        ("result", "DONE", 99, ErrorCode.STALE_TOKEN),
-        ("result", "DOEN", None, ErrorCode.UNKNOWN_NAME),
-        ("result", None, None, ErrorCode.BAD_REQUEST),
-        ("vanish", None, None, ErrorCode.BAD_REQUEST),
+        (EndKind.RESULT, "DONE", 99, ErrorCode.STALE_TOKEN),
+        (EndKind.RESULT, "DOEN", None, ErrorCode.UNKNOWN_NAME),
+        (EndKind.RESULT, None, None, ErrorCode.BAD_REQUEST),
     ],
 )
 def test_a_malformed_end_frees_nothing(
-    bench: Bench, how: str, result: str | None, token: int | None, code: ErrorCode
+    bench: Bench, how: EndKind, result: str | None, token: int | None, code: ErrorCode
 ) -> None:
     real = granted(bench.begin("move", "g")).token
     with pytest.raises(RefusedError) as refusal:
@@ -90,9 +100,16 @@ def test_a_goal_id_is_neither_empty_nor_without_bounds(bench: Bench, length: int
         assert refusal.value.code is ErrorCode.BAD_REQUEST
 
 
-def test_an_end_of_no_known_kind_is_told_which_there_are(bench: Bench) -> None:
+def test_an_end_with_a_result_that_has_no_name_is_told_which_there_are(bench: Bench) -> None:
     token = granted(bench.begin("move", "g")).token
     with pytest.raises(RefusedError) as refusal:
-        bench.end("move", "g", token, "vanish")
-    assert refusal.value.known == ("result", "interrupt", "error", "ungranted")
+        bench.end("move", "g", token, EndKind.RESULT)
+    assert refusal.value.known == tuple(result.name for result in bench.skillset.skill("move").results)
     assert refusal.value.help
+
+
+def test_an_end_of_no_known_kind_cannot_be_read() -> None:
+    end = EndGoal(goal_id="g", skill="move", token=1, how=EndKind.ERROR)
+    fields = msgspec.msgpack.decode(encode(end))
+    with pytest.raises(ProtocolError, match="ungranted"):
+        decode(msgspec.msgpack.encode(fields | {"how": "ungranted"}), EndGoal)

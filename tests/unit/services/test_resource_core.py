@@ -7,9 +7,9 @@ from gate import Gate
 from rig import Bench, granted
 
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import DataSample, Ended, NotReady, Record, ResourceChange, Violated
+from skillwing.services.core.snapshot import FinishedGoal
+from skillwing.services.protocol import DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
@@ -67,9 +67,14 @@ def test_tokens_grow_and_outgrow_those_of_an_earlier_process() -> None:
 
 @pytest.mark.parametrize(
     ("how", "result", "held"),
-    [("result", "DONE", True), ("result", "STUCK", True), ("interrupt", None, True), ("error", None, True)],
+    [
+        (EndKind.RESULT, "DONE", True),
+        (EndKind.RESULT, "STUCK", True),
+        (EndKind.INTERRUPT, None, True),
+        (EndKind.ERROR, None, True),
+    ],
 )
-def test_every_end_gives_back_what_the_goal_took(bench: Bench, how: str, result: str | None, held: bool) -> None:
+def test_every_end_gives_back_what_the_goal_took(bench: Bench, how: EndKind, result: str | None, held: bool) -> None:
     token = granted(bench.begin("move", "g")).token
     ended = bench.end("move", "g", token, how, result)
     assert isinstance(ended, Ended)
@@ -195,7 +200,7 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert (raised.cause, raised.goal_id) == (verdict.record, "g")
     [change] = gate.of(ResourceChange)
     assert (change.resource, change.after, change.cause) == ("flag", "UP", verdict.record)
-    assert gate.kept[-1] == GoalOver("g", "lift", NO_TOKEN, verdict)
+    assert gate.kept[-1] == FinishedGoal("g", "lift", NO_TOKEN, verdict)
     assert gate.lift(z=1.0) == verdict, "the id of a goal that was refused is used up"
     with pytest.raises(RefusedError, match="belongs to `lift`"):
         gate.begin("weigh", "g")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from skill_desk import Desk
 
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_core import GOALS_REMEMBERED
 from skillwing.services.protocol import State
@@ -24,7 +24,7 @@ def test_memory_stays_bounded() -> None:
 
 
 def test_what_was_written_last_is_remembered_longest() -> None:
-    memory: Recent[str, int] = Recent(3)
+    memory: BoundedDict[str, int] = BoundedDict(3)
     for key in ("a", "b", "c"):
         memory[key] = 1
     assert len(memory) == 3, "as many as there is room for"

@@ -9,7 +9,7 @@ import pytest
 from skill_desk import ENDED, TOKEN, VIOLATED, Desk, interrupting, running, validating
 
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.protocol import BeginGoal, EndGoal, Ending, NotReady, Record, State, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, Record, State, Terminal
 
 
 def test_hooks_are_told_token_begin_and_end_of_their_goal() -> None:
@@ -77,6 +77,6 @@ def test_an_end_by_the_resource_manager_comes_of_its_record(answer: Any, record:
 def test_an_answer_to_no_open_question_ends_nothing() -> None:
     """It may be about a goal of the same id that has long been forgotten."""
     desk = running()
-    old = EndGoal(goal_id="g", skill="move", token=3, how="interrupt")
+    old = EndGoal(goal_id="g", skill="move", token=3, how=EndKind.INTERRUPT)
     desk.take(desk.core.answered(AskResources(old), ENDED, desk.now))
     assert desk.state is State.RUNNING

@@ -9,7 +9,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.dsl.expressions import Comparison, Environment, Literal, Name
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Type
-from skillwing.services.core.judge import why_not
+from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.values import LONGEST_TEXT, PROBLEMS_TOLD, fit_fields, sendable_text
 
 
@@ -198,6 +198,6 @@ def test_a_long_name_is_cut() -> None:
 def test_of_a_structure_the_field_is_told_that_the_guard_names(where: dict[str, object]) -> None:
     high = Literal(2.0)
     expression = Comparison(">", Name("at.z", "data"), high)
-    assert why_not(expression, Environment(data=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
+    assert explain_failure(expression, Environment(data=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
     expression = Comparison(">", Name("at.z", "input"), high)
-    assert why_not(expression, Environment(inputs=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
+    assert explain_failure(expression, Environment(inputs=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."

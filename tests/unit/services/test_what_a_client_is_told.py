@@ -17,6 +17,7 @@ from skillwing.services.protocol import (
     Ended,
     EndGoal,
     Ending,
+    EndKind,
     ErrorCode,
     ErrorReply,
     GoalStatus,
@@ -214,7 +215,7 @@ def test_a_renewal_that_arrives_for_an_earlier_goal_changes_nothing() -> None:
 
 def test_what_an_earlier_process_ended_is_told_as_that() -> None:
     desk = validating()
-    desk.answer(Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how="result", result="DONE"))
+    desk.answer(Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.RESULT, result="DONE"))
     terminal = desk.terminal()
     assert (terminal.label, terminal.success) == ("S_DONE", True)
     assert terminal.reason == "An earlier process of this manager ended it."

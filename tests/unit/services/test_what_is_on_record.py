@@ -9,14 +9,15 @@ from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
 from skillwing.services.core.grants import NO_TOKEN
-from skillwing.services.core.kept import GoalOver
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     BeginGoal,
     Ended,
     EndGoal,
+    EndKind,
     ErrorCode,
     Lost,
     Record,
@@ -88,7 +89,7 @@ def test_a_goal_that_is_lost_alone_leaves_the_others_of_its_manager(bench: Bench
 
 
 def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Bench) -> None:
-    request = EndGoal(goal_id="g", skill="move", token=NO_TOKEN, how="error", cause="skill/move#7")
+    request = EndGoal(goal_id="g", skill="move", token=NO_TOKEN, how=EndKind.ERROR, cause="skill/move#7")
     ended = bench.perform(bench.core.end(request, bench.now))
     assert isinstance(ended, Ended)
     assert (ended.goal_id, ended.held, ended.revision) == ("g", False, bench.core.revision)
@@ -96,18 +97,18 @@ def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Be
     record = record_of(bench, ended.record)
     assert (record.subject, record.after, record.goal_id) == ("move", "ENDED", "g")
     assert (record.cause, record.text) == ("skill/move#7", ended.reason)
-    assert bench.kept == [GoalOver("g", "move", NO_TOKEN, ended)]
+    assert bench.kept == [FinishedGoal("g", "move", NO_TOKEN, ended)]
     assert bench.perform(bench.core.end(request, bench.now)) == ended
     with pytest.raises(RefusedError, match=r"Token 5 .* goal g ") as refusal:
-        bench.end("move", "g", 5, "error")
+        bench.end("move", "g", 5, EndKind.ERROR)
     assert refusal.value.code is ErrorCode.STALE_TOKEN
 
 
 @pytest.mark.parametrize(
-    ("token", "how", "result"), [(0, "interrupt", None), (0, "result", "DONE"), (7, "error", None)]
+    ("token", "how", "result"), [(0, EndKind.INTERRUPT, None), (0, EndKind.RESULT, "DONE"), (7, EndKind.ERROR, None)]
 )
 def test_only_who_never_heard_of_a_grant_gives_up_what_was_never_granted(
-    bench: Bench, token: int, how: str, result: str | None
+    bench: Bench, token: int, how: EndKind, result: str | None
 ) -> None:
     with pytest.raises(RefusedError, match="g was ever granted") as refusal:
         bench.end("move", "g", token, how, result)

@@ -119,7 +119,7 @@ def test_the_managers_serve_what_the_table_says() -> None:
 
 def test_the_page_is_what_the_code_says() -> None:
     page = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
-    assert page == protocol_page(), "run `skillwing protocol > docs/protocol.md`"
+    assert page == protocol_page(), "run `make generate`"
 
 
 def test_the_exchange_shows_an_end_of_each_kind() -> None:

@@ -34,7 +34,7 @@ class Rig:
 
     def __init__(self, world: World = WORLD, **options: Any) -> None:
         self.sim = Simulator(world, sensors=(RANGE,), **options)
-        self.core = GuidanceCore()
+        self.core = GuidanceCore(world.geofence)
         self.connected = True
         self.lowers_ground_by = 0.0
         """What the range-finder is wrong by [m]."""

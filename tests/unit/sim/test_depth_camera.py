@@ -23,7 +23,7 @@ from skillwing.sim_mujoco.sensors.depth_camera import (
     depth_header,
 )
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 
 DISPARITIES = arrays(

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from skillwing.onboard.axis import RefusedError
 from skillwing.onboard.frames.vectors import to_body
 from skillwing.onboard.geofence import Box
+from skillwing.onboard.guidance.limits import SETPOINT_TIMEOUT
 from skillwing.onboard.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import sink_speed
 from skillwing.sim_mujoco.autopilot.failsafes import (
     CRITICAL_CHARGE,
     NAVIGATION_REGAINED,
-    SETPOINT_TIMEOUT,
     Emergencies,
 )
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport

@@ -34,7 +34,7 @@ SKILLSET = ROBOT.load_skillset()
 
 
 def test_the_page_is_what_the_code_says() -> None:
-    assert interface_page() == PAGE, "run `skillwing functional-layer > docs/functional-layer.md`"
+    assert interface_page() == PAGE, "run `make generate`"
 
 
 def test_every_key_is_in_the_table_once() -> None:

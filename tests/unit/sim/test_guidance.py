@@ -485,7 +485,7 @@ def test_it_flies_no_faster_than_the_depth_map_reaches() -> None:
 
 def test_deaf_to_reports_it_flies_on() -> None:
     rig = airborne()
-    rig.core = GuidanceCore(watch=False)
+    rig.core = GuidanceCore(WORLD.geofence, watch=False)
     rig.fly(0.1)
     rig.obstacles = wall_at(8.0)
     rig.command("a", EAST, token=100)

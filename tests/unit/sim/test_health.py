@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skillwing.sim_mujoco.sensors.channel import Channel
-from skillwing.sim_mujoco.sensors.corruptors import KINDS, Corruption, UnknownFaultError
+from skillwing.sim_mujoco.sensors.corruptors import Corruption
+from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 
 PERIOD = 1 / 15
@@ -109,4 +110,4 @@ def test_corruptors_stack_and_come_off_one_by_one() -> None:
 def test_an_unknown_kind_of_fault_is_refused_with_the_known_ones() -> None:
     with pytest.raises(UnknownFaultError) as caught:
         Corruption(np.random.default_rng(0)).switch("gremlin", on=True)
-    assert caught.value.known == KINDS
+    assert caught.value.known == tuple(KINDS)

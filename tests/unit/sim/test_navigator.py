@@ -12,8 +12,8 @@ from skillwing.onboard.frames.vectors import heading_of, wrap
 from skillwing.onboard.topics import FlyTo, MotionState, Nose
 from skillwing.sim_mujoco.navigation.error_filter import POSITION, VELOCITY
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, FixSteps, Navigator, Solution
-from skillwing.sim_mujoco.sensors.gnss import RECEIVERS
 from skillwing.sim_mujoco.sensors.health import Condition
+from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
 
 RTK = RECEIVERS["rtk"]
 

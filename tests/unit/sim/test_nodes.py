@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from itertools import product
 
 import msgspec
@@ -13,16 +14,16 @@ import pytest
 from skillwing.onboard import topics
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.options import OptionsError
-from skillwing.onboard.sensor_data.names import GNSS
+from skillwing.onboard.sensor_data.names import CAMERA, GNSS
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
-from skillwing.sim_mujoco.camera.feed import CAMERA
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES
-from skillwing.sim_mujoco.sensors.corruptors import KINDS
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
+from skillwing.sim_mujoco.sensors.faults import KINDS
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.node import make_sim
+from skillwing.sim_mujoco.world.kinds import make_site
 
 
 class Ground:
@@ -45,6 +46,9 @@ class Ground:
         return answers[0]
 
 
+FENCE = asdict(make_site(4).fence)
+
+
 @pytest.fixture
 def network() -> InProcessNetwork:
     return InProcessNetwork()
@@ -54,7 +58,7 @@ def network() -> InProcessNetwork:
 def ground(network: InProcessNetwork) -> Iterator[Ground]:
     ground = Ground(network)
     network.attach(make_sim({"seed": 4}))
-    ground.guidance = network.attach(make_guidance({}))
+    ground.guidance = network.attach(make_guidance({"geofence": FENCE}))
     yield ground
 
 
@@ -153,7 +157,7 @@ def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
 def test_the_simulator_lives_through_the_largest_magnitudes(
     network: InProcessNetwork, ground: Ground, sensor: str, kind: str, sign: float
 ) -> None:
-    magnitude = sign * FITTINGS[sensor].largest
+    magnitude = sign * SENSORS[sensor].largest
     take_off(network, ground)
     answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Answered)
@@ -164,7 +168,7 @@ def test_the_simulator_lives_through_the_largest_magnitudes(
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_fixes_and_navigation_with_the_largest_bias_and_noise_from_the_start_can_be_read(sign: float) -> None:
-    largest = FITTINGS[GNSS].largest
+    largest = SENSORS[GNSS].largest
     faults = [
         {"sensor": GNSS, "kind": "bias", "magnitude": sign * largest},
         {"sensor": GNSS, "kind": "noise", "magnitude": largest},
@@ -181,7 +185,7 @@ def test_fixes_and_navigation_with_the_largest_bias_and_noise_from_the_start_can
 
 
 @pytest.mark.parametrize("key", [topics.FAULT, topics.FAULTS, topics.PILOT, topics.GUIDANCE_COMMAND])
-@pytest.mark.parametrize("payload", [b"", b"\xc1", msgspec.msgpack.encode({"v": 1, "unheard": 2})])
+@pytest.mark.parametrize("payload", [b"", b"\xc1", msgspec.msgpack.encode({"v": 2, "unheard": 2})])
 def test_what_cannot_be_read_is_refused_and_the_node_lives(
     network: InProcessNetwork, ground: Ground, key: str, payload: bytes
 ) -> None:
@@ -286,7 +290,7 @@ def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before
     ground.bus.advertise(topics.AUTHORITY, events=True).put(encode(revoked))
     network.run_for(0.1)
     ground.guidance.close()
-    network.attach(make_guidance({}))
+    network.attach(make_guidance({"geofence": FENCE}))
     network.run_for(0.2)
     late = topics.GuidanceCommand(goal_id="lost", token=2, motion=topics.Hold())
     answer = ground.ask(topics.GUIDANCE_COMMAND, late)

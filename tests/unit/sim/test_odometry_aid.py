@@ -20,8 +20,9 @@ from skillwing.services.protocol import decode, encode
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import DOUBTFUL, PROOF, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import GRAVITY
-from skillwing.sim_mujoco.sensors.gnss import DELAY, RECEIVERS
+from skillwing.sim_mujoco.sensors.gnss import DELAY
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
+from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
 from skillwing.sim_mujoco.simulator.node import make_sim, odometry_report
 
 HEADING = 0.7

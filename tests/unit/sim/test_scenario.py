@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from itertools import product
 from pathlib import Path
 from typing import get_args
@@ -13,13 +15,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from skillwing.onboard.options import OptionsError
-from skillwing.sim_mujoco.scenario import Scenario, ScenarioError, read_scenario
-from skillwing.sim_mujoco.scenario_slips import slips
-from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
-from skillwing.sim_mujoco.sensors.gnss import RECEIVERS, ReceiverName
+from skillwing.sim_mujoco.scenario.fault_checks import check_fault
+from skillwing.sim_mujoco.scenario.field_errors import field_errors
+from skillwing.sim_mujoco.scenario.format import Scenario
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, MagnitudeError, UnknownFaultError
+from skillwing.sim_mujoco.sensors.receivers import RECEIVERS, ReceiverName
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.sensors.zones import Zone
-from skillwing.sim_mujoco.simulator.fault_plan import FaultPlan
 from skillwing.sim_mujoco.simulator.node import make_sim
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
@@ -79,7 +82,7 @@ def write(tmp_path: Path):
 
 
 def test_a_fault_by_place_is_on_while_the_drone_is_inside() -> None:
-    plan = FaultPlan([Fault("gnss", "freeze", at=5.0, zone=Zone(center=(10.0, 0.0), radius=5.0))])
+    plan = FaultSchedule([Fault("gnss", "freeze", at=5.0, zone=Zone(center=(10.0, 0.0), radius=5.0))])
     where = [(0.0, HERE), (4.9, HERE), (5.0, HERE), (6.0, HERE), (7.0, AWAY), (8.0, AWAY), (9.0, HERE)]
     seen = [(t, on) for t, position in where for _, on in plan.switches(t, position)]
     assert seen == [(5.0, True), (7.0, False), (9.0, True)]
@@ -94,7 +97,7 @@ def test_a_plan_switches_exactly_where_what_is_wanted_changes(
     at: float, duration: float | None, inside: list[bool]
 ) -> None:
     fault = Fault("zed", "blackout", at, duration, zone=Zone(low=(5.0, -5.0, 0.0), high=(15.0, 5.0, 9.0)))
-    plan, on = FaultPlan([fault]), False
+    plan, on = FaultSchedule([fault]), False
     for t, within in enumerate(inside):
         position = HERE if within else AWAY
         for _, switched in plan.switches(float(t), position):
@@ -115,7 +118,7 @@ FAULTS = st.builds(
 
 @given(st.lists(FAULTS, max_size=6))
 def test_where_faults_of_one_kind_overlap_one_of_them_is_on_as_long_as_any_is_wanted(faults: list[Fault]) -> None:
-    plan, on = FaultPlan(faults), dict[tuple[str, str], float | None]()
+    plan, on = FaultSchedule(faults), dict[tuple[str, str], float | None]()
     for t in map(float, range(45)):
         for fault, switched in plan.switches(t, HERE):
             if switched:
@@ -133,7 +136,7 @@ def test_where_faults_of_one_kind_overlap_one_of_them_is_on_as_long_as_any_is_wa
 def test_a_fault_that_nothing_can_have_is_refused() -> None:
     for sensor, kind in (("nose", "blackout"), ("zed", "gremlin"), ("rotor/9", "stopped"), ("rotor/1", "freeze")):
         with pytest.raises(UnknownFaultError):
-            FaultPlan([Fault(sensor, kind)])
+            check_fault(sensor, kind)
 
 
 @pytest.mark.parametrize("magnitude", [1e39, float("inf"), float("nan")])
@@ -142,7 +145,7 @@ def test_options_with_a_magnitude_that_is_none_are_refused(magnitude: float) -> 
         with pytest.raises(OptionsError, match="magnitude"):
             make_sim({"faults": [{"sensor": sensor, "kind": kind, "magnitude": magnitude}]})
         with pytest.raises(MagnitudeError):
-            FaultPlan([Fault(sensor, kind, magnitude=magnitude)])
+            check_fault(sensor, kind, magnitude)
 
 
 @pytest.mark.parametrize("option", [{"wind": (0.0, 60.0, 0.0)}, {"turbulence": 51.0}, {"receiver": "gps"}])
@@ -325,7 +328,7 @@ def test_slips_are_found_exactly_where_the_reader_finds_one(content: dict[str, o
         fits = True
     except msgspec.ValidationError:
         fits = False
-    assert (not list(slips(content, Scenario))) is fits
+    assert (not list(field_errors(content, Scenario))) is fits
 
 
 def test_a_file_that_is_not_there_is_refused_in_words(tmp_path: Path) -> None:
@@ -344,3 +347,25 @@ def test_a_unit_of_noise_or_bias_suits_each_value_of_a_sensor() -> None:
     still = [m.data for m in simulator.advance(0.54).measurements if m.sensor == "imu"][-1]
     assert still[:, :3].mean(axis=0) == pytest.approx([1.0, 1.0, 10.81], abs=0.3)
     assert still[:, 3:].mean(axis=0) == pytest.approx([0.1, 0.1, 0.1], abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("imported", "absent"),
+    [
+        ("scenario.format", ("numpy", "mujoco", "embreex")),
+        ("scenario.reading", ("mujoco", "embreex")),
+        ("launching", ("mujoco", "embreex")),
+    ],
+)
+def test_a_scenario_is_read_and_checked_without_physics(imported: str, absent: tuple[str, ...], tmp_path: Path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text('[[fault]]\nsensor = "zed"\nkind = "blackuot"\n', encoding="utf-8")
+    lines = ["import sys", f"from skillwing.sim_mujoco.{imported} import *"]
+    if imported.endswith("reading"):
+        lines += ["try:", f"    read_scenario(__import__('pathlib').Path({str(file)!r}))"]
+        lines += ["except ScenarioError as error:", "    print(error)"]
+    lines += [f"print([name for name in {absent!r} if name in sys.modules])"]
+    done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True)
+    *said, loaded = done.stdout.splitlines()
+    assert loaded == "[]"
+    assert not said or "did you mean `blackout`" in said[-1]

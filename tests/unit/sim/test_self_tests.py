@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.sensor_data.names import LIDAR, ZED
+from skillwing.sim_mujoco.sensors.cross_checks import GroundCrossCheck, ImuCrossCheck
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.sensors.self_tests import Contradiction, Jump, Roughness, SelfTest
-from skillwing.sim_mujoco.sensors.twins import GroundTwin, InertialTwin
+from skillwing.sim_mujoco.sensors.table import SENSORS
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 
 RAYS = RayScene(make_world(3).triangles())
@@ -30,7 +30,7 @@ def motion(t: float, *, speed: float = 5.0, turn: float = 0.8) -> Motion:
 
 
 def measurements(sensor: str, count: int = 16) -> list[tuple[float, np.ndarray]]:
-    rng, period = np.random.default_rng(2), FITTINGS[sensor].period
+    rng, period = np.random.default_rng(2), SENSORS[sensor].period
     if sensor == ZED:
         camera = DepthCamera(RAYS, rng)
         return [(k * period, camera.picture(motion(k * period))) for k in range(count)]
@@ -45,7 +45,7 @@ def recorded() -> dict[str, list[tuple[float, np.ndarray]]]:
 
 
 def complaints(sensor: str, stream: list[tuple[float, np.ndarray]], kind: type[SelfTest]) -> list[str | None]:
-    (test,) = (test for test in FITTINGS[sensor].tests() if isinstance(test, kind))
+    (test,) = (test for test in SENSORS[sensor].self_tests() if isinstance(test, kind))
     return [test.problem(t, data) for t, data in stream]
 
 
@@ -130,7 +130,7 @@ def test_a_contradiction_needs_more_disagreement_than_agreement(agreements: list
 
 
 def test_two_imus_on_one_body_agree_until_one_is_wrong() -> None:
-    rng, twin = np.random.default_rng(1), InertialTwin()
+    rng, check = np.random.default_rng(1), ImuCrossCheck()
 
     def batch(offset: float = 0.0) -> np.ndarray:
         noise = np.array([0.06] * 3 + [0.005] * 3) * rng.standard_normal((5, 6))
@@ -138,7 +138,7 @@ def test_two_imus_on_one_body_agree_until_one_is_wrong() -> None:
 
     def compare(offset: float, kick: float = 0.0) -> str | None:
         own = [tuple(row) for row in (batch() + np.array([kick, 0, 0, 0, 0, 0])).tolist()]
-        return twin.objection(batch(offset), own)
+        return check.residual(batch(offset), own)
 
     assert [compare(0.0) for _ in range(500)] == [None] * 500
     assert compare(0.0, kick=200.0) is None, "an impact that one of them missed"
@@ -152,21 +152,21 @@ def test_two_imus_on_one_body_agree_until_one_is_wrong() -> None:
 def test_an_imu_is_blamed_for_what_is_no_number_at_once_and_judged_as_before_afterwards(
     axis: int, wrong: tuple[float, ...]
 ) -> None:
-    twin, good, own = InertialTwin(), np.zeros((5, 6), dtype=np.float32), [(0.0,) * 6] * 5
+    check, good, own = ImuCrossCheck(), np.zeros((5, 6), dtype=np.float32), [(0.0,) * 6] * 5
     bad, off = good.copy(), good.copy()
     bad[: len(wrong), axis], off[:, axis] = wrong, 5.0
-    assert "no finite" in (twin.objection(bad, own) or "")
-    assert twin.objection(good, own) is None
-    assert "off the autopilot's" in ([twin.objection(off, own) for _ in range(50)][-1] or "")
+    assert "no finite" in (check.residual(bad, own) or "")
+    assert check.residual(good, own) is None
+    assert "off the autopilot's" in ([check.residual(off, own) for _ in range(50)][-1] or "")
 
 
 def test_the_range_finder_is_held_against_the_lidar_and_the_ground() -> None:
-    twin, scan = GroundTwin(standing=0.145), np.full((1024, 16), 4.0, dtype=np.float32)
+    check, scan = GroundCrossCheck(standing=0.145), np.full((1024, 16), 4.0, dtype=np.float32)
 
     def measure(t: float, distance: float, *, standing: bool = False) -> str | None:
         if round(20 * t) % 2 == 0:
-            twin.look(t, scan)
-        return twin.objection(t, distance, standing=standing)
+            check.update(t, scan)
+        return check.residual(t, distance, standing=standing)
 
     assert [measure(0.05 * k, 4.1) for k in range(40)] == [None] * 40
     told = [measure(2.0 + 0.05 * k, 5.0) for k in range(20)]
@@ -174,4 +174,6 @@ def test_the_range_finder_is_held_against_the_lidar_and_the_ground() -> None:
     assert "LiDAR" in (told[-1] or "")
     assert [measure(3.0 + 0.05 * k, 0.15, standing=True) for k in range(30)][-1] is None
     assert "stands" in ([measure(5.0 + 0.05 * k, 1.1, standing=True) for k in range(12)][-1] or "")
-    assert GroundTwin(standing=0.145).objection(9.0, 7.0, standing=False) is None, "nobody else has seen the ground"
+    assert GroundCrossCheck(standing=0.145).residual(9.0, 7.0, standing=False) is None, (
+        "nobody else has seen the ground"
+    )

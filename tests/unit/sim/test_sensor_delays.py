@@ -12,10 +12,13 @@ from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.services.bus import Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode
+from skillwing.sim_mujoco.navigation.navigator import Navigator
 from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.fittings import FITTINGS, SENSORS
+from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
+from skillwing.sim_mujoco.sensors.health import Condition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
-from skillwing.sim_mujoco.sensors.twins import Twins
+from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.node import SLICE, make_sim
 from skillwing.sim_mujoco.simulator.simulator import TICK, Simulator
 from skillwing.sim_mujoco.world.world import make_world
@@ -37,7 +40,7 @@ def test_a_measurement_comes_its_delay_after_its_end_and_with_the_next_tick(
 ) -> None:
     late = [t - measurement.end for t, measurement in arrivals if measurement.sensor == sensor]
     assert late
-    delay = FITTINGS[sensor].delay
+    delay = SENSORS[sensor].delay
     assert delay > 0.0
     assert min(late) >= delay - 1e-6
     assert max(late) < delay + TICK - 1e-6
@@ -46,9 +49,9 @@ def test_a_measurement_comes_its_delay_after_its_end_and_with_the_next_tick(
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_delay_neither_loses_nor_moves_measurements(arrivals: list[tuple[float, Measurement]], sensor: str) -> None:
     ends = [measurement.end for _, measurement in arrivals if measurement.sensor == sensor]
-    period = FITTINGS[sensor].period
+    period = SENSORS[sensor].period
     assert ends == pytest.approx([period * (k + 1) for k in range(len(ends))], abs=TICK)
-    assert ends[-1] > 0.5 - FITTINGS[sensor].delay - period - TICK
+    assert ends[-1] > 0.5 - SENSORS[sensor].delay - period - TICK
 
 
 def test_inertial_measurements_of_a_revolution_are_there_before_it() -> None:
@@ -64,7 +67,7 @@ def test_inertial_measurements_of_a_revolution_are_there_before_it() -> None:
 
     def on_scan(sample: Sample) -> None:
         header = decode(sample.attachment, topics.LidarHeader)
-        assert bus.now() - header.t1 == pytest.approx(FITTINGS[LIDAR].delay, abs=SLICE - 1e-6)
+        assert bus.now() - header.t1 == pytest.approx(SENSORS[LIDAR].delay, abs=SLICE - 1e-6)
         uncovered.append(header.t1 - covered)
 
     bus.subscribe(topics.IMU, on_imu)
@@ -74,25 +77,29 @@ def test_inertial_measurements_of_a_revolution_are_there_before_it() -> None:
     assert max(uncovered) < 1e-6
 
 
+def make_checks() -> CrossChecks:
+    return CrossChecks(0.1, Navigator(RECEIVERS["rtk"]))
+
+
 def test_a_late_batch_is_held_against_what_the_autopilot_felt_then() -> None:
     """The drone shakes so hard that the samples of another time contradict it."""
-    twins, rng = Twins(standing_range=0.1), np.random.default_rng(1)
+    checks, rng = make_checks(), np.random.default_rng(1)
     felt = 9.81 + 4.0 * np.sin(2.0 * math.pi * np.arange(2000) * IMU_PERIOD / 0.05) + rng.normal(0.0, 0.06, 2000)
     per_batch, late = round(IMU_BATCH / IMU_PERIOD), round(0.012 / IMU_PERIOD)
     same_time: list[str | None] = []
     mistimed: list[str | None] = []
-    other = Twins(standing_range=0.1)
+    other = make_checks()
     for k, force in enumerate(felt):
         t = (k + 1) * IMU_PERIOD
-        for each in (twins, other):
-            each.felt(t, (0.0, 0.0, float(force), 0.0, 0.0, 0.0))
+        for each in (checks, other):
+            each.autopilot_imu(t, (0.0, 0.0, float(force), 0.0, 0.0, 0.0))
         first = k + 1 - late - per_batch
         if first < 0 or first % per_batch:
             continue
         data = np.zeros((per_batch, 6), dtype=np.float32)
         data[:, 2] = felt[first : first + per_batch]
         end = (first + per_batch) * IMU_PERIOD
-        same_time.append(twins.of_imu(t, Measurement(IMU, end - IMU_BATCH, end, data)))
-        mistimed.append(other.of_imu(t, Measurement(IMU, t - IMU_BATCH, t, data)))
+        same_time.append(checks.of_imu(t, Measurement(IMU, end - IMU_BATCH, end, data), Condition.OK))
+        mistimed.append(other.of_imu(t, Measurement(IMU, t - IMU_BATCH, t, data), Condition.OK))
     assert not any(same_time)
     assert any(mistimed)

@@ -9,7 +9,7 @@ from skillwing.onboard.frames.motion import Motion
 from skillwing.sim_mujoco.sensors.depth_camera import BASELINE, FOCAL, NEAREST, REACH, DepthCamera
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD, IMU_TURN_ON, IMU_WALK, Imu
 from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)

@@ -15,13 +15,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from skillwing.onboard.geofence import Box
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import legs_of
 from skillwing.sim_mujoco.world.promises import broken_promises
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.site import Site
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.triangulation import local_triangles
 from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
 
@@ -78,7 +78,7 @@ def test_sites_that_do_not_fit_together_are_noticed() -> None:
 def test_wires_and_bystanders_of_an_inspection_are_noticed() -> None:
     site = make_site(1, "industrial")
     obstacles = list(KINDS["industrial"].build(site).obstacles)
-    wire = next(each for each in obstacles if each.kind is Kind.WIRE)
+    wire = next(each for each in obstacles if each.kind is ObstacleKind.WIRE)
     lower = Footprint((wire.footprint.centre[0], wire.footprint.centre[1] - 3.0), wire.footprint.half)
     assert "hangs too close" in "; ".join(broken_promises(site, [*obstacles, replace(wire, footprint=lower)]))
     site = make_site(1, "inspection")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skillwing.evaluation.judge.coverage import RANGE, Judge, observable_from
+from skillwing.evaluation.flights.coverage import RANGE, CoverageJudge, observable_from
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
@@ -21,8 +21,8 @@ def world() -> World:
 
 
 @pytest.fixture(scope="module")
-def judge(world: World) -> Judge:
-    return Judge(world, world.route[:2])
+def judge(world: World) -> CoverageJudge:
+    return CoverageJudge(world, world.route[:2])
 
 
 def upright(x: float, label: int) -> Triangles:
@@ -48,7 +48,7 @@ def test_what_is_hidden_or_far_cannot_be_seen() -> None:
     assert set(seen.labels.tolist()) == {BUILDING}
 
 
-def test_a_perfect_map_covers_everything_and_an_empty_one_nothing(judge: Judge) -> None:
+def test_a_perfect_map_covers_everything_and_an_empty_one_nothing(judge: CoverageJudge) -> None:
     grid = OccupancyGrid((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0), SIZE)
     for _ in range(2):
         grid.integrate(np.array([0.0, 0.0, 20.0]), grid.hit_by(judge.observable.points))
@@ -60,7 +60,7 @@ def test_a_perfect_map_covers_everything_and_an_empty_one_nothing(judge: Judge) 
     assert (empty.all, empty.buildings, empty.terrain, empty.error) == (0.0, 0.0, 0.0, None)
 
 
-def test_half_a_map_covers_about_half_and_a_misplaced_one_little(judge: Judge) -> None:
+def test_half_a_map_covers_about_half_and_a_misplaced_one_little(judge: CoverageJudge) -> None:
     points = judge.observable.points
     half = judge.coverage(points[points[:, 0] < np.median(points[:, 0])], SIZE)
     assert half.all == pytest.approx(0.5, abs=0.05)
@@ -69,11 +69,11 @@ def test_half_a_map_covers_about_half_and_a_misplaced_one_little(judge: Judge) -
     assert aloft.all < 0.05
 
 
-def test_the_same_world_and_route_are_judged_by_the_same_points(world: World, judge: Judge) -> None:
+def test_the_same_world_and_route_are_judged_by_the_same_points(world: World, judge: CoverageJudge) -> None:
     again = observable_from(world.triangles(), world.route[:2])
     assert np.array_equal(again.points, judge.observable.points)
 
 
 def test_a_world_without_buildings_has_no_share_of_them(world: World) -> None:
-    bare = Judge(replace(world, obstacles=()), world.route[:2])
+    bare = CoverageJudge(replace(world, obstacles=()), world.route[:2])
     assert bare.coverage(bare.observable.points, SIZE).buildings is None

@@ -24,7 +24,7 @@ from skillwing.evaluation.judge.map_picture import (
 from skillwing.evaluation.judge.standing import STANDING
 from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 
 ROUTE = ((0.0, 0.0, 4.0), (30.0, 0.0, 4.0), (30.0, 20.0, 4.0))
 NOTHING = np.empty((0, 3), dtype=np.float32)
@@ -123,7 +123,7 @@ def test_what_failed_and_the_fence_are_marked(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("footprint", [Footprint((20.0, 10.0), (5.0, 4.0), 0.3), Footprint((20.0, 10.0), radius=4.0)])
 def test_what_stands_there_is_drawn_where_no_map_was_built(tmp_path: Path, footprint: Footprint) -> None:
-    building = Obstacle("building-0", Kind.BUILDING, footprint, 8.0)
+    building = Obstacle("building-0", ObstacleKind.BUILDING, footprint, 8.0)
     blind = MapScene(NOTHING, 0.4, ROUTE, [Flown("lidar", np.array(ROUTE))], standing=[building])
     assert blind.caveats == "No map was built: what stands here is drawn as the simulator knows it."
     assert share_of(STANDING, drawn(tmp_path / "blind.png", blind)) > 0.005

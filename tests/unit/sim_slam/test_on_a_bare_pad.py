@@ -6,6 +6,7 @@ from skillwing.onboard import topics
 from skillwing.onboard.mapping.node import make_mapping
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
+from skillwing.sim_mujoco.launching import mapping_options
 from skillwing.sim_mujoco.simulator.node import make_sim
 
 BAREST = 39
@@ -15,7 +16,7 @@ BAREST = 39
 def test_few_points_on_planes_are_no_divergence() -> None:
     network = InProcessNetwork()
     network.attach(make_sim({"seed": BAREST, "sensors": ["lidar", "imu", "gnss"]}))
-    network.attach(make_mapping({}))
+    network.attach(make_mapping(mapping_options({})))
     bus = network.bus("pilot")
     states: list[topics.MappingStatus] = []
     bus.subscribe(topics.MAPPING_STATUS, lambda sample: states.append(decode(sample.payload, topics.MappingStatus)))

@@ -14,7 +14,8 @@ from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.odometry import Odometry, Phase
 from skillwing.onboard.options import OptionsError
-from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
+from skillwing.sim_mujoco.launching import mapping_options
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 
 BOX = {"low": list(LOW), "high": list(HIGH)}
 
@@ -66,11 +67,11 @@ def test_a_scenario_chooses_the_poses_unless_the_options_do(tmp_path: Path) -> N
     file.write_text('poses = "navigation"\n', encoding="utf-8")
     assert read_scenario(file).poses == "navigation"
     options = BOX | {"scenario": str(file)}
-    assert make_mapping(options).pose_source == "navigation solution"
-    assert make_mapping(options | {"poses": "odometry"}).pose_source == "LiDAR-inertial odometry"
+    assert make_mapping(mapping_options(options)).pose_source == "navigation solution"
+    assert make_mapping(mapping_options(options | {"poses": "odometry"})).pose_source == "LiDAR-inertial odometry"
     file.write_text('poses = "guessed"\n', encoding="utf-8")
-    with pytest.raises(OptionsError, match=r'`poses` has to be one of .*, not "guessed"'):
-        make_mapping(options)
+    with pytest.raises(ScenarioError, match=r'`poses` has to be one of .*, not "guessed"'):
+        mapping_options(options)
 
 
 def test_without_the_library_a_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

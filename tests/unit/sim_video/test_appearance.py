@@ -8,9 +8,9 @@ import pytest
 from skillwing.sim_mujoco.camera.appearance import Appearance
 from skillwing.sim_mujoco.camera.ground import Ground
 from skillwing.sim_mujoco.camera.texture import SIDE, Pattern, Textures
-from skillwing.sim_mujoco.sensors.rays import RayScene
 from skillwing.sim_mujoco.world.kinds import KINDS
-from skillwing.sim_mujoco.world.layouts.paving import Strip
+from skillwing.sim_mujoco.world.layouts.ground import Strip
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.rendering import painted
 from skillwing.sim_mujoco.world.world import TERRAIN, World, make_world
 

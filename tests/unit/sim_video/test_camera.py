@@ -9,11 +9,10 @@ import pytest
 
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.sim_mujoco.camera.camera import Camera
+from skillwing.sim_mujoco.camera.camera import Camera, trace
 from skillwing.sim_mujoco.camera.feed import CameraFeed
-from skillwing.sim_mujoco.camera.sparse import trace
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY, DepthCamera
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 
 

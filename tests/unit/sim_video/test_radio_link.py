@@ -19,7 +19,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
-from skillwing.sim_mujoco.link.pipe import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, Pipe
+from skillwing.sim_mujoco.link.packet_queue import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, PacketQueue
 from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
 
 OPEN = RadioOptions(bandwidth=4.0, reach=100.0, latency=0.02, loss=0.0)
@@ -164,7 +164,7 @@ def packet(size: int, name: bytes = b"") -> Packet:
 def test_packets_arrive_in_order_in_time_and_no_faster_than_the_link(
     traffic: list[tuple[float, int]], bandwidth: float, loss: float, seed: int
 ) -> None:
-    pipe, conditions = Pipe(np.random.default_rng(seed)), Conditions(bandwidth, 0.05, loss)
+    pipe, conditions = PacketQueue(np.random.default_rng(seed)), Conditions(bandwidth, 0.05, loss)
     t, sent_at, names, carried = 0.0, {}, [], 0
     pipe.serve(t, conditions)
 
@@ -192,7 +192,7 @@ def test_packets_arrive_in_order_in_time_and_no_faster_than_the_link(
 
 
 def test_what_does_not_fit_is_dropped_at_the_tail_and_old_news_too() -> None:
-    pipe, dead = Pipe(np.random.default_rng(0)), Conditions(0.0, 0.05, 0.0)
+    pipe, dead = PacketQueue(np.random.default_rng(0)), Conditions(0.0, 0.05, 0.0)
     pipe.serve(0.0, dead)
     size = 1000 + HEADER
     for number in range(100):
@@ -206,7 +206,7 @@ def test_what_does_not_fit_is_dropped_at_the_tail_and_old_news_too() -> None:
 
 def test_the_same_seed_loses_the_same_packets() -> None:
     def run(seed: int) -> list[bytes]:
-        pipe, arrived = Pipe(np.random.default_rng(seed)), []
+        pipe, arrived = PacketQueue(np.random.default_rng(seed)), []
         for step in range(200):
             pipe.put(step * 0.01, packet(100, str(step).encode()))
             arrived += pipe.serve(step * 0.01, Conditions(1e6, 0.03, 0.2))

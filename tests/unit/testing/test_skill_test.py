@@ -178,7 +178,7 @@ def test_the_wrong_end_tells_the_whole_story() -> None:
         "It has fed back last: LiftFeedback(left=2.0)",
         "hoist       USED -> FREE               effect release of lift  <- lift.power VIOLATED",
         "    power OFF\n    hoist FREE\n    load = 10.0, 0.0",
-        "fl/hoist/command  Go(v=1, goal_id='goal-1', height=2.0)",
+        "fl/hoist/command  Go(v=2, goal_id='goal-1', height=2.0)",
         "fl/hoist/ended  the latest of 1 publications",
     ):
         assert part in story

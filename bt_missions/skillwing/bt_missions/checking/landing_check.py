@@ -2,7 +2,7 @@
 
 The tree is walked through without a robot, with nothing but the place of the drone: each node is asked from which
 places it is reached, how it can end from there, and where the drone is then. What a node does not tell is taken for
-possible. Places that a walk cannot tell apart are few, so that loops are walked until nothing new is found.
+possible. DronePlaces that a walk cannot tell apart are few, so that loops are walked until nothing new is found.
 
 With what cannot be read it is the other way round: of a node that is not known nothing is taken for possible, so that
 no problem follows from one that has been told already.
@@ -20,50 +20,57 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.checking.meaning import meant
+from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.checking.tree_check import ends_of, skill_of
-from skillwing.bt_missions.leaves.claims import needed_by
 from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF, flies, holds_landing
+from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
+from skillwing.bt_missions.leaves.takeoff_and_landing import (
+    FLIGHT_STATUS,
+    IN_AIR,
+    LAND,
+    ON_GROUND,
+    TAKEOFF,
+    flies,
+    holds_landing,
+)
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
-from skillwing.bt_missions.subtrees.loop import Until
+from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import needed_by
 from skillwing.dsl.suggest import listed
 
 
-class Place(Enum):
-    """Where the drone is. OUT_OF_HANDS: in the air, and no business of this tree any more: the safety pilot has it, or
+class DronePlace(Enum):
+    """Where the drone is. RELEASED: in the air, and no business of this tree any more: the safety pilot has it, or
     a landing was tried and failed."""
 
     GROUND = auto()
     AIR = auto()
-    OUT_OF_HANDS = auto()
+    RELEASED = auto()
 
 
-Places: TypeAlias = frozenset[Place]
+DronePlaces: TypeAlias = frozenset[DronePlace]
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class NodeEnd:
     """A way in which a node can end, and the node that makes it end so."""
 
     status: Status
-    place: Place
+    place: DronePlace
     by: Behaviour
 
 
 @dataclass(frozen=True, slots=True)
-class Walk:
+class NodeOutcome:
     """What can become of a node. way: where the drone may be while it runs."""
 
-    ends: frozenset[End]
-    way: Places
+    ends: frozenset[NodeEnd]
+    way: DronePlaces
 
-    def to(self, *statuses: Status) -> Places:
+    def to(self, *statuses: Status) -> DronePlaces:
         """Where the drone may be when it has ended so."""
         return frozenset(end.place for end in self.ends if end.status in statuses)
 
@@ -72,16 +79,16 @@ def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> 
     """Each problem as a sentence, with the first node that it is about. None for a robot that does not fly."""
     if not flies(skillset):
         return
-    walker = _Walker(skillset)
-    flight = walker.walk(root, frozenset({Place.GROUND}))
+    walker = _TreeWalker(skillset)
+    flight = walker.walk(root, frozenset({DronePlace.GROUND}))
     yield from _told(root, flight, "The mission")
-    if Place.AIR in flight.way and not isinstance(rescue, Unbuilt):
-        yield from _told(rescue, walker.walk(rescue, frozenset({Place.AIR})), "The rescue")
+    if DronePlace.AIR in flight.way and not isinstance(rescue, PlaceholderNode):
+        yield from _told(rescue, walker.walk(rescue, frozenset({DronePlace.AIR})), "The rescue")
 
 
-def _told(root: Behaviour, walk: Walk, what: str) -> Iterator[tuple[Behaviour, str]]:
+def _told(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
     for status in (Status.FAILURE, Status.SUCCESS):
-        makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, Place.AIR)}
+        makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
         named = [node for node in root.iterate() if node.id in makers]
         if not named:
             continue
@@ -93,17 +100,17 @@ def _told(root: Behaviour, walk: Walk, what: str) -> Iterator[tuple[Behaviour, s
             yield named[0], f"{what} may end in the air after {names}. Let it land the drone."
 
 
-class _Walker:
+class _TreeWalker:
     def __init__(self, skillset: Skillset) -> None:
         self._skillset = skillset
         self._holds_landing = holds_landing(skillset)
 
-    def walk(self, node: Behaviour, places: Places) -> Walk:
+    def walk(self, node: Behaviour, places: DronePlaces) -> NodeOutcome:
         """From any of these places."""
         match node:
-            case Unbuilt():
+            case PlaceholderNode():
                 below = [self.walk(child, places) for child in node.children]
-                walk = Walk(frozenset(), places.union(*(each.way for each in below)))
+                walk = NodeOutcome(frozenset(), places.union(*(each.way for each in below)))
             case Sequence():
                 walk = self._in_turn(node, Status.SUCCESS, places)
             case Selector():
@@ -117,7 +124,7 @@ class _Walker:
             case Pausable():
                 _, meanwhile, body = node.children
                 flight = self.walk(body, places)
-                walk = Walk(flight.ends, flight.way | self.walk(meanwhile, flight.way).way)
+                walk = NodeOutcome(flight.ends, flight.way | self.walk(meanwhile, flight.way).way)
             case _ if len(node.children) == 1:
                 walk = self._decorated(node, node.children[0], places)
             case _ if node.children:
@@ -126,10 +133,10 @@ class _Walker:
                 walk = self._leaf(node, places)
         return walk
 
-    def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: Places) -> Walk:
+    def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: DronePlaces) -> NodeOutcome:
         """One child after the other, as long as each ends as `goes_on` says."""
-        ends, way, reached = set[End](), set(places), places
-        last = frozenset(End(goes_on, place, node) for place in places)
+        ends, way, reached = set[NodeEnd](), set(places), places
+        last = frozenset(NodeEnd(goes_on, place, node) for place in places)
         for index, child in enumerate(node.children):
             walk = self.walk(child, reached)
             ends |= {end for end in walk.ends if end.status is not goes_on}
@@ -142,9 +149,9 @@ class _Walker:
             reached = walk.to(goes_on)
             if not reached:
                 break
-        return Walk(frozenset(ends) | last, frozenset(way))
+        return NodeOutcome(frozenset(ends) | last, frozenset(way))
 
-    def _at_once(self, node: Parallel, places: Places) -> Walk:
+    def _at_once(self, node: Parallel, places: DronePlaces) -> NodeOutcome:
         """Who does not move the drone may end wherever the others have brought it meanwhile."""
         walks = {child.id: self.walk(child, places) for child in node.children}
         everywhere = places.union(*(walk.way | walk.to(*Status) for walk in walks.values()))
@@ -157,38 +164,40 @@ class _Walker:
             deciding = [child for child in node.children if child.id in moving] or deciding
         failed = {end for walk in walks.values() for end in walk.ends if end.status is Status.FAILURE}
         done = {end for child in deciding for end in walks[child.id].ends if end.status is Status.SUCCESS}
-        return Walk(frozenset(failed | done), everywhere)
+        return NodeOutcome(frozenset(failed | done), everywhere)
 
-    def _decorated(self, node: Behaviour, child: Behaviour, places: Places) -> Walk:
+    def _decorated(self, node: Behaviour, child: Behaviour, places: DronePlaces) -> NodeOutcome:
         """A decorator that is not known here ends as its child does."""
-        if isinstance(node, Retry | Repeat | SuccessIsRunning | Until):
+        if isinstance(node, Retry | Repeat | SuccessIsRunning | RepeatUntil):
             return self._repeated(node, child, places)
         walk = self.walk(child, places)
         match node:
             case Inverter():
                 turned = {Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS}
-                ends = frozenset(End(turned[end.status], end.place, end.by) for end in walk.ends)
+                ends = frozenset(NodeEnd(turned[end.status], end.place, end.by) for end in walk.ends)
             case FailureIsSuccess() | SuccessIsFailure():
                 only = Status.SUCCESS if isinstance(node, FailureIsSuccess) else Status.FAILURE
-                ends = frozenset(End(only, end.place, end.by) for end in walk.ends)
+                ends = frozenset(NodeEnd(only, end.place, end.by) for end in walk.ends)
             case Deadline():
                 ends = walk.ends | self._failures(node, walk.way)
             case WhileGranted() if (resource := self._meant_resource(node.resource)) is not None:
                 ends = walk.ends | self._failures(node, walk.way, of=resource)
             case _:
                 ends = walk.ends
-        return Walk(ends, walk.way)
+        return NodeOutcome(ends, walk.way)
 
-    def _repeated(self, node: Retry | Repeat | SuccessIsRunning | Until, child: Behaviour, places: Places) -> Walk:
+    def _repeated(
+        self, node: Retry | Repeat | SuccessIsRunning | RepeatUntil, child: Behaviour, places: DronePlaces
+    ) -> NodeOutcome:
         walk = self._looped(child, places, Status.FAILURE if isinstance(node, Retry) else Status.SUCCESS)
         if isinstance(node, Retry) or (isinstance(node, Repeat) and node.num_success >= 0 and not is_incomplete(node)):
             return walk
         ends = {end for end in walk.ends if end.status is Status.FAILURE}
-        if isinstance(node, Until):
-            ends |= {End(Status.SUCCESS, place, node) for place in places | walk.to(*Status)}
-        return Walk(frozenset(ends), walk.way)
+        if isinstance(node, RepeatUntil):
+            ends |= {NodeEnd(Status.SUCCESS, place, node) for place in places | walk.to(*Status)}
+        return NodeOutcome(frozenset(ends), walk.way)
 
-    def _looped(self, child: Behaviour, places: Places, again: Status) -> Walk:
+    def _looped(self, child: Behaviour, places: DronePlaces, again: Status) -> NodeOutcome:
         """As often as it ends so."""
         while True:
             walk = self.walk(child, places)
@@ -197,70 +206,70 @@ class _Walker:
                 return walk
             places = reached
 
-    def _failures(self, node: Behaviour, places: Places, of: str | None = None) -> frozenset[End]:
+    def _failures(self, node: Behaviour, places: DronePlaces, of: str | None = None) -> frozenset[NodeEnd]:
         """Failures of a node wherever the drone is. of: the resource for whose state it fails."""
         given_away = of in self._holds_landing
         return frozenset(
-            End(Status.FAILURE, Place.OUT_OF_HANDS if given_away and place is Place.AIR else place, node)
+            NodeEnd(Status.FAILURE, DronePlace.RELEASED if given_away and place is DronePlace.AIR else place, node)
             for place in places
         )
 
     # --- leaves ------------------------------------------------------------------------------------------------------
 
-    def _leaf(self, leaf: Behaviour, places: Places) -> Walk:
+    def _leaf(self, leaf: Behaviour, places: DronePlaces) -> NodeOutcome:
         possible = ends_of(leaf, self._skillset)
         ends = {end for place in places for end in self._ends_of_leaf(leaf, place) if end.status in possible}
         rises = isinstance(leaf, SkillAction) and (skill := skill_of(leaf, self._skillset)) and skill.name == TAKEOFF
-        return Walk(frozenset(ends), places | {Place.AIR} if rises else places)
+        return NodeOutcome(frozenset(ends), places | {DronePlace.AIR} if rises else places)
 
-    def _ends_of_leaf(self, leaf: Behaviour, place: Place) -> Iterator[End]:
+    def _ends_of_leaf(self, leaf: Behaviour, place: DronePlace) -> Iterator[NodeEnd]:
         match leaf:
             case SkillAction():
                 skill = skill_of(leaf, self._skillset)
                 ends = [] if skill is None else self._ends_of_skill(leaf, skill.name, place)
-                # That it may fail is certain, whatever its endings were meant to be.
+                # That it may fail is certain, whatever its endings were intended_name to be.
                 yield from (end for end in ends if end.status is Status.FAILURE or not is_incomplete(leaf))
             case ResourceIs():
                 yield from self._ends_of_look(leaf, place)
             case _:
-                yield from (End(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+                yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
-    def _ends_of_skill(self, leaf: SkillAction, skill: str, place: Place) -> Iterator[End]:
-        aloft, flying = place is not Place.GROUND, FLIGHT_STATUS in needed_by(self._skillset, skill)
+    def _ends_of_skill(self, leaf: SkillAction, skill: str, place: DronePlace) -> Iterator[NodeEnd]:
+        aloft, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
         if skill == TAKEOFF:
-            yield End(Status.FAILURE, place, leaf)
+            yield NodeEnd(Status.FAILURE, place, leaf)
             if not aloft:
-                yield from (End(status, Place.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+                yield from (NodeEnd(status, DronePlace.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
         elif skill == LAND:
-            yield End(Status.SUCCESS, Place.GROUND, leaf)
-            yield End(Status.FAILURE, Place.OUT_OF_HANDS if aloft else place, leaf)
+            yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
+            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if aloft else place, leaf)
         else:
             if aloft or not flying:
                 # What flies has the drone in its hands again.
-                yield End(Status.SUCCESS, Place.AIR if flying else place, leaf)
-            yield End(Status.FAILURE, place, leaf)
+                yield NodeEnd(Status.SUCCESS, DronePlace.AIR if flying else place, leaf)
+            yield NodeEnd(Status.FAILURE, place, leaf)
 
-    def _ends_of_look(self, leaf: ResourceIs, place: Place) -> Iterator[End]:
+    def _ends_of_look(self, leaf: ResourceIs, place: DronePlace) -> Iterator[NodeEnd]:
         """A look at the landing gear tells where the drone is, unless it waits for it to be elsewhere."""
         resource = self._meant_resource(leaf.resource)
-        states = [meant(state, (ON_GROUND, IN_AIR)) for state in leaf.states]
-        here = ON_GROUND if place is Place.GROUND else IN_AIR
+        states = [intended_name(state, (ON_GROUND, IN_AIR)) for state in leaf.states]
+        here = ON_GROUND if place is DronePlace.GROUND else IN_AIR
         if resource is None or is_guessed(leaf) or not states:
             return
         if resource != FLIGHT_STATUS:
-            yield End(Status.SUCCESS, place, leaf)
+            yield NodeEnd(Status.SUCCESS, place, leaf)
             yield from self._failures(leaf, frozenset({place}), of=resource)
         elif here in states:
-            yield End(Status.SUCCESS, place, leaf)
+            yield NodeEnd(Status.SUCCESS, place, leaf)
         elif None not in states:
-            yield End(Status.FAILURE, place, leaf)
+            yield NodeEnd(Status.FAILURE, place, leaf)
             if leaf.wait and states == [ON_GROUND]:
-                yield End(Status.SUCCESS, Place.GROUND, leaf)
+                yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
 
     def _meant_resource(self, name: str) -> str | None:
-        return meant(name, (resource.name for resource in self._skillset.resources))
+        return intended_name(name, (resource.name for resource in self._skillset.resources))
 
 
-def _either(*walks: Walk) -> Walk:
-    ends, way = frozenset[End](), frozenset[Place]()
-    return Walk(ends.union(*(walk.ends for walk in walks)), way.union(*(walk.way for walk in walks)))
+def _either(*walks: NodeOutcome) -> NodeOutcome:
+    ends, way = frozenset[NodeEnd](), frozenset[DronePlace]()
+    return NodeOutcome(ends.union(*(walk.ends for walk in walks)), way.union(*(walk.way for walk in walks)))

@@ -6,47 +6,47 @@ from collections.abc import Callable, Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.comparison_check import comparison_problems
+from skillwing.bt_missions.checking.intended_names import missing_names
 from skillwing.bt_missions.checking.landing_check import landing_problems
-from skillwing.bt_missions.checking.meaning import forgotten
-from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
-from skillwing.bt_missions.leaves.holds import HELD
-from skillwing.bt_missions.leaves.places import place_of
+from skillwing.bt_missions.leaves.pause_gate import HELD
+from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, is_guessed, is_incomplete
-from skillwing.bt_missions.running.mission import Mission, MissionTrees
+from skillwing.bt_missions.leaves.source_location import source_location
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.holding import WhileGranted
-from skillwing.dsl.model import Skill, Skillset, UnknownNameError
-from skillwing.services.core.values import fit_fields
+from skillwing.bt_missions.subtrees.pausing import WhileGranted
+from skillwing.dsl.model import ArrayType, EnumType, ScalarType, Skill, Skillset, StructType, Type, UnknownNameError
+from skillwing.dsl.suggest import listed
+from skillwing.services.core.values import fit_fields, type_text
 from skillwing.services.protocol import Ending
 
 
-def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list[Misfit]:
+def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list[MissionProblem]:
     """Everything in a mission's trees, and in what it needs before they are ticked, that does not fit this robot."""
-    found: list[Misfit] = []
+    found: list[MissionProblem] = []
     for resource, states in mission.needs.items():
         problems = _resource_problems(skillset, resource, states)
-        found.extend(Misfit(f"The mission's needs: {problem}", mission.place_of_needs) for problem in problems)
+        found.extend(MissionProblem(f"The mission's needs: {problem}", mission.needs_location) for problem in problems)
     found.extend(tree_problems([trees.root, trees.rescue, *trees.unused], skillset))
     landing = landing_problems(trees.root, trees.rescue, skillset)
-    found.extend(Misfit(problem, place_of(node)) for node, problem in landing)
+    found.extend(MissionProblem(problem, source_location(node)) for node, problem in landing)
     return list(dict.fromkeys(found))
 
 
-def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[Misfit]:
+def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[MissionProblem]:
     """Everything in these trees that does not fit the skillset or itself, whatever they are for."""
-    found: list[Misfit] = []
+    found: list[MissionProblem] = []
     for root in trees:
-        found.extend(Misfit(problem, place_of(node)) for node, problem in shape_problems(root, skillset))
+        found.extend(MissionProblem(problem, source_location(node)) for node, problem in shape_problems(root, skillset))
         for node in root.iterate():
             if is_guessed(node):
                 continue
             kind, problems = ("Node", _structure_problems) if node.children else ("Leaf", _leaf_problems)
             texts = (f"{kind} `{node.name}`: {problem}" for problem in problems(node, skillset))
-            found.extend(Misfit(text, place_of(node)) for text in texts)
+            found.extend(MissionProblem(text, source_location(node)) for text in texts)
     return list(dict.fromkeys(found))
 
 
@@ -84,7 +84,7 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
     lacking = (
         ()
         if is_incomplete(leaf)
-        else forgotten(
+        else missing_names(
             (name for name in absent if name not in leaf.inputs), [name for name in leaf.inputs if name not in named]
         )
     )
@@ -96,14 +96,14 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
 
 
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
-    """Labels that the skill never ends with, and, where labels are mapped by hand, results that were forgotten."""
+    """Labels that the skill never ends with, and, where labels are mapped by hand, results that were missing_names."""
     possible = _possible_endings(skill)
     strangers = [label for label in leaf.outcomes if label not in possible]
     for label in strangers:
         yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
     if leaf.outcomes and not is_incomplete(leaf):
         unmapped = (f"S_{result.name}" for result in skill.results if f"S_{result.name}" not in leaf.outcomes)
-        for label in forgotten(unmapped, strangers):
+        for label in missing_names(unmapped, strangers):
             yield f"{skill.name} can end {label}, and the leaf does not say what that means"
 
 
@@ -122,7 +122,7 @@ def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
     elif isinstance(node, OnEnding):
         below = [each for child in node.children[:1] for each in child.iterate()]
         skills = [skill_of(leaf, skillset) for leaf in below if isinstance(leaf, SkillAction)]
-        if None in skills or any(isinstance(each, Unbuilt) for each in below):
+        if None in skills or any(isinstance(each, PlaceholderNode) for each in below):
             return  # what cannot be read may end in any way
         possible = list(dict.fromkeys(label for skill in skills if skill for label in _possible_endings(skill)))
         for label in node.endings:
@@ -146,3 +146,48 @@ def _unknown(look_up: Callable[[], object]) -> Iterator[str]:
         look_up()
     except UnknownNameError as error:
         yield str(error)
+
+
+_EQUALITY = ("==", "!=")
+
+
+def comparison_problems(leaf: DataCompare, kind: Type) -> Iterator[str]:
+    """What is wrong with the fields, the sign and the value of a comparison. kind: type of the whole datum."""
+    path = leaf.datum
+    for name in leaf.fields:
+        if not isinstance(kind, StructType):
+            yield f"`{path}` is {type_text(kind)}, and has no field `{name}`"
+            return
+        known = {field.name: field.type for field in kind.fields}
+        if name not in known:
+            yield str(UnknownNameError(f"field of {path}", name, tuple(known)))
+            return
+        kind = known[name]
+        path = f"{path}.{name}"
+    problem = _value_problem(leaf, kind)
+    if problem is not None:
+        yield f"`{path}` {problem}"
+
+
+def _value_problem(leaf: DataCompare, kind: Type) -> str | None:
+    """What keeps a value of this type from being compared."""
+    value = leaf.value
+    match kind:
+        case StructType():
+            problem = f"has the fields {listed(field.name for field in kind.fields)}; compare one of them"
+        case ArrayType():
+            problem = "is a list, which cannot be compared"
+        case ScalarType() if kind.is_number:
+            fits = isinstance(value, int | float) and not isinstance(value, bool)
+            return None if fits else f"is a number, and `{value}` is none"
+        case ScalarType(name="bool") if not isinstance(value, bool):
+            problem = f"is `true` or `false`, and never `{value}`"
+        case ScalarType(name="string") if not isinstance(value, str):
+            problem = f"is text, and `{value}` is none"
+        case EnumType() if value not in kind.values:
+            problem = f"is one of {listed(kind.values)}, and never `{value}`"
+        case _ if leaf.sign not in _EQUALITY:
+            problem = f"has no order; compare it by `==` or `!=`, not `{leaf.sign}`"
+        case _:
+            return None
+    return problem

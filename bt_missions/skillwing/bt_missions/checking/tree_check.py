@@ -11,14 +11,15 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.checking.meaning import meant
-from skillwing.bt_missions.leaves.settling import NoteSwitch, Settled
+from skillwing.bt_missions.checking.intended_names import intended_name
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
+from skillwing.bt_missions.leaves.placeholder import is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.unbuilt import is_guessed, is_incomplete
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Pausable, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.queries import taken_by
 
 
 def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
@@ -71,8 +72,7 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
     for leaf in node.iterate():
         skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
         if isinstance(leaf, SkillAction) and skill is not None and skill.name == leaf.skill:
-            start = skill.transitions(skill.preconditions.success)
-            taken |= {(resource, leaf.name): leaf for resource, _ in start}
+            taken |= {(resource, leaf.name): leaf for resource in taken_by(skill)}
     return [(resource, leaf) for (resource, _), leaf in taken.items()]
 
 
@@ -81,7 +81,7 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
     match node:
         case _ if is_guessed(node) or is_incomplete(node):
             ends = {Status.SUCCESS, Status.FAILURE}
-        case Success() | NoteSwitch() | Settled() | FailureIsSuccess():
+        case Success() | NoteSwitch() | WaitForSettled() | FailureIsSuccess():
             ends = {Status.SUCCESS}
         case Failure() | SuccessIsFailure():
             ends = {Status.FAILURE}
@@ -143,6 +143,6 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
 
 
 def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
-    """What it runs, or is meant to run."""
-    name = meant(leaf.skill, (skill.name for skill in skillset.skills))
+    """What it runs, or is intended_name to run."""
+    name = intended_name(leaf.skill, (skill.name for skill in skillset.skills))
     return None if name is None else skillset.skill(name)

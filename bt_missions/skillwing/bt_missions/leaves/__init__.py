@@ -1,1 +1,1 @@
-"""Leaves of behaviour trees: skills, conditions, and what they know of the robot."""
+"""Leaves of behaviour trees: skills, conditions and branch switches, and the context that they share."""

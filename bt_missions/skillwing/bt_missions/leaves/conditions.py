@@ -1,4 +1,4 @@
-"""Leaves that look at the robot: the state of a resource, the value of a datum. They change nothing."""
+"""Leaves that check the robot: the state of a resource, the value of a datum. They change nothing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_caller
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 
 Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
 
@@ -29,7 +29,7 @@ class ResourceIs(Behaviour):
     """SUCCESS while `resource` is in one of `states`.
 
     Otherwise FAILURE, or with `wait` (seconds of robot time) RUNNING for that long and then FAILURE.
-    question: the failure is merely the answer to a question, and not what went wrong.
+    question: a failure is the answer to a question, and is not recorded as the reason of a later failure.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class ResourceIs(Behaviour):
         question: bool = False,
     ) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.resource = resource
         self.states = states
         self._context = context
@@ -63,19 +63,19 @@ class ResourceIs(Behaviour):
         if not self.question:
             wanted = " or ".join(self.states)
             record = self._context.interface.change_record(self.resource)
-            self._context.learn(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
+            self._context.observe(f"{self.feedback_message}; it has to be {wanted}", record, failed=True)
         return Status.FAILURE
 
 
 class DataCompare(Behaviour):
-    """SUCCESS while `datum` compares with `value` as `sign` says; `position.z` names a field of a structured datum.
+    """SUCCESS while the comparison of `datum` with `value` by `sign` holds; `position.z` names a field of a datum.
 
-    A datum that is stale or was never received compares with nothing: FAILURE.
+    FAILURE for a datum that is stale or was never received.
     """
 
     def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.datum, *self.fields = datum.split(".")
         self._context = context
         self.sign: Sign = sign
@@ -96,5 +96,5 @@ class DataCompare(Behaviour):
 
     def _fail(self, reason: str) -> Status:
         self.feedback_message = reason
-        self._context.learn(reason, None, failed=True)
+        self._context.observe(reason, None, failed=True)
         return Status.FAILURE

@@ -1,8 +1,8 @@
-"""What the leaves of one mission share: the way to the robot, robot time, and what happened last.
+"""Context that the leaves of one mission share: robot, robot time, and the latest observation.
 
-The context also carries the thread of causes. A leaf that finds something out tells the context (`learn`), and
-whatever the tree starts or interrupts next names the record of that event as its cause. A tree is ticked on one
-thread, so "what was learnt last" is what the tree is reacting to.
+The context also carries causes. A leaf reports each change that it sees (`observe`). The next goal that the tree
+starts or interrupts names the record of that change as its cause. A tree is ticked on one thread, so the latest
+observation is what the tree reacts to.
 """
 
 from __future__ import annotations
@@ -11,32 +11,32 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.bt_missions.leaves.reaper import Reaper
-from skillwing.bt_missions.leaves.skills import Goal, Interface
 from skillwing.dsl.model import Skillset
 
-CALM = 0.2
-"""Robot seconds in which news of one event may come in from different processes, in any order. A guard that knows
-better than to go on has then had its say."""
+SETTLE_TIME = 0.2
+"""Time in which the messages of different processes about one event arrive, in any order, in seconds of robot time.
+After it every guard has seen the event."""
 
 
-class Journal(Protocol):
+class RecordWriter(Protocol):
     """Writes one mission record to the timeline and returns its id."""
 
     def __call__(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str: ...
 
 
 @dataclass(frozen=True, slots=True)
-class Incident:
-    """What made a leaf fail: a sentence, and the timeline record of the change behind it."""
+class LeafFailure:
+    """Reason of a leaf's failure: a sentence, and the timeline record of the change behind it."""
 
     text: str
     record: str | None
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
-    """At robot time `t` the tree went over from one branch of `subject` to another, and why."""
+class BranchSwitch:
+    """A switch of the tree from one branch of `subject` to another, at robot time `t`."""
 
     subject: str
     before: str
@@ -48,46 +48,48 @@ class Switch:
 class MissionContext:
     """Shared by all leaves of one mission. now: robot time in seconds."""
 
-    def __init__(self, interface: Interface, skillset: Skillset, now: Callable[[], float], journal: Journal) -> None:
+    def __init__(
+        self, interface: RobotInterface, skillset: Skillset, now: Callable[[], float], write_record: RecordWriter
+    ) -> None:
         self.interface = interface
         self.skillset = skillset
         self.now = now
         self.reaper = Reaper(interface, skillset)
-        self.switches: list[Switch] = []
-        self.failure: Incident | None = None
-        self.last_news = ""
-        self._journal = journal
+        self.switches: list[BranchSwitch] = []
+        self.failure: LeafFailure | None = None
+        self.last_observation = ""
+        self._write_record = write_record
         self._cause: str | None = None
-        self._live: list[Goal] = []
+        self._live: list[GoalView] = []
 
-    def learn(self, text: str, record: str | None, *, failed: bool = False) -> None:
-        """Take note of a change that a leaf has seen. failed: it made the leaf fail."""
+    def observe(self, text: str, record: str | None, *, failed: bool = False) -> None:
+        """Note a change that a leaf has seen. failed: the change made the leaf fail."""
         self._cause = record or self._cause
-        self.last_news = text
+        self.last_observation = text
         if failed:
-            self.failure = Incident(text, record)
+            self.failure = LeafFailure(text, record)
 
-    def start(self, skill: str, inputs: Mapping[str, Any]) -> Goal:
-        """Start a skill because of what was learnt last.
+    def start(self, skill: str, inputs: Mapping[str, Any]) -> GoalView:
+        """Start a skill, with the latest observation as its cause.
 
-        Raises UnknownNameError or InvalidInputError for what the skillset does not know.
+        Raises UnknownNameError or InvalidInputError if the skillset has no such skill or refuses the inputs.
         """
         goal = self.interface.start(skill, inputs, cause=self._cause)
         self._live = [*(other for other in self._live if not other.done), goal]
         return goal
 
-    def cancel(self, goal: Goal) -> None:
-        """Interrupt a goal and leave it to the reaper. Returns at once; harmless for a goal that is over."""
+    def cancel(self, goal: GoalView) -> None:
+        """Interrupt a goal and hand it to the reaper. Returns at once; no effect on a goal that is over."""
         self.reaper.take(goal, self._cause)
 
-    def cancel_everything(self) -> None:
-        """Interrupt every goal that this mission has started, whatever became of its leaf."""
+    def cancel_all(self) -> None:
+        """Interrupt every goal that this mission has started, also those of leaves that are halted."""
         for goal in self._live:
             self.cancel(goal)
 
-    def switched(self, subject: str, before: str, after: str) -> None:
-        """Record that the tree goes over from one branch to another because of the latest failure."""
+    def note_switch(self, subject: str, before: str, after: str) -> None:
+        """Record that the tree switches from one branch to another because of the latest failure."""
         reason = self.failure.text if self.failure else f"{before} failed"
-        self.switches.append(Switch(subject, before, after, self.now(), reason))
+        self.switches.append(BranchSwitch(subject, before, after, self.now(), reason))
         cause = self.failure.record if self.failure else None
-        self._cause = self._journal(subject, before, after, reason, cause or self._cause)
+        self._cause = self._write_record(subject, before, after, reason, cause or self._cause)

@@ -1,8 +1,8 @@
-"""The leaf that runs a skill.
+"""Leaf that runs a skill.
 
-A tick never waits: it starts the skill, looks at what has become of it, and returns. Between two ticks the goal
-lives in its managers; `IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` once halted. A leaf that
-is held (`HELD`) has its goal interrupted and stays RUNNING; when nothing holds it any more it begins again.
+A tick never waits: it starts the skill, reads the state of its goal, and returns. Phases of the leaf:
+`IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` after a halt. In phase `HELD` a pause gate has
+interrupted the goal; the leaf stays RUNNING, and starts another goal when no gate blocks it.
 """
 
 from __future__ import annotations
@@ -14,21 +14,22 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import CALM, MissionContext
-from skillwing.bt_missions.leaves.holds import HELD, Hold
-from skillwing.bt_missions.leaves.places import put_caller
-from skillwing.bt_missions.leaves.reaper import Mark
-from skillwing.bt_missions.leaves.skills import Goal
+from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.interface import GoalView
+from skillwing.bt_missions.leaves.pause_gate import HELD, PauseGate, PauseGates
+from skillwing.bt_missions.leaves.reaper import StartRetry
+from skillwing.bt_missions.leaves.skill_inputs import SkillInputs
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import Ending, State, Terminal
 
 DEFAULT_PATIENCE = 15.0
-"""How long a leaf waits for resources of goals that are being cancelled, in seconds of robot time."""
+"""Time in which cancelled goals have to release resources that a leaf needs, in seconds of robot time."""
 
 
 class GoalPhase(StrEnum):
-    """Where a leaf is with its goal."""
+    """Phase of a leaf with respect to its goal."""
 
     IDLE = "idle"
     WAITING = "waiting"
@@ -40,20 +41,18 @@ class GoalPhase(StrEnum):
 
 
 class SkillAction(Behaviour):
-    """Runs one skill; SUCCESS or FAILURE as `outcomes` says of its terminal label.
+    """Runs one skill. Its terminal label decides between SUCCESS and FAILURE, as `outcomes` maps it.
 
-    inputs: value of each input of the skill, or a function that gives it at the moment of the start.
-    outcomes: what each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...) means for the tree. Labels that are
-    not named mean SUCCESS for a success result of the skill that held, and FAILURE for everything else. An interrupted
-    skill has not done its work: `IT` is never SUCCESS. A leaf that was held starts another goal as soon as it may, or,
-    if `outcomes` names `HELD`, ends with that.
-    on_end: told how the goal ended, unless the leaf was halted before; `IT` or `RI` for one that was held.
-    done: inputs of which a goal that is held has done a part, each with the feedback that says how much: the goal that
-    goes on is asked for the rest, `{"laps": "laps_done"}`.
-    patience: how long to wait for goals that are being cancelled and hold what this skill needs, in robot seconds.
+    inputs: value of each input of the skill, or a function that returns it at the start.
+    outcomes: status for each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...). A label without an entry is
+    SUCCESS for a success result that held, else FAILURE. `IT` is never SUCCESS: an interrupted skill has not done its
+    work. A leaf that was held starts another goal, or, if `outcomes` has `HELD`, ends with that.
+    on_end: called with the terminal of the goal, unless the leaf was halted before; `IT` or `RI` if it was held.
+    done: inputs that a held goal works off, each with the feedback field that counts it: `{"laps": "laps_done"}`.
+    patience: longest wait for cancelled goals that hold what this skill needs, in seconds of robot time.
 
-    Halting (`terminate(INVALID)`) is immediate for the tree, also before the manager has answered, and may be
-    repeated; the reaper follows the goal until the robot has really stopped.
+    A halt (`terminate(INVALID)`) is immediate for the tree, also before the manager has replied, and may be repeated.
+    The reaper follows the goal until the robot has stopped.
     """
 
     def __init__(
@@ -69,78 +68,77 @@ class SkillAction(Behaviour):
         patience: float = DEFAULT_PATIENCE,
     ) -> None:
         super().__init__(name)
-        put_caller(self)
+        set_caller_location(self)
         self.skill = skill
         self.inputs = dict(inputs or {})
         self.outcomes = dict(outcomes or {})
-        self._phase = GoalPhase.IDLE
-        self._context = context
         self.on_end = on_end
         self.done = dict(done or {})
         self.patience = patience
-        self._goal: Goal | None = None
-        self._sent_at: Mark = 0
-        self._refused_at: Mark | None = None
-        self._asked_at = 0.0
+        self._context = context
+        self._phase = GoalPhase.IDLE
+        self._goal: GoalView | None = None
         self._ending: str | None = None
-        self._holds: list[Hold] = []
-        self._held_goal: Goal | None = None
+        self._asked_at = 0.0
+        self._gates = PauseGates(skill)
+        self._held_goal: GoalView | None = None
         self._held_at = 0.0
-        self._done_so_far: dict[str, float] = {}
+        self._values = SkillInputs(skill, self.inputs, self.done)
+        self._retry = StartRetry(skill, context.reaper)
         _refuse_bad_outcomes(name, self.outcomes)
 
     @property
     def phase(self) -> GoalPhase:
-        """Where the leaf is with its goal; a cancelled goal is DONE when the robot has really stopped."""
+        """Phase of the leaf; a cancelled goal is DONE when the robot has stopped."""
         cancelled = self._phase is GoalPhase.CANCELLING and self._goal is not None and self._goal.done
         return GoalPhase.DONE if cancelled else self._phase
 
     @property
-    def goal(self) -> Goal | None:
+    def goal(self) -> GoalView | None:
         """The latest goal of this leaf."""
         return self._goal
 
     @property
     def terminal(self) -> Terminal | None:
-        """How the latest goal ended, once it has."""
+        """The terminal of the latest goal; None until it has ended."""
         return self._goal.terminal if self._goal else None
 
     @property
     def ending(self) -> str | None:
-        """How this leaf came to its end: the label of its goal, or `HELD`. None before that, and for a goal that was
-        never asked for."""
+        """The label of the goal with which this leaf ended, or `HELD`. None before the end and without a goal."""
         return self._ending
 
-    def obey(self, hold: Hold) -> None:
-        """From now on `hold` may keep this leaf from running. Whoever stands above it calls this when the tree is
-        built."""
-        self._holds.append(hold)
+    def follow(self, gate: PauseGate) -> None:
+        """Let `gate` hold this leaf from now on. The node above calls this when the tree is built."""
+        self._gates.add(gate)
+
+    # --- ticks
 
     def initialise(self) -> None:
-        self._done_so_far = dict.fromkeys(self.done, 0.0)
+        self._values.reset()
         self._begin()
 
     def _begin(self) -> None:
         self._asked_at = self._context.now()
-        self._refused_at = None
+        self._retry.begin()
         self._ending = None
         self._phase = GoalPhase.WAITING
 
     def update(self) -> Status:
         if self._phase is GoalPhase.HELD:
-            return self._go_on_when_let_go()
+            return self._continue_when_open()
         if self._phase is GoalPhase.WAITING:
             return self._start_when_free()
         goal = self._goal
         assert goal is not None, "a leaf that has sent something has a goal"
         if goal.terminal is not None:
-            if any(hold.explains(self.skill, goal.terminal) for hold in self._holds):
-                return self._wait_while_held(goal, goal.terminal.reason)
+            if self._gates.explain(goal.terminal):
+                return self._hold(goal, goal.terminal.reason)
             return self._conclude(goal, goal.terminal)
-        reason = self._kept()
+        reason = self._gates.blocked_by()
         if reason is not None:
             self._context.cancel(goal)
-            return self._wait_while_held(goal, reason)
+            return self._hold(goal, reason)
         if goal.state in (State.RUNNING, State.INTERRUPTING):
             self._phase = GoalPhase.RUNNING
         self.feedback_message = str(self._phase)
@@ -160,33 +158,62 @@ class SkillAction(Behaviour):
             self._phase = GoalPhase.DONE
             self.feedback_message = "halted just after its goal had ended"
 
-    def _kept(self) -> str | None:
-        """Why this leaf must not run now, if anything holds it."""
-        return next((reason for hold in self._holds if (reason := hold.keeps(self.skill)) is not None), None)
+    # --- start
 
-    def _wait_while_held(self, goal: Goal | None, reason: str) -> Status:
-        """goal: what ran until now, and ends because of the hold."""
+    def _start_when_free(self) -> Status:
+        try:
+            reason = self._gates.blocked_by()
+            if reason is not None:
+                return self._hold(None, reason)
+            holders = self._retry.holders()
+            if holders:
+                return self._wait_for(holders)
+            self._retry.note_start()
+            self._goal = self._context.start(self.skill, self._values.values(self._context.skillset))
+        except (UnknownNameError, InvalidInputError) as error:
+            return self._fail(f"{self.skill} was not started: {error}", None)
+        self._phase = GoalPhase.SENT
+        self.feedback_message = str(self._phase)
+        return Status.RUNNING
+
+    def _wait_for(self, holders: tuple[GoalView, ...]) -> Status:
+        names = ", ".join(sorted({goal.skill for goal in holders}))
+        if self._is_patient():
+            self.feedback_message = f"waiting until {names} has stopped"
+            return Status.RUNNING
+        return self._fail(f"{self.skill} was not started: {names} did not stop within {self.patience:g} s", None)
+
+    def _is_patient(self) -> bool:
+        return self._context.now() - self._asked_at <= self.patience
+
+    # --- holds
+
+    def _hold(self, goal: GoalView | None, reason: str) -> Status:
+        """Enter the phase HELD. goal: the one that the gate interrupts."""
         self._phase = GoalPhase.HELD
         self._held_goal = goal
         self._held_at = self._context.now()
         self.feedback_message = f"held: {reason}"
         return Status.RUNNING
 
-    def _go_on_when_let_go(self) -> Status:
+    def _continue_when_open(self) -> Status:
         goal = self._held_goal
-        if goal is not None and goal.terminal is not None and not self._ended_for_the_hold(goal.terminal):
-            # It came to its own end before the hold could reach it.
+        if goal is not None and goal.terminal is not None and not self._ended_by_hold(goal.terminal):
+            # It came to its own end before the interruption could reach it.
             return self._conclude(goal, goal.terminal)
-        reason = self._kept()
+        reason = self._gates.blocked_by()
         if reason is not None:
             self.feedback_message = f"held: {reason}"
             return Status.RUNNING
-        if self._context.now() - self._held_at < CALM:
+        if self._context.now() - self._held_at < SETTLE_TIME:
             return Status.RUNNING
-        if HELD not in self.outcomes:
-            self._count_what_is_done(goal)
-            self._begin()
-            return self._start_when_free()
+        if HELD in self.outcomes:
+            return self._end_held(goal)
+        self._values.count(goal)
+        self._begin()
+        return self._start_when_free()
+
+    def _end_held(self, goal: GoalView | None) -> Status:
         self._ending = HELD
         if self.on_end is not None:
             ended = None if goal is None else goal.terminal
@@ -197,68 +224,17 @@ class SkillAction(Behaviour):
         self.feedback_message = HELD
         return Status.SUCCESS
 
-    def _ended_for_the_hold(self, terminal: Terminal) -> bool:
-        interrupted = terminal.ending is Ending.INTERRUPTED
-        return interrupted or any(hold.explains(self.skill, terminal) for hold in self._holds)
+    def _ended_by_hold(self, terminal: Terminal) -> bool:
+        return terminal.ending is Ending.INTERRUPTED or self._gates.explain(terminal)
 
-    def _start_when_free(self) -> Status:
-        try:
-            reason = self._kept()
-            if reason is not None:
-                return self._wait_while_held(None, reason)
-            holders = self._holders()
-            if holders:
-                return self._wait_for(holders)
-            self._sent_at = self._context.reaper.mark()
-            self._goal = self._context.start(self.skill, self._input_values())
-        except (UnknownNameError, InvalidInputError) as error:
-            return self._fail(f"{self.skill} was not started: {error}", None)
-        self._phase = GoalPhase.SENT
-        self.feedback_message = str(self._phase)
-        return Status.RUNNING
+    # --- end
 
-    def _holders(self) -> tuple[Goal, ...]:
-        """Whom to wait for: goals on their way out that are in the way, and after a refusal any that may have been."""
-        reaper = self._context.reaper
-        if self._refused_at is not None and reaper.awaits_news_since(self._refused_at):
-            return reaper.unfinished
-        return reaper.in_the_way_of(self.skill)
-
-    def _wait_for(self, holders: tuple[Goal, ...]) -> Status:
-        names = ", ".join(sorted({goal.skill for goal in holders}))
-        if self._is_patient():
-            self.feedback_message = f"waiting until {names} has stopped"
-            return Status.RUNNING
-        return self._fail(f"{self.skill} was not started: {names} did not stop within {self.patience:g} s", None)
-
-    def _is_patient(self) -> bool:
-        return self._context.now() - self._asked_at <= self.patience
-
-    def _input_values(self) -> dict[str, Any]:
-        values = {name: value() if callable(value) else value for name, value in self.inputs.items()}
-        for name, done in self._done_so_far.items():
-            if done > 0.0:
-                wanted = self._context.skillset.skill(self.skill).input(name)
-                whole: Any = values.get(name, wanted.default)
-                values[name] = whole - done if wanted.low is None else max(whole - done, wanted.low)
-        return values
-
-    def _count_what_is_done(self, goal: Goal | None) -> None:
-        told = {} if goal is None else goal.progress or {}
-        for name, feedback in self.done.items():
-            self._done_so_far[name] += float(told.get(feedback, 0.0))
-
-    def _conclude(self, goal: Goal, terminal: Terminal) -> Status:
-        refused = terminal.ending in (Ending.NOT_READY, Ending.BUSY)
-        reaper = self._context.reaper
-        if refused and self._is_patient() and reaper.busy_since(self._sent_at):
-            # py_trees starts a new branch before it halts the old one, so this goal may have met one that is on its
-            # way out. Its resources come back when it has stopped; then a new goal may ask again.
-            self._refused_at = reaper.mark()
+    def _conclude(self, goal: GoalView, terminal: Terminal) -> Status:
+        if self._is_patient() and self._retry.note_refusal(terminal):
             self._phase = GoalPhase.WAITING
             return self._start_when_free()
         if terminal.ending is Ending.LOST:
-            reaper.take(goal)
+            self._context.reaper.take(goal)
         self._ending = terminal.label
         if self.on_end is not None:
             self.on_end(terminal)
@@ -266,7 +242,7 @@ class SkillAction(Behaviour):
             return self._fail(f"{self.skill} ended {terminal.label}: {terminal.reason}", goal.record)
         self._phase = GoalPhase.DONE
         self.feedback_message = terminal.label
-        self._context.learn(f"{self.skill} ended {terminal.label}", goal.record)
+        self._context.observe(f"{self.skill} ended {terminal.label}", goal.record)
         return Status.SUCCESS
 
     def _status_of(self, terminal: Terminal) -> Status:
@@ -276,12 +252,12 @@ class SkillAction(Behaviour):
     def _fail(self, reason: str, record: str | None) -> Status:
         self._phase = GoalPhase.DONE
         self.feedback_message = reason
-        self._context.learn(reason, record, failed=True)
+        self._context.observe(reason, record, failed=True)
         return Status.FAILURE
 
 
 def _refuse_bad_outcomes(name: str, outcomes: Mapping[str, Status]) -> None:
-    """Raise ValueError for a mapping that would make a tree hang or lie."""
+    """Raise ValueError for a mapping with which a tree would hang, or count an interruption as success."""
     for label, status in outcomes.items():
         if status not in (Status.SUCCESS, Status.FAILURE):
             raise ValueError(f"Leaf `{name}` maps {label} to {status.name}; map it to SUCCESS or FAILURE.")

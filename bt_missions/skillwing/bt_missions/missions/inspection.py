@@ -14,15 +14,14 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.planning.detour import Position
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
+from skillwing.bt_missions.subtrees.depth_map import LIDAR, come_home, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,

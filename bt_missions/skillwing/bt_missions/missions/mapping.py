@@ -15,18 +15,18 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.holds import HELD
-from skillwing.bt_missions.leaves.settling import NoteSwitch
+from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.subtrees.coming_home import come_home
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, flown_with
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
+from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, come_home, flown_with
 from skillwing.bt_missions.subtrees.flight import (
     PILOT_PATIENCE,
     fly_home,
@@ -35,7 +35,6 @@ from skillwing.bt_missions.subtrees.flight import (
     rescue,
     take_off,
 )
-from skillwing.bt_missions.subtrees.loop import Until
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
 
@@ -210,7 +209,7 @@ def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -
         guarded(
             "while there is charge",
             ResourceIs("charged?", context, "battery_status", "NORMAL"),
-            Until("until the route is done", route.is_done, leg),
+            RepeatUntil("until the route is done", route.is_done, leg),
         ),
         in_order(
             "turn back",

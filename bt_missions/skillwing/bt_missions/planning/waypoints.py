@@ -147,7 +147,7 @@ class RouteFulfilled(Behaviour):
         self.feedback_message = self._planner.account
         if self._planner.fulfilled:
             return Status.SUCCESS
-        self._context.learn(self.feedback_message, None, failed=True)
+        self._context.observe(self.feedback_message, None, failed=True)
         return Status.FAILURE
 
 
@@ -167,7 +167,7 @@ def _wait_for_position(leaf: Behaviour, context: MissionContext, since: float) -
         leaf.feedback_message = "waiting for a fresh position"
         return Status.RUNNING
     leaf.feedback_message = f"position or heading is not known for {POSITION_PATIENCE:g} s"
-    context.learn(leaf.feedback_message, None, failed=True)
+    context.observe(leaf.feedback_message, None, failed=True)
     return Status.FAILURE
 
 

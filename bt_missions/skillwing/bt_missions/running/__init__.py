@@ -1,1 +1,1 @@
-"""Flying a mission: what one is, where it is found, its options, its process and flight, orders, the tree in words."""
+"""The process that flies a mission: node, run, operator requests, published status and tree."""

@@ -1,4 +1,4 @@
-"""The process that flies one mission: it ticks the flight when something changes, and takes orders for it."""
+"""Process of one mission: `MissionNode` ticks the run after each change, and serves the operator's requests."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from skillwing.bt_missions.checking.rehearsal import drafted
+from skillwing.bt_missions.checking.mission_check import draft_and_check
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.running.announcer import Announcer
-from skillwing.bt_missions.running.flight import Flight
-from skillwing.bt_missions.running.library import find_mission
-from skillwing.bt_missions.running.mission import Mission, MissionOptions
-from skillwing.bt_missions.running.orders import serve_orders
-from skillwing.bt_missions.running.phase import ENDED
+from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions
+from skillwing.bt_missions.running.mission_run import MissionRun
+from skillwing.bt_missions.running.operator_requests import serve_operator_requests
+from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
@@ -24,18 +23,18 @@ from skillwing.services.options import required
 from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission, TreeSnapshot
 
 TICK_PERIOD = 0.2
-"""Longest time between two ticks, in seconds of robot time; changes tick at once."""
+"""Longest time between two ticks, in seconds of robot time; after a change a tick follows at once."""
 READY_TIMEOUT = 30.0
-"""How long to wait for the robot to get ready, in seconds of wall time."""
+"""Longest wait for the robot to get ready, in seconds of wall time."""
 LANDING_TIMEOUT = 3.0
-"""How long to wait for a drone in the air that nobody flies, which may just have landed, in seconds of wall time."""
+"""Wait before giving up for a drone in the air that nobody flies, in seconds of wall time. It may be about to land."""
 
 
 def make_mission(options: dict[str, Any]) -> MissionNode:
-    """A node that flies one mission of the library.
+    """A node that flies one mission.
 
-    options: "mission" (its name), "skillset" (path of the file), optionally "ready_timeout" (wall seconds); all others
-    are the mission's own. Raises UnknownNameError, InvalidOptionError or SkillsetError.
+    options: "mission" (name or file), "skillset" (path of the file), optionally "ready_timeout" (seconds of wall time).
+    All others are options of the mission. Raises UnknownNameError, InvalidOptionError or SkillsetError.
     """
     mission = find_mission(required(options, "mission"))
     skillset = load(Path(required(options, "skillset")))
@@ -47,10 +46,10 @@ def make_mission(options: dict[str, Any]) -> MissionNode:
 
 
 class MissionNode:
-    """Flies `mission` on the robot whose managers speak `skillset`.
+    """Flies `mission` on the robot with this `skillset`.
 
-    `status` is the latest MissionStatus; `over` tells that it is the last one. Then every goal has ended, or had its
-    time to, unless the system was stopped. on_status: called with each of them.
+    `status` is the latest MissionStatus, which also goes to `on_status`. It is the final one when `over` is True.
+    Then every goal has ended, or had its time to end, unless the system was stopped.
     """
 
     name = MISSION
@@ -70,76 +69,76 @@ class MissionNode:
         self._keys = Keys(skillset.name)
         self._options = options
         self._ready_timeout = ready_timeout
-        self._announcer = Announcer(mission.name, self._keys, on_status)
+        self._publisher = MissionPublisher(mission.name, self._keys, on_status)
         self._awake = False
 
     @property
     def status(self) -> MissionStatus:
-        return self._announcer.status
+        return self._publisher.status
 
     @property
     def over(self) -> bool:
-        return self.status.phase in ENDED
+        return self.status.phase.over
 
     @property
-    def tree_tells(self) -> bool:
-        """Whether the tree shows why the mission ended."""
-        return self._flight.tree_tells
+    def tree_shows_end(self) -> bool:
+        """True if the tree shows why the mission ended."""
+        return self._run.tree_shows_end
 
     @property
     def snapshot(self) -> TreeSnapshot:
-        """The tree as it was told last; at the end, as it was before it was halted."""
-        return self._announcer.snapshot
+        """The latest tree that was published; at the end, the tree before its halt."""
+        return self._publisher.snapshot
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._announcer.attach(bus)
+        self._publisher.attach(bus)
         interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
-        context = MissionContext(interface, self._skillset, bus.now, self._announcer.record)
-        trees, misfits = drafted(self.mission, context, self._options)
-        self._flight = Flight(bus, self.mission, trees, context, self._announcer, self._wake)
-        self._flight.until_over(
-            # A timer of robot time: it runs once that is known.
-            bus.after(0.0, self._flight.learn_time),
-            *serve_orders(bus, self._keys, self),
+        context = MissionContext(interface, self._skillset, bus.now, self._publisher.record)
+        trees, problems = draft_and_check(self.mission, context, self._options)
+        self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake)
+        self._run.cancel_at_end(
+            # A timer in robot time fires only once that time is known.
+            bus.after(0.0, self._run.time_is_known),
+            *serve_operator_requests(bus, self._keys, self),
             interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
-            bus.after(LANDING_TIMEOUT, self._flight.give_up_in_air, wall=True),
-            bus.after(self._ready_timeout, lambda: self._flight.give_up_waiting(self._ready_timeout), wall=True),
+            bus.after(LANDING_TIMEOUT, self._run.give_up_in_air, wall=True),
+            bus.after(self._ready_timeout, lambda: self._run.give_up_waiting(self._ready_timeout), wall=True),
             bus.declare_alive(self._keys.alive(self.name)),
         )
-        if misfits:
-            told = "".join(f"\n  {misfit}" for misfit in misfits)
-            self._flight.give_up(f"The mission does not fit this robot:{told}")
+        if problems:
+            listed = "".join(f"\n  {problem}" for problem in problems)
+            self._run.give_up(f"The mission does not fit this robot:{listed}")
         self._wake()
 
     def detach(self) -> None:
-        """Interrupt what still runs and say that the mission is over; nobody will wait for the answers."""
-        self._flight.stop()
+        """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
+        self._run.stop()
 
     def abort(self, reason: str = AbortMission().reason) -> str | None:
-        """Interrupt everything, land, and end as ABORTED. Repeating it, or calling it at the end, changes nothing."""
-        self._flight.abort(reason)
+        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
+        self._run.abort(reason)
         return None
 
     def pause(self, reason: str = PauseMission().reason) -> str | None:
-        """Stop the motion and hold the place until `resume`. Returns a sentence that says what is against it."""
-        return self._flight.pause(reason)
+        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible."""
+        return self._run.pause(reason)
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
-        """Go on where the flight was paused. Returns a sentence that says what is against it."""
-        return self._flight.resume(reason)
+        """Continue where the flight was paused. Returns a sentence if that is not possible."""
+        return self._run.resume(reason)
 
-    def leave(self) -> None:
-        """End at once: the system was stopped, and nobody is there to stop or to land anything."""
-        self._flight.leave()
+    def system_stopped(self) -> None:
+        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
+        self._run.system_stopped()
 
     def _wake(self) -> None:
-        """Tick soon; any number of changes that arrive together are one tick."""
+        """Tick soon, once for all changes that arrive together."""
         if not self._awake and not self.over:
             self._awake = True
             self._bus.post(self._tick)
 
     def _tick(self) -> None:
         self._awake = False
-        self._flight.tick()
+        self._run.tick()

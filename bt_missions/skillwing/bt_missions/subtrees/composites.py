@@ -8,8 +8,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite, Parallel, Selector, Sequence
 
-from skillwing.bt_missions.leaves.places import put_caller
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.source_location import set_caller_location
 
 
 def in_order(name: str, *steps: Behaviour) -> Sequence:
@@ -42,7 +42,7 @@ class OnEnding(Composite):
 
     def __init__(self, name: str, attempt: Behaviour, endings: tuple[str, ...], then: Behaviour) -> None:
         super().__init__(name, [attempt, then])
-        put_caller(self)
+        set_caller_location(self)
         self.endings = endings
         self._attempt, self._then = attempt, then
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator
@@ -25,6 +27,29 @@ class Deadline(Decorator):
         late = self._context.now() - self._started_at > self.seconds
         if late and self.decorated.status is Status.RUNNING:
             self.feedback_message = f"{self.decorated.name} takes longer than {self.seconds:g} s"
-            self._context.learn(self.feedback_message, None, failed=True)
+            self._context.observe(self.feedback_message, None, failed=True)
             return Status.FAILURE
         return self.decorated.status
+
+
+class RepeatUntil(Decorator):
+    """Repeats its child until `done()` holds, which is SUCCESS; a round that fails before that is FAILURE."""
+
+    def __init__(self, name: str, done: Callable[[], bool], child: Behaviour) -> None:
+        super().__init__(name, child)
+        self.done = done
+
+    def tick(self) -> Iterator[Behaviour]:
+        between_rounds = self.decorated.status is not Status.RUNNING
+        if between_rounds and self.done():
+            self.stop(Status.SUCCESS)
+            yield self
+        else:
+            yield from super().tick()
+
+    def update(self) -> Status:
+        round_ = self.decorated.status
+        if round_ is not Status.RUNNING and self.done():
+            return Status.SUCCESS
+        # A round that went well is followed by the next one, at the next tick.
+        return Status.FAILURE if round_ is Status.FAILURE else Status.RUNNING

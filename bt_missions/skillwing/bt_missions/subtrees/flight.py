@@ -4,18 +4,38 @@ from __future__ import annotations
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.decorators import SuccessIsFailure
+from py_trees.composites import Sequence
+from py_trees.decorators import Retry, SuccessIsFailure
 
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.flying import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
-from skillwing.bt_missions.leaves.settling import NoteSwitch
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
 from skillwing.bt_missions.planning.waypoints import PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.holding import Change, Pausable, WhileGranted
-from skillwing.bt_missions.subtrees.landing import LANDED, land_where_it_is
+from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+
+LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}
+STOPPING_PATIENCE = 10.0
+"""How long to wait for cancelled motions before coming down, in seconds of robot time."""
+ATTEMPTS = 3
+
+
+def land_where_it_is(context: MissionContext) -> Sequence:
+    """Wait until the drone has stopped, then land it if it flies. SUCCESS: it is on the ground."""
+    land: Behaviour = SkillAction("land", context, LAND, outcomes=LANDED)
+    return in_order(
+        "land where it is",
+        WaitForSettled("stopped", context, STOPPING_PATIENCE),
+        first_that_works(
+            "on the ground",
+            ResourceIs("on the ground?", context, FLIGHT_STATUS, ON_GROUND, question=True),
+            Retry(f"at most {ATTEMPTS} times", land, num_failures=ATTEMPTS),
+        ),
+    )
+
 
 PILOT_PATIENCE = 120.0
 """Robot seconds for which the safety pilot may have the drone before the mission ends."""
@@ -102,7 +122,7 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
         resource="SDK_authority",
         states=("AVAILABLE",),
         patience=patience,
-        ended_by=Change(FLIGHT_STATUS, ON_GROUND),
+        ended_by=ResourceChange(FLIGHT_STATUS, ON_GROUND),
     )
 
 

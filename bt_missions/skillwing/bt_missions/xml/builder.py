@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.meaning import meant
+from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.places import put_place
-from skillwing.bt_missions.leaves.unbuilt import Unbuilt, mark_guessed, mark_incomplete
-from skillwing.bt_missions.xml.document import Element
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, PortError
-from skillwing.bt_missions.xml.problems import Problem
-from skillwing.bt_missions.xml.scope import Cell, Scope
+from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, mark_guessed, mark_incomplete
+from skillwing.bt_missions.leaves.source_location import set_source_location
+from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
+from skillwing.bt_missions.xml.document import Element, FileProblem
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, listed
 
@@ -32,7 +31,7 @@ _THEIRS = {
 
 @dataclass(frozen=True, slots=True)
 class _Reference:
-    cell: Cell
+    entry: BlackboardEntry
     port: str
     line: int
 
@@ -41,24 +40,24 @@ class Builder:
     """One building of the trees of one file."""
 
     def __init__(self, source: TreeFile, types: Mapping[str, NodeType], context: MissionContext) -> None:
-        self.problems: list[Problem] = []
+        self.problems: list[FileProblem] = []
         self._source = source
         self._types = types
         self._context = context
         self._references: list[_Reference] = []
-        self._early: list[tuple[Cell, Problem]] = []
+        self._early: list[tuple[BlackboardEntry, FileProblem]] = []
         self._callers: dict[str, list[int]] = {}
-        """Lines that call trees which there are not, by their names."""
+        """Lines that config trees which there are not, by their names."""
         self._open: list[str] = []
         self._built: set[str] = set()
 
-    def build(self, tree: str, scope: Scope) -> Behaviour:
-        """The node at the top of a tree. `Unbuilt` stands for what cannot be built, or is not there."""
+    def build(self, tree: str, blackboard: Blackboard) -> Behaviour:
+        """The node at the top of a tree. `PlaceholderNode` stands for what cannot be built, or is not there."""
         if tree not in self._source.trees:
-            return Unbuilt(tree)
+            return PlaceholderNode(tree)
         self._built.add(tree)
         self._open.append(tree)
-        top = self._node(self._source.trees[tree], scope)
+        top = self._node(self._source.trees[tree], blackboard)
         self._open.pop()
         return top
 
@@ -66,34 +65,34 @@ class Builder:
         """The trees that nobody has called until now; what their callers would give them is not missed."""
         for tree in self._source.trees:
             if tree not in self._built:
-                element, scope = self._source.trees[tree], Scope(excused=True)
-                yield self.build(tree, Scope(scope, self._defaults(tree, element, scope), excused=True))
+                element, blackboard = self._source.trees[tree], Blackboard(excused=True)
+                yield self.build(tree, Blackboard(blackboard, self._defaults(tree, element, blackboard), excused=True))
 
     def finish(self) -> None:
-        """Report what is missing for all who use it: trees, and cells that are read and that nothing fills. To be
+        """Report what is missing for all who use it: trees, and entries that are read and that nothing fills. To be
         called when all trees are built."""
-        readers: dict[Cell, list[_Reference]] = {}
+        readers: dict[BlackboardEntry, list[_Reference]] = {}
         for reference in self._references:
-            if not (reference.cell.is_filled or reference.cell.is_excused):
-                readers.setdefault(reference.cell, []).append(reference)
-        for cell, references in readers.items():
+            if not (reference.entry.is_filled or reference.entry.is_excused):
+                readers.setdefault(reference.entry, []).append(reference)
+        for entry, references in readers.items():
             first, lines = references[0], [reference.line for reference in references]
-            text = f"`{first.port}` reads `{{{cell.name}}}`, which nothing fills; declare it as a port of the tree."
-            self.problems.append(Problem(first.line, text + _so_do(lines)))
-        self.problems += [problem for cell, problem in self._early if cell.is_filled]
+            text = f"`{first.port}` reads `{{{entry.name}}}`, which nothing fills; declare it as a port of the tree."
+            self.problems.append(FileProblem(first.line, text + _so_do(lines)))
+        self.problems += [problem for entry, problem in self._early if entry.is_filled]
         for tree, lines in self._callers.items():
             near = closest(tree, self._source.trees)
             hint = f"did you mean `{near}`?" if near else f"there is {listed(self._source.trees)}."
-            self.problems.append(Problem(lines[0], f"There is no tree `{tree}`; {hint}{_so_do(lines)}"))
+            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`; {hint}{_so_do(lines)}"))
 
-    def _node(self, element: Element, scope: Scope) -> Behaviour:
+    def _node(self, element: Element, blackboard: Blackboard) -> Behaviour:
         tag, attributes = _plain_form(element)
         if tag == SUBTREE or self._is_misspelt_subtree(element, tag, attributes):
-            node = self._subtree(element, attributes, scope)
+            node = self._subtree(element, attributes, blackboard)
         else:
-            children = [self._node(child, scope) for child in element.children]
-            node = self._made(element, tag, attributes, children, scope)
-        put_place(node, self._source.file, element.line)
+            children = [self._node(child, blackboard) for child in element.children]
+            node = self._made(element, tag, attributes, children, blackboard)
+        set_source_location(node, self._source.file, element.line)
         return node
 
     def _is_misspelt_subtree(self, element: Element, tag: str, attributes: Mapping[str, str]) -> bool:
@@ -103,41 +102,41 @@ class Builder:
         return found
 
     def _made(
-        self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], scope: Scope
+        self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], blackboard: Blackboard
     ) -> Behaviour:
         name = attributes.pop("name", tag)
-        known = self._types.get(tag) or self._meant(element, tag, attributes, children)
+        known = self._types.get(tag) or self._intended_type(element, tag, attributes, children)
         if known is None:
-            return Unbuilt(name, children)
+            return PlaceholderNode(name, children)
         given = _read_attributes(known, attributes)
         self._note(element, *given.problems)
         ports = {port.name: given.ports.get(port.name, port.default) or "" for port in known.ports}
         lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in given.ports)
-        call = Call(name, ports, children, scope, self._context, absent=lacking)
+        config = NodeConfig(name, ports, children, blackboard, self._context, absent=lacking)
         for port in known.ports:
-            cell = None if port.output else call.cell(port.name)
-            if cell is not None:
-                self._references.append(_Reference(cell, port.name, element.line))
-        misfits = list(_child_problems(known, children))
-        self._note(element, *misfits)
-        node = Unbuilt(name, children) if misfits else self._called(element, known, call)
-        self._early += [(cell, Problem(element.line, text)) for cell, text in call.early]
-        if given.is_incomplete or ((call.problems or call.early) and children):
+            entry = None if port.output else config.entry(port.name)
+            if entry is not None:
+                self._references.append(_Reference(entry, port.name, element.line))
+        child_problems = list(_child_problems(known, children))
+        self._note(element, *child_problems)
+        node = PlaceholderNode(name, children) if child_problems else self._called(element, known, config)
+        self._early += [(entry, FileProblem(element.line, text)) for entry, text in config.early]
+        if given.is_incomplete or ((config.problems or config.early) and children):
             mark_incomplete(node)
         return node
 
-    def _called(self, element: Element, known: NodeType, call: Call) -> Behaviour:
+    def _called(self, element: Element, known: NodeType, config: NodeConfig) -> Behaviour:
         try:
-            node = known.make(call)
+            node = known.make(config)
         except PortError as error:
-            self._note(element, *call.problems, str(error))
-            return Unbuilt(call.name, call.children)
-        self._note(element, *call.problems)
-        if call.unread:
+            self._note(element, *config.problems, str(error))
+            return PlaceholderNode(config.name, config.children)
+        self._note(element, *config.problems)
+        if config.unread:
             mark_guessed(node)
         return node
 
-    def _meant(
+    def _intended_type(
         self, element: Element, tag: str, attributes: Mapping[str, str], children: list[Behaviour]
     ) -> NodeType | None:
         """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
@@ -149,35 +148,35 @@ class Builder:
         near = closest(tag, self._types)
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
         self._note(element, f"There is no node `{tag}`; {hint}")
-        meant = self._types[near] if near else None
+        intended = self._types[near] if near else None
         fits = (
-            meant
-            and not any(_child_problems(meant, children))
-            and not _read_attributes(meant, attributes).is_incomplete
+            intended
+            and not any(_child_problems(intended, children))
+            and not _read_attributes(intended, attributes).is_incomplete
         )
-        return meant if fits else None
+        return intended if fits else None
 
-    def _subtree(self, element: Element, attributes: dict[str, str], scope: Scope) -> Behaviour:
+    def _subtree(self, element: Element, attributes: dict[str, str], blackboard: Blackboard) -> Behaviour:
         called = self._called_tree(element, attributes)
         name = attributes.pop("name", called)
         inherit = self._inherits(element, attributes)
         given = {port: text for port, text in attributes.items() if not port.startswith("_")}
-        links = {port: self._link(port, text, element, scope) for port, text in given.items()}
-        tree = meant(called, self._source.trees)
+        links = {port: self._link(port, text, element, blackboard) for port, text in given.items()}
+        tree = intended_name(called, self._source.trees)
         if called and called not in (tree, RESCUE):
             # That there has to be a rescue is told of the file.
             self._callers.setdefault(called, []).append(element.line)
         if tree is None:
-            return Unbuilt(name)
+            return PlaceholderNode(name)
         if tree in self._open:
             self._note(element, f"Tree `{tree}` stands in itself and would never end.")
-            return Unbuilt(name)
-        links = self._defaults(tree, element, scope) | links
-        return self.build(tree, Scope(scope, links, inherit=inherit))
+            return PlaceholderNode(name)
+        links = self._defaults(tree, element, blackboard) | links
+        return self.build(tree, Blackboard(blackboard, links, inherit=inherit))
 
     def _called_tree(self, element: Element, attributes: dict[str, str]) -> str:
         """The tree that a SubTree names; empty, and noted, where it names none."""
-        name = meant("ID", attributes)
+        name = intended_name("ID", attributes)
         if name is None:
             self._note(element, f"This {SUBTREE} names no tree; give it the ID of one.")
             return ""
@@ -189,7 +188,7 @@ class Builder:
         """Whether a SubTree sees all that stands around it. Notes what else is written with an underscore."""
         text = "false"
         for name in (each for each in attributes if each.startswith("_")):
-            near = meant(name, (_AUTOREMAP,))
+            near = intended_name(name, (_AUTOREMAP,))
             if near is None:
                 self._note(element, _script(name))
             elif near != name:
@@ -199,22 +198,24 @@ class Builder:
             self._note(element, f"`{_AUTOREMAP}` is `{text}`; it takes `true` or `false`.")
         return _TRUTHS.get(text, True)
 
-    def _defaults(self, tree: str, element: Element, scope: Scope) -> dict[str, Cell]:
+    def _defaults(self, tree: str, element: Element, blackboard: Blackboard) -> dict[str, BlackboardEntry]:
         """The ports of a tree that have a value of their own."""
         ports = self._source.models.get(tree, TreeModel()).ports
         return {
-            port.name: self._link(port.name, port.default, element, scope) for port in ports if port.default is not None
+            port.name: self._link(port.name, port.default, element, blackboard)
+            for port in ports
+            if port.default is not None
         }
 
-    def _link(self, port: str, text: str, element: Element, scope: Scope) -> Cell:
-        cell = Call("", {port: text}, (), scope, self._context).cell(port)
-        if cell is None:
-            return Cell(port).hold(text)
-        self._references.append(_Reference(cell, port, element.line))
-        return cell
+    def _link(self, port: str, text: str, element: Element, blackboard: Blackboard) -> BlackboardEntry:
+        entry = NodeConfig("", {port: text}, (), blackboard, self._context).entry(port)
+        if entry is None:
+            return BlackboardEntry(port).hold(text)
+        self._references.append(_Reference(entry, port, element.line))
+        return entry
 
     def _note(self, element: Element, *texts: str) -> None:
-        self.problems.extend(Problem(element.line, text) for text in texts)
+        self.problems.extend(FileProblem(element.line, text) for text in texts)
 
 
 def _plain_form(element: Element) -> tuple[str, dict[str, str]]:

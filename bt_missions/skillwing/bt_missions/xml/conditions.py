@@ -8,22 +8,22 @@ from typing import cast
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
 
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
-from skillwing.bt_missions.leaves.settling import NeverSwitched, NoteSwitch, Settled
-from skillwing.bt_missions.xml.node_type import TRUTHS, Call, Category, NodeType, Port
+from skillwing.bt_missions.xml.node_type import BOOLEANS, Category, NodeConfig, NodeType, Port
 from skillwing.bt_missions.xml.values import written
 
 PATIENCE = "10"
 
 
-def _make_resource_is(call: Call) -> Behaviour:
+def _make_resource_is(config: NodeConfig) -> Behaviour:
     return ResourceIs(
-        call.name,
-        call.context,
-        call.text("resource"),
-        *call.words("states"),
-        wait=call.number("wait"),
-        question=call.truth("question"),
+        config.name,
+        config.context,
+        config.text("resource"),
+        *config.words("states"),
+        wait=config.number("wait"),
+        question=config.boolean("question"),
     )
 
 
@@ -36,9 +36,9 @@ def _describe_resource_is(node: Behaviour) -> Mapping[str, str] | None:
     return {**attributes, "question": "true"} if node.question else attributes
 
 
-def _make_data_compare(call: Call) -> Behaviour:
-    sign = cast(Sign, call.choice("sign", SIGNS))
-    return DataCompare(call.name, call.context, call.text("datum"), sign, _plain(call.text("value")))
+def _make_data_compare(config: NodeConfig) -> Behaviour:
+    sign = cast(Sign, config.choice("sign", SIGNS))
+    return DataCompare(config.name, config.context, config.text("datum"), sign, _plain(config.text("value")))
 
 
 def _describe_data_compare(node: Behaviour) -> Mapping[str, str] | None:
@@ -48,9 +48,9 @@ def _describe_data_compare(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _plain(text: str) -> float | str | bool:
-    """A number or truth where the text is one."""
-    if text.lower() in TRUTHS:
-        return TRUTHS[text.lower()]
+    """A number or boolean where the text is one."""
+    if text.lower() in BOOLEANS:
+        return BOOLEANS[text.lower()]
     try:
         return float(text)
     except ValueError:
@@ -88,8 +88,8 @@ LOOKING = (
     NodeType(
         "NoteSwitch",
         Category.ACTION,
-        make=lambda call: NoteSwitch(
-            call.name, call.context, call.text("subject"), call.text("before"), call.text("after")
+        make=lambda config: NoteSwitch(
+            config.name, config.context, config.text("subject"), config.text("before"), config.text("after")
         ),
         describe=_describe_switch,
         ports=(
@@ -101,28 +101,28 @@ LOOKING = (
     NodeType(
         "NeverSwitched",
         Category.CONDITION,
-        make=lambda call: NeverSwitched(call.name, call.context, call.text("subject")),
+        make=lambda config: NeverSwitched(config.name, config.context, config.text("subject")),
         describe=lambda node: {"subject": node.subject} if isinstance(node, NeverSwitched) else None,
         ports=(Port("subject", "what must not have gone over to something else"),),
     ),
     NodeType(
         "Settled",
         Category.ACTION,
-        make=lambda call: Settled(call.name, call.context, call.number("patience")),
-        describe=lambda node: {"patience": written(node.patience)} if isinstance(node, Settled) else None,
+        make=lambda config: WaitForSettled(config.name, config.context, config.number("patience")),
+        describe=lambda node: {"patience": written(node.patience)} if isinstance(node, WaitForSettled) else None,
         ports=(Port("patience", "robot seconds to wait at most for what is stopping", "double", PATIENCE),),
     ),
     NodeType(
         "AlwaysSuccess",
         Category.ACTION,
-        make=lambda call: Success(call.name),
+        make=lambda config: Success(config.name),
         describe=lambda node: {} if isinstance(node, Success) else None,
         standard=True,
     ),
     NodeType(
         "AlwaysFailure",
         Category.ACTION,
-        make=lambda call: Failure(call.name),
+        make=lambda config: Failure(config.name),
         describe=lambda node: {} if isinstance(node, Failure) else None,
         standard=True,
     ),

@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from skillwing.bt_missions.running.source_file import read_source, refuse_if_not_utf8
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
+from skillwing.bt_missions.mission.files import read_source, refuse_if_not_utf8
+from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class FileProblem:
+    """line, column: counted from 1, 0 for the file, or the line, as a whole; text: what is wrong and what to do."""
+
+    line: int
+    text: str
+    column: int = 0
+
+    def of(self, file: Path) -> MissionProblem:
+        """The same with its place."""
+        place = ":".join(str(part) for part in (file, self.line, self.column) if part)
+        return MissionProblem(self.text, place)
+
+
+class TreeFileError(FaultyMissionError):
+    """A tree file that cannot be flown. file: which; problems: all that was found, by line."""
+
+    def __init__(self, file: Path, problems: Iterable[FileProblem]) -> None:
+        self.file = file
+        super().__init__(problem.of(file) for problem in sorted(set(problems)))
+
 
 _XML = expat.errors
 _REASONS = {
@@ -53,7 +77,7 @@ def parse_document(content: bytes, file: Path) -> Element:
 
     def refuse_entities(*_: object) -> None:
         # A tree has no use for them, and nested ones can fill the memory.
-        raise TreeFileError(file, [Problem(reader.CurrentLineNumber, "Take out the entity; a tree needs none.")])
+        raise TreeFileError(file, [FileProblem(reader.CurrentLineNumber, "Take out the entity; a tree needs none.")])
 
     reader.StartElementHandler = start
     reader.EndElementHandler = lambda tag: open_elements.pop()
@@ -63,10 +87,10 @@ def parse_document(content: bytes, file: Path) -> Element:
     except expat.ExpatError as error:
         refuse_if_not_utf8(content, file)
         text = _reason(expat.ErrorString(error.code), open_elements[1:])
-        raise TreeFileError(file, [Problem(error.lineno, text, error.offset + 1)]) from error
+        raise TreeFileError(file, [FileProblem(error.lineno, text, error.offset + 1)]) from error
     except (LookupError, ValueError) as error:  # an encoding that Python does not know, or not here
         text = _REASONS[_XML.XML_ERROR_UNKNOWN_ENCODING]
-        raise TreeFileError(file, [Problem(reader.CurrentLineNumber, text)]) from error
+        raise TreeFileError(file, [FileProblem(reader.CurrentLineNumber, text)]) from error
     return outside.children[0]
 
 

@@ -9,17 +9,17 @@ from typing import Any, cast
 import msgspec
 from py_trees.behaviour import Behaviour
 
-from skillwing.bt_missions.checking.misfit import Misfit
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.mission.options import plain_value
+from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.planning.known_space import Area
-from skillwing.bt_missions.running.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.running.option_words import plain_value
+from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
+from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
-from skillwing.bt_missions.xml.scope import Scope
 from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
 from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError
@@ -69,7 +69,7 @@ class XmlMission(Mission):
         return self._source.file
 
     @property
-    def place_of_needs(self) -> str | None:
+    def needs_location(self) -> str | None:
         return f"{self.file}:{self._source.main_model.lines.get(NEEDS, 0)}"
 
     def require_usable(self) -> None:
@@ -84,20 +84,20 @@ class XmlMission(Mission):
             raise TreeFileError(self._source.file, problems)
         return trees
 
-    def draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Misfit]]:
+    def draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[MissionProblem]]:
         trees, problems = self._draft(context, options)
         return trees, [problem.of(self._source.file) for problem in problems]
 
-    def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[Problem]]:
+    def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[FileProblem]]:
         builder = Builder(self._source, node_types(context.skillset), context)
-        scope = Scope()
+        blackboard = Blackboard()
         for port in self._source.main_model.ports:
             # An option that could not be read has been told of.
-            scope.cell(port.name).excuse()
+            blackboard.entry(port.name).excuse()
         for name in options.__struct_fields__:
-            scope.cell(name).hold(getattr(options, name))
-        root = builder.build(self._source.main, scope)
-        rescue = builder.build(RESCUE, scope)
+            blackboard.entry(name).hold(getattr(options, name))
+        root = builder.build(self._source.main, blackboard)
+        rescue = builder.build(RESCUE, blackboard)
         unused = tuple(builder.build_unused())
         builder.finish()
         trees = MissionTrees(root, rescue, lambda: _progress(root), unused)
@@ -109,30 +109,30 @@ def _progress(root: Behaviour) -> Progress:
     return Progress() if plan is None else Progress.of(plan.route.planner)
 
 
-def _options(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, Any, Any]]:
+def _options(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[str, Any, Any]]:
     for port in source.main_model.ports:
         if not port.name.isidentifier() or port.name.startswith("_"):
             text = f"`{port.name}` cannot name an option; write a letter, then letters, digits or `_`."
-            problems.append(Problem(port.line, text))
+            problems.append(FileProblem(port.line, text))
         elif port.kind not in OPTION_TYPES:
             text = f"Option `{port.name}` is of type `{port.kind}`; it may be {listed(OPTION_TYPES)}."
-            problems.append(Problem(port.line, text))
+            problems.append(FileProblem(port.line, text))
         elif port.default is None:
-            problems.append(Problem(port.line, f"Option `{port.name}` has no default; give it one."))
+            problems.append(FileProblem(port.line, f"Option `{port.name}` has no default; give it one."))
         else:
             yield from _option(port, port.default, problems)
 
 
-def _option(port: DeclaredPort, default: str, problems: list[Problem]) -> Iterator[tuple[str, Any, Any]]:
+def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> Iterator[tuple[str, Any, Any]]:
     kind = OPTION_TYPES[port.kind]
     try:
         plain = default if kind is str else plain_value(port.name, default)
         yield port.name, kind, msgspec.convert(None if plain == "" else plain, kind, strict=False)
     except (InvalidOptionError, msgspec.ValidationError) as error:
-        problems.append(Problem(port.line, f"The default of option `{port.name}` cannot be read: {error}."))
+        problems.append(FileProblem(port.line, f"The default of option `{port.name}` cannot be read: {error}."))
 
 
-def _needs(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _needs(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Of `needs="SDK_authority: AVAILABLE; zed_status: OK FAILED"`."""
     model = source.main_model
     for need in filter(str.strip, model.metadata.get(NEEDS, "").split(";")):
@@ -141,4 +141,4 @@ def _needs(source: TreeFile, problems: list[Problem]) -> Iterator[tuple[str, tup
             yield resource.strip(), tuple(states.split())
         else:
             text = f"`{need.strip()}` in `needs` is not of the form RESOURCE: STATE ..."
-            problems.append(Problem(model.lines[NEEDS], text))
+            problems.append(FileProblem(model.lines[NEEDS], text))

@@ -12,12 +12,12 @@ from py_trees.behaviour import Behaviour
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
-from skillwing.bt_missions.xml.scope import Cell, Scope
+from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
 from skillwing.dsl.suggest import closest
 
 T = TypeVar("T")
 D = TypeVar("D")
-TRUTHS = {"true": True, "false": False}
+BOOLEANS = {"true": True, "false": False}
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
 """The route of a plan that is none."""
 
@@ -49,7 +49,7 @@ class NodeType:
 
     tag: str
     category: Category
-    make: Callable[[Call], Behaviour]
+    make: Callable[[NodeConfig], Behaviour]
     describe: Callable[[Behaviour], Mapping[str, str] | None]
     ports: tuple[Port, ...] = ()
     standard: bool = False
@@ -63,52 +63,56 @@ class PortError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class NodeConfig:
     """One tag that is about to become a node: its ports as they were written, or their defaults.
 
     A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
     with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
-    unread: names that are not known, so that nobody can judge what they stand for. early: cells that are read before
+    unread: names that are not known, so that nobody can judge what they stand for. early: entries that are read before
     the flight and that nothing has filled until then, each with what to say if something fills it in flight.
     """
 
     name: str
     ports: Mapping[str, str]
     children: Sequence[Behaviour]
-    scope: Scope
+    blackboard: Blackboard
     context: MissionContext
     absent: frozenset[str] = frozenset()
     problems: list[str] = field(default_factory=list[str])
     unread: set[str] = field(default_factory=set[str])
-    early: list[tuple[Cell, str]] = field(default_factory=list[tuple[Cell, str]])
+    early: list[tuple[BlackboardEntry, str]] = field(default_factory=list[tuple[BlackboardEntry, str]])
 
-    def cell(self, port: str) -> Cell | None:
-        """The cell that a port refers to as `{name}`; None for a port with a plain value."""
+    def entry(self, port: str) -> BlackboardEntry | None:
+        """The entry that a port refers to as `{name}`; None for a port with a plain value."""
         text = self.ports[port].strip()
-        return self.scope.cell(text[1:-1]) if text.startswith("{") and text.endswith("}") and ":" not in text else None
+        return (
+            self.blackboard.entry(text[1:-1])
+            if text.startswith("{") and text.endswith("}") and ":" not in text
+            else None
+        )
 
-    def output(self, port: str) -> Cell:
-        """The cell that an output port fills."""
-        cell = self.cell(port)
-        if cell is None:
-            self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a cell's name in braces: `{{{port}}}`.")
-        return cell or Cell(port)
+    def output(self, port: str) -> BlackboardEntry:
+        """The entry that an output port fills."""
+        entry = self.entry(port)
+        if entry is None:
+            self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a entry's name in braces: `{{{port}}}`.")
+        return entry or BlackboardEntry(port)
 
     def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
         """What `use` makes of what the port holds before the flight: the value of an option, or the text itself.
 
         use: raises PortError. instead: for a port that cannot be used.
         """
-        cell = self.cell(port)
-        if port in self.absent or (cell is not None and cell.is_excused and not cell.is_filled):
+        entry = self.entry(port)
+        if port in self.absent or (entry is not None and entry.is_excused and not entry.is_filled):
             return instead
         try:
-            if cell is not None and not cell.is_known:
+            if entry is not None and not entry.is_known:
                 self.early.append(
-                    (cell, f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
+                    (entry, f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
                 )
                 return instead
-            return use(self.ports[port] if cell is None else cell())
+            return use(self.ports[port] if entry is None else entry())
         except PortError as error:
             self.problems.append(str(error))
             return instead
@@ -139,9 +143,9 @@ class Call:
             return 1
         return int(number)
 
-    def truth(self, port: str) -> bool:
-        text = self.choice(port, tuple(TRUTHS))
-        return TRUTHS[text]
+    def boolean(self, port: str) -> bool:
+        text = self.choice(port, tuple(BOOLEANS))
+        return BOOLEANS[text]
 
     def choice(self, port: str, known: Sequence[str]) -> str:
         def use(value: object) -> str:
@@ -161,7 +165,7 @@ class Call:
         return self.children
 
     def route(self, port: str) -> Route:
-        """The route that a PlanRoute before this node has put into a cell."""
+        """The route that a PlanRoute before this node has put into a entry."""
 
         def use(value: object) -> Route:
             if not isinstance(value, Route):

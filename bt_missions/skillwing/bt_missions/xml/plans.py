@@ -12,9 +12,9 @@ from py_trees.common import Status
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
-from skillwing.bt_missions.subtrees.loop import Until
-from skillwing.bt_missions.xml.node_type import NOWHERE, Call, Category, NodeType, Port, PortError
-from skillwing.bt_missions.xml.scope import Cell
+from skillwing.bt_missions.subtrees.decorators import RepeatUntil
+from skillwing.bt_missions.xml.blackboard import BlackboardEntry
+from skillwing.bt_missions.xml.node_type import NOWHERE, Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
 from skillwing.bt_missions.xml.values import written
 
@@ -32,14 +32,14 @@ class PlanRoute(Behaviour):
         return Status.SUCCESS
 
 
-def _make_plan(call: Call) -> Behaviour:
-    area: Area | None = _converted(call, "area", Area | None, None)
-    route = Route(call.context, RoutePlanner(_converted(call, "route", tuple[Position, ...], NOWHERE), area=area))
-    call.output("plan").hold(route)
-    return PlanRoute(call.name, route)
+def _make_plan(config: NodeConfig) -> Behaviour:
+    area: Area | None = _converted(config, "area", Area | None, None)
+    route = Route(config.context, RoutePlanner(_converted(config, "route", tuple[Position, ...], NOWHERE), area=area))
+    config.output("plan").hold(route)
+    return PlanRoute(config.name, route)
 
 
-def _converted(call: Call, port: str, kind: Any, instead: Any) -> Any:
+def _converted(config: NodeConfig, port: str, kind: Any, instead: Any) -> Any:
     """A value of an option, or one written as JSON."""
 
     def use(value: object) -> Any:
@@ -48,9 +48,9 @@ def _converted(call: Call, port: str, kind: Any, instead: Any) -> Any:
                 return msgspec.json.decode(value or "null", type=kind)
             return msgspec.convert(value, kind)
         except (msgspec.DecodeError, msgspec.ValidationError) as error:
-            raise PortError(f"`{port}` is `{call.ports[port]}`, which cannot be read: {error}.") from error
+            raise PortError(f"`{port}` is `{config.ports[port]}`, which cannot be read: {error}.") from error
 
-    return call.value(port, use, instead)
+    return config.value(port, use, instead)
 
 
 def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:
@@ -62,13 +62,13 @@ def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:
 
 
 class _Filling(Behaviour):
-    """Mixed into a leaf that writes: fills cells whenever it has written, whatever filled them before."""
+    """Mixed into a leaf that writes: fills entries whenever it has written, whatever filled them before."""
 
-    outputs: Mapping[Cell, Callable[[], object]]
+    outputs: Mapping[BlackboardEntry, Callable[[], object]]
 
     def fill(self) -> None:
-        for cell, source in self.outputs.items():
-            cell.source = source
+        for entry, source in self.outputs.items():
+            entry.source = source
 
     def update(self) -> Status:
         status = super().update()
@@ -85,11 +85,11 @@ class _FillingPoint(_Filling, PointAbove):
     pass
 
 
-def _make_writer(call: Call) -> Behaviour:
-    route = call.route("plan")
-    writer = _FillingWriter(call.name, call.context, route)
-    writer.outputs = {call.output("target"): route.target, call.output("crab"): route.crab}
-    writer.fill()  # Who reads these cells is built next, and asks whether anything fills them.
+def _make_writer(config: NodeConfig) -> Behaviour:
+    route = config.route("plan")
+    writer = _FillingWriter(config.name, config.context, route)
+    writer.outputs = {config.output("target"): route.target, config.output("crab"): route.crab}
+    writer.fill()  # Who reads these entries is built next, and asks whether anything fills them.
     return writer
 
 
@@ -97,9 +97,9 @@ def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
     return {"plan": PLAN, "target": TARGET, "crab": CRAB} if isinstance(node, WaypointWriter) else None
 
 
-def _make_point_above(call: Call) -> Behaviour:
-    above = _FillingPoint(call.name, call.context, call.number("height"))
-    above.outputs = {call.output("target"): above.target}
+def _make_point_above(config: NodeConfig) -> Behaviour:
+    above = _FillingPoint(config.name, config.context, config.number("height"))
+    above.outputs = {config.output("target"): above.target}
     above.fill()
     return above
 
@@ -108,13 +108,13 @@ def _describe_point_above(node: Behaviour) -> Mapping[str, str] | None:
     return {"height": written(node.height), "target": UP} if isinstance(node, PointAbove) else None
 
 
-def _make_until(call: Call) -> Behaviour:
-    route = call.route("plan")
-    return Until(call.name, route.is_done, call.children[0])
+def _make_until(config: NodeConfig) -> Behaviour:
+    route = config.route("plan")
+    return RepeatUntil(config.name, route.is_done, config.children[0])
 
 
 def _describe_until(node: Behaviour) -> Mapping[str, str] | None:
-    if not isinstance(node, Until):
+    if not isinstance(node, RepeatUntil):
         return None
     if getattr(node.done, "__func__", None) is not Route.is_done:
         raise PortError(f"`{node.name}` asks Python code when to stop, which no tree file can say.")
@@ -158,7 +158,7 @@ PLANNING = (
     NodeType(
         "RouteFulfilled",
         Category.CONDITION,
-        make=lambda call: RouteFulfilled(call.name, call.context, call.route("plan")),
+        make=lambda config: RouteFulfilled(config.name, config.context, config.route("plan")),
         describe=lambda node: {"plan": PLAN} if isinstance(node, RouteFulfilled) else None,
         ports=(_PLAN_PORT,),
     ),

@@ -9,8 +9,8 @@ from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port, PortError
-from skillwing.bt_missions.xml.scope import Cell
+from skillwing.bt_missions.xml.blackboard import BlackboardEntry
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.values import read, written
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text
@@ -56,7 +56,7 @@ def _skill_type(skill: Skill) -> NodeType:
     return NodeType(
         skill.name,
         Category.ACTION,
-        make=lambda call: _make(skill, call),
+        make=lambda config: _make(skill, config),
         describe=lambda node: _describe(skill, node),
         ports=(*inputs, *_OWN_PORTS),
     )
@@ -71,42 +71,42 @@ def _type_name(kind: Type) -> str:
     return f"{_type_name(kind.element)}[]" if isinstance(kind, ArrayType) else kind.name
 
 
-def _make(skill: Skill, call: Call) -> Behaviour:
+def _make(skill: Skill, config: NodeConfig) -> Behaviour:
     inputs: dict[str, object] = {}
     for field in skill.inputs:
         port = input_port(field.name)
-        text, cell = call.ports[port], call.cell(port)
-        if cell is not None and not cell.is_known:
+        text, entry = config.ports[port], config.entry(port)
+        if entry is not None and not entry.is_known:
             # What is known now can be checked now; anything else is asked for at the moment of the start.
-            inputs[field.name] = cell
-        elif cell is not None or text != _default(field):
+            inputs[field.name] = entry
+        elif entry is not None or text != _default(field):
 
             def use(value: object, field: Field = field, port: str = port) -> object:
                 return read(value if isinstance(value, str) else written(value), field.type, port)
 
-            inputs[field.name] = call.value(port, use, Cell(port))
-    outcomes = dict.fromkeys(call.words("success_on"), Status.SUCCESS)
-    outcomes |= dict.fromkeys(call.words("failure_on"), Status.FAILURE)
+            inputs[field.name] = config.value(port, use, BlackboardEntry(port))
+    outcomes = dict.fromkeys(config.words("success_on"), Status.SUCCESS)
+    outcomes |= dict.fromkeys(config.words("failure_on"), Status.FAILURE)
     try:
         return SkillAction(
-            call.name,
-            call.context,
+            config.name,
+            config.context,
             skill.name,
             inputs,
             outcomes=outcomes,
-            on_end=call.route("leg_of").leg_ended if call.ports["leg_of"] else None,
-            done=_pairs(call, "done"),
-            patience=call.number("patience"),
+            on_end=config.route("leg_of").leg_ended if config.ports["leg_of"] else None,
+            done=_pairs(config, "done"),
+            patience=config.number("patience"),
         )
     except ValueError as error:
         raise PortError(str(error)) from error
 
 
-def _pairs(call: Call, port: str) -> dict[str, str]:
+def _pairs(config: NodeConfig, port: str) -> dict[str, str]:
     """`a=b c=d` as a mapping."""
-    pairs = [word.partition("=") for word in call.words(port)]
+    pairs = [word.partition("=") for word in config.words(port)]
     if not all(name and equals and value for name, equals, value in pairs):
-        call.problems.append(f"`{port}` is `{call.ports[port]}`; it takes pairs like `laps=laps_done`.")
+        config.problems.append(f"`{port}` is `{config.ports[port]}`; it takes pairs like `laps=laps_done`.")
         return {}
     return {name: value for name, _, value in pairs}
 
@@ -135,9 +135,9 @@ def _source(node: SkillAction, name: str) -> str:
     value = node.inputs[name]
     if not callable(value):
         return written(value)
-    if isinstance(value, Cell):
+    if isinstance(value, BlackboardEntry):
         return f"{{{value.name}}}"
-    cell = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
-    if cell is None:
+    entry = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
+    if entry is None:
         raise PortError(f"`{node.name}` takes `{name}` from Python code, which no tree file can say.")
-    return cell
+    return entry

@@ -15,8 +15,67 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.xml.holding import HOLDING
-from skillwing.bt_missions.xml.node_type import Call, Category, NodeType, Port
+from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.values import written
+
+
+def _make_while_granted(config: NodeConfig) -> Behaviour:
+    def change(value: object) -> ResourceChange:
+        words = str(value).split()
+        if len(words) != 2:
+            raise PortError(f"`ended_by` is `{value}`; it takes a resource and one of its states.")
+        return ResourceChange(*words)
+
+    resource, states = config.text("resource"), config.words("states")
+    return WhileGranted(
+        config.name,
+        config.context,
+        config.children[0],
+        resource=resource,
+        states=states,
+        patience=config.number("patience"),
+        ended_by=config.value("ended_by", change, ResourceChange(resource, next(iter(states), ""))),
+    )
+
+
+def _describe_while_granted(node: Behaviour) -> Mapping[str, str] | None:
+    if not isinstance(node, WhileGranted):
+        return None
+    return {
+        "resource": node.resource,
+        "states": " ".join(node.states),
+        "patience": written(node.patience),
+        "ended_by": " ".join(node.ended_by),
+    }
+
+
+def _make_pausable(config: NodeConfig) -> Behaviour:
+    condition, meanwhile, body = config.exactly(3)
+    return Pausable(config.name, config.context, condition, meanwhile, body)
+
+
+HOLDING = (
+    NodeType(
+        "WhileGranted",
+        Category.DECORATOR,
+        _make_while_granted,
+        _describe_while_granted,
+        (
+            Port("resource", "name of the resource; skills that need it are held while it is in no other state"),
+            Port("states", "in one of which it lets them fly"),
+            Port("patience", "robot seconds for which it may stay away", "double"),
+            Port("ended_by", "a resource and a state which, if it comes into it meanwhile, ends the mission"),
+        ),
+    ),
+    NodeType(
+        "Pausable",
+        Category.CONTROL,
+        _make_pausable,
+        lambda node: {} if isinstance(node, Pausable) else None,
+    ),
+)
+
 
 SECOND = 1000.0
 ALL = -1
@@ -26,7 +85,7 @@ def _sequence(tag: str, *, memory: bool) -> NodeType:
     return NodeType(
         tag,
         Category.CONTROL,
-        make=lambda call: Sequence(call.name, memory=memory, children=list(call.children)),
+        make=lambda config: Sequence(config.name, memory=memory, children=list(config.children)),
         describe=lambda node: {} if isinstance(node, Sequence) and node.memory == memory else None,
         standard=True,
     )
@@ -36,24 +95,24 @@ def _fallback(tag: str, *, memory: bool) -> NodeType:
     return NodeType(
         tag,
         Category.CONTROL,
-        make=lambda call: Selector(call.name, memory=memory, children=list(call.children)),
+        make=lambda config: Selector(config.name, memory=memory, children=list(config.children)),
         describe=lambda node: {} if isinstance(node, Selector) and node.memory == memory else None,
         standard=True,
     )
 
 
-def _make_parallel(call: Call) -> Behaviour:
-    needed = call.count("success_count")
-    if call.count("failure_count") != 1:
-        call.problems.append("`failure_count` has to be 1: a parallel ends with the first child that fails.")
+def _make_parallel(config: NodeConfig) -> Behaviour:
+    needed = config.count("success_count")
+    if config.count("failure_count") != 1:
+        config.problems.append("`failure_count` has to be 1: a parallel ends with the first child that fails.")
     if needed == 1:
         policy: ParallelPolicy.Base = ParallelPolicy.SuccessOnOne()
-    elif needed in (ALL, len(call.children)):
+    elif needed in (ALL, len(config.children)):
         policy = ParallelPolicy.SuccessOnAll()
     else:
         policy = ParallelPolicy.SuccessOnAll()
-        call.problems.append(f"`success_count` is {needed}; it takes 1, or -1 for all children.")
-    return Parallel(call.name, policy=policy, children=list(call.children))
+        config.problems.append(f"`success_count` is {needed}; it takes 1, or -1 for all children.")
+    return Parallel(config.name, policy=policy, children=list(config.children))
 
 
 def _describe_parallel(node: Behaviour) -> Mapping[str, str] | None:
@@ -63,9 +122,9 @@ def _describe_parallel(node: Behaviour) -> Mapping[str, str] | None:
     return {"success_count": "1" if one else str(ALL), "failure_count": "1"}
 
 
-def _make_alongside(call: Call) -> Behaviour:
-    *companions, until = call.children
-    return alongside(call.name, *companions, until=until)
+def _make_alongside(config: NodeConfig) -> Behaviour:
+    *companions, until = config.children
+    return alongside(config.name, *companions, until=until)
 
 
 def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
@@ -74,32 +133,32 @@ def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
     return {} if list(node.policy.children) == node.children[-1:] else None
 
 
-def _make_on_ending(call: Call) -> Behaviour:
-    attempt, then = call.exactly(2)
-    return OnEnding(call.name, attempt, call.words("endings"), then)
+def _make_on_ending(config: NodeConfig) -> Behaviour:
+    attempt, then = config.exactly(2)
+    return OnEnding(config.name, attempt, config.words("endings"), then)
 
 
-def _make_timeout(call: Call) -> Behaviour:
-    return Deadline(call.name, call.context, call.number("msec") / SECOND, call.children[0])
+def _make_timeout(config: NodeConfig) -> Behaviour:
+    return Deadline(config.name, config.context, config.number("msec") / SECOND, config.children[0])
 
 
 def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
     return {"msec": f"{node.seconds * SECOND:g}"} if isinstance(node, Deadline) else None
 
 
-def _make_retry(call: Call) -> Behaviour:
-    attempts = call.count("num_attempts")
+def _make_retry(config: NodeConfig) -> Behaviour:
+    attempts = config.count("num_attempts")
     if attempts < 1:
         # BehaviorTree.CPP would try for ever, and whatever comes after it, such as a landing, would never begin.
-        call.problems.append(f"`num_attempts` is {attempts}; a mission has to end: it takes 1 or more.")
-    return Retry(call.name, call.children[0], num_failures=attempts)
+        config.problems.append(f"`num_attempts` is {attempts}; a mission has to end: it takes 1 or more.")
+    return Retry(config.name, config.children[0], num_failures=attempts)
 
 
 def _decorator(tag: str, kind: type[FailureIsSuccess | Inverter | SuccessIsFailure | SuccessIsRunning]) -> NodeType:
     return NodeType(
         tag,
         Category.DECORATOR,
-        make=lambda call: kind(call.name, call.children[0]),
+        make=lambda config: kind(config.name, config.children[0]),
         describe=lambda node: {} if type(node) is kind else None,
         standard=True,
     )
@@ -146,7 +205,7 @@ STRUCTURE = (
     NodeType(
         "Repeat",
         Category.DECORATOR,
-        make=lambda call: Repeat(call.name, call.children[0], num_success=call.count("num_cycles")),
+        make=lambda config: Repeat(config.name, config.children[0], num_success=config.count("num_cycles")),
         describe=lambda node: {"num_cycles": str(node.num_success)} if isinstance(node, Repeat) else None,
         ports=(Port("num_cycles", "how often it has to succeed; -1 for ever", "int"),),
         standard=True,

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from skillwing.bt_missions.xml.document import Element, read_document
+from skillwing.bt_missions.xml.document import Element, FileProblem, TreeFileError, read_document
 from skillwing.bt_missions.xml.node_type import Category
-from skillwing.bt_missions.xml.problems import Problem, TreeFileError
 from skillwing.dsl.suggest import closest, listed
 
 FORMAT = "4"
@@ -51,7 +50,7 @@ class TreeFile:
     main: str
     trees: Mapping[str, Element]
     models: Mapping[str, TreeModel]
-    problems: tuple[Problem, ...] = ()
+    problems: tuple[FileProblem, ...] = ()
 
     @property
     def main_model(self) -> TreeModel:
@@ -65,9 +64,9 @@ def read_tree_file(file: Path) -> TreeFile:
 
 def tree_file(root: Element, file: Path) -> TreeFile:
     """The trees of a document. Raises TreeFileError."""
-    problems: list[Problem] = []
+    problems: list[FileProblem] = []
     if root.tag != "root" or root.attributes.get("BTCPP_format") != FORMAT:
-        raise TreeFileError(file, [Problem(root.line, f'Begin with `<root BTCPP_format="{FORMAT}">`.')])
+        raise TreeFileError(file, [FileProblem(root.line, f'Begin with `<root BTCPP_format="{FORMAT}">`.')])
     trees: dict[str, Element] = {}
     models: dict[str, TreeModel] = {}
     nameless: list[Element] = []
@@ -87,46 +86,48 @@ def tree_file(root: Element, file: Path) -> TreeFile:
     return TreeFile(file, main, trees, models, tuple(problems))
 
 
-def _part(element: Element, problems: list[Problem]) -> str | None:
+def _part(element: Element, problems: list[FileProblem]) -> str | None:
     """What a part of the file is, or is meant to be."""
     near = None if element.tag == "include" else closest(element.tag, _PARTS)
     if element.tag == "include":
-        problems.append(Problem(element.line, "Files are not included; put all trees into this one."))
+        problems.append(FileProblem(element.line, "Files are not included; put all trees into this one."))
     elif near is None:
-        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; put it into a BehaviorTree."))
+        problems.append(FileProblem(element.line, f"`{element.tag}` does not belong here; put it into a BehaviorTree."))
     elif near != element.tag:
-        problems.append(Problem(element.line, f"`{element.tag}` does not belong here; did you mean `{near}`?"))
+        problems.append(FileProblem(element.line, f"`{element.tag}` does not belong here; did you mean `{near}`?"))
     return near
 
 
-def _add_tree(element: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> None:
+def _add_tree(
+    element: Element, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]
+) -> None:
     name = _attributes(element, ("ID",), problems).get("ID")
     top = element.children[0] if len(element.children) == 1 else Element("", {}, element.line, element.children)
     if not name:
-        problems.append(Problem(element.line, "This tree has no ID; give it one."))
+        problems.append(FileProblem(element.line, "This tree has no ID; give it one."))
         nameless.append(top)
     elif name in trees:
-        problems.append(Problem(element.line, f"There are two trees `{name}`; rename one of them."))
+        problems.append(FileProblem(element.line, f"There are two trees `{name}`; rename one of them."))
     else:
         trees[name] = top
         if top.tag == "":
             text = f"Tree `{name}` has {len(element.children)} nodes at its top; it takes one."
-            problems.append(Problem(element.line, text))
+            problems.append(FileProblem(element.line, text))
 
 
-def _attributes(element: Element, known: Sequence[str], problems: list[Problem]) -> dict[str, str]:
+def _attributes(element: Element, known: Sequence[str], problems: list[FileProblem]) -> dict[str, str]:
     """The attributes of these names, misspelt ones among them."""
     found = {name: text for name, text in element.attributes.items() if name in known}
     for name, text in element.attributes.items():
         near = closest(name, known)
         if name not in known and near is not None and near not in found:
-            problems.append(Problem(element.line, f"`{element.tag}` has no `{name}`; did you mean `{near}`?"))
+            problems.append(FileProblem(element.line, f"`{element.tag}` has no `{name}`; did you mean `{near}`?"))
             found[near] = text
     return found
 
 
 def _require_rescue(
-    root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]
+    root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]
 ) -> None:
     if RESCUE not in trees and nameless:
         trees[RESCUE] = nameless.pop()
@@ -135,18 +136,18 @@ def _require_rescue(
     near = closest(RESCUE, (name for name in trees if name != main))
     hint = f"; did you mean `{near}` to be it?" if near else "."
     text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission{hint}'
-    problems.append(Problem(root.line, text))
+    problems.append(FileProblem(root.line, text))
     if near is not None:
         trees[RESCUE] = trees.pop(near)
 
 
-def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[Problem]) -> Element:
+def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[FileProblem]) -> Element:
     """A model as one of the kinds there are; what is like none and bears the name of a tree describes that tree."""
     if model.tag in _MODELS:
         return model
     near = closest(model.tag, _MODELS) or (SUBTREE if model.attributes.get("ID") in trees else None)
     hint = f"did you mean `{near}`?" if near else f"write one of {listed(_MODELS)}."
-    problems.append(Problem(model.line, f"`{model.tag}` is no kind of model; {hint}"))
+    problems.append(FileProblem(model.line, f"`{model.tag}` is no kind of model; {hint}"))
     return model if near is None else replace(model, tag=near)
 
 
@@ -156,7 +157,7 @@ def _described(
     main: str,
     trees: Mapping[str, Element],
     models: Mapping[str, TreeModel],
-    problems: list[Problem],
+    problems: list[FileProblem],
 ) -> str:
     """The tree, or the node, that a model describes; what its name is nearest to, where there is no such tree."""
     if element.tag != SUBTREE:
@@ -169,7 +170,7 @@ def _described(
     near = closest(name, (tree for tree in trees if tree not in models))
     hint = f"did you mean `{near}`?" if near else f"there is {listed(trees)}."
     if not any(_calls(tree, name) for tree in trees.values()):
-        problems.append(Problem(element.line, f"A model describes a tree `{name}`, which there is not; {hint}"))
+        problems.append(FileProblem(element.line, f"A model describes a tree `{name}`, which there is not; {hint}"))
     return near or name
 
 
@@ -179,12 +180,12 @@ def _calls(element: Element, tree: str) -> bool:
     return called or any(_calls(child, tree) for child in element.children)
 
 
-def _model(element: Element, problems: list[Problem]) -> TreeModel:
+def _model(element: Element, problems: list[FileProblem]) -> TreeModel:
     model = TreeModel()
     for child in element.children:
         near = closest(child.tag, _PORTS) if element.tag == SUBTREE else None
         if near is not None and near != child.tag:
-            problems.append(Problem(child.line, f"`{child.tag}` is no port; did you mean `{near}`?"))
+            problems.append(FileProblem(child.line, f"`{child.tag}` is no port; did you mean `{near}`?"))
         attributes = {} if near is None else _attributes(child, ("name", "type", "default"), problems)
         if "name" in attributes:
             kind, default = attributes.get("type", "string"), attributes.get("default")
@@ -195,7 +196,7 @@ def _model(element: Element, problems: list[Problem]) -> TreeModel:
     return model
 
 
-def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[Problem]) -> str:
+def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]) -> str:
     """The tree to fly, or what is most likely meant to be it."""
     main = _attributes(root, (MAIN,), problems).get(MAIN)
     others = [name for name in trees if name != RESCUE]
@@ -205,6 +206,6 @@ def _main(root: Element, trees: dict[str, Element], nameless: list[Element], pro
         trees[main] = nameless.pop(0)
     if main is None or main not in trees:
         known = listed(others)
-        problems.append(Problem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
+        problems.append(FileProblem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
         return closest(main or "", others) or main or ""
     return main

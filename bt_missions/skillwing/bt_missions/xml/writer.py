@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.planning.waypoints import WaypointWriter
-from skillwing.bt_missions.running.mission import MissionTrees
 from skillwing.bt_missions.subtrees.composites import in_order
 from skillwing.bt_missions.xml.node_type import NodeType, PortError
 from skillwing.bt_missions.xml.node_types import node_types

@@ -1,4 +1,4 @@
-"""`skillwing campaign`: fly a mission many times in simulation, and count what became of the drone."""
+"""`skillwing campaign`: fly a mission many times in simulation, and count how the flights end."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import page
-from skillwing.evaluation.campaign.again import comparison, same_flight, take_sample
-from skillwing.evaluation.campaign.conditions import Condition, conditions_of
-from skillwing.evaluation.campaign.crew import Crew, LostFlight
 from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
 from skillwing.evaluation.campaign.ledger import Ledger
 from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
-from skillwing.evaluation.campaign.plan import FlightPlan, Network, usual_world
+from skillwing.evaluation.campaign.output import CampaignState, command_words, flight_line, print_summary, show_summary
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
-from skillwing.evaluation.campaign.telling import Found, line_of, print_summary, tell, words
+from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sample
+from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
+from skillwing.evaluation.flights.conditions import Condition, conditions_of
+from skillwing.evaluation.flights.plan import FlightPlan, Network, usual_world
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
@@ -83,14 +83,14 @@ def campaign(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end, and nothing else.")] = False,
 ) -> None:
-    """Fly a mission in many simulated worlds, much faster than real time, and count what became of the drone.
+    """Fly a mission in many simulated worlds, much faster than real time, and count how the flights end.
 
-    Each flight is the robot's whole process table in one process and virtual time. What goes wrong, and when, follows
-    from its seed; the same flight is the same again, bit by bit. `--on zenoh` flies the same with real processes. Each
-    flight that ends is a line of `flights.jsonl`, so that a campaign that was ended goes on by `--resume`. Exit codes:
-    0 every promise was kept (nothing hit, fence kept, landed or handed over), 1 one was broken, a flight's process was
-    lost, or a flight did not end as before when it was flown again, 2 it cannot be flown with these options, 130 it was
-    called off.
+    Each flight runs the robot's whole process table in one process and virtual time. Its seed decides the faults and
+    their times, so a repeated flight is the same bit by bit. `--on zenoh` flies with real processes. Each finished
+    flight is a line of `flights.jsonl`, and `--resume` continues an interrupted campaign.
+
+    Exit codes: 0 all promises kept (no collision, inside the fence, landed or handed over); 1 a broken promise, a lost
+    process, or a repeated flight with another end; 2 options that cannot be flown; 130 interrupted.
     """
     earlier = None
     if sample_of is not None:
@@ -122,20 +122,20 @@ def campaign(
         ledger.require(plans)
         flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
-        found = Found(ledger.results, earlier)
+        state = CampaignState(ledger.results, earlier)
         try:
-            _fly(plans, ledger, flying, found.lost, at_once, record=record, console=shown, stop=stop)
-            _record_worst(ledger, flying, worst, found, at_once, shown, stop)
+            _fly(plans, ledger, flying, state.lost, at_once, record=record, console=shown, stop=stop)
+            _record_worst(ledger, flying, worst, state, at_once, shown, stop)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
     if as_json:
-        print_summary(str(folder), len(plans), found)
+        print_summary(str(folder), len(plans), state)
     else:
-        tell(found, console)
-    if write is not None and not called_off and found.results:
-        _write_page(write, title, found, flying.code.digest, shown)
-    raise typer.Exit(FAILED if not found.as_promised else INTERRUPTED if called_off else OK)
+        show_summary(state, console)
+    if write is not None and not called_off and state.results:
+        _write_page(write, title, state, flying.code.digest, shown)
+    raise typer.Exit(FAILED if not state.as_promised else INTERRUPTED if called_off else OK)
 
 
 # --- what is flown ---------------------------------------------------------------------------------------------------
@@ -227,45 +227,45 @@ def _fly(
     def run_dir(plan: FlightPlan) -> Path | None:
         return begin_recording(ledger.folder, plan) if record else None
 
-    with Crew(jobs) as crew:
-        for count, result in enumerate(flying.kept(crew.fly(missing, run_dir, stop.check)), start=1):
+    with WorkerPool(jobs) as pool:
+        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, stop.check)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
             else:
                 keep_recording(ledger.folder, result.plan)
                 ledger.add(result)
             left = (time.monotonic() - begun) / count * (len(missing) - count)
-            console.print(line_of(result, f"{count}/{len(missing)}", left), soft_wrap=True)
+            console.print(flight_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
 
 
 def _record_worst(
     ledger: Ledger,
     flying: FlyingCode,
     count: int,
-    found: Found,
+    state: CampaignState,
     jobs: int,
     console: Console,
     stop: StopSignal,
 ) -> None:
-    """Fly the worst flights again with the recorder. `found` gets those that were not the same again, or are lost."""
+    """Fly the worst flights again with the recorder. `state` gets those that were not the same again, or are lost."""
     chosen = worst_of(ledger.results, count)
     before = {each.plan.name: each for each in chosen if not is_recorded(ledger.folder, each.plan)}
     if not before:
         return
     console.print(f"Flying the {len(before)} worst flights again, recorded.")
-    with Crew(jobs) as crew:
+    with WorkerPool(jobs) as pool:
         plans = [each.plan for each in before.values()]
-        flights = crew.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
+        flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
         for again in flying.kept(flights):
             told = Text(f"  {ledger.folder / again.plan.name}")
             if isinstance(again, LostFlight):
                 told.append(f": not recorded. {again.why}", "red")
-                found.unrecorded.append(again)
+                state.unrecorded.append(again)
             else:
                 keep_recording(ledger.folder, again.plan)
                 if not same_flight(before[again.plan.name], again):
                     told.append(f": not the same flight again; it {again.end}", "red")
-                    found.differing.append(again.plan.name)
+                    state.differing.append(again.plan.name)
             console.print(told, soft_wrap=True)
 
 
@@ -280,11 +280,11 @@ def _check_page(path: Path, title: str) -> None:
         raise InvalidOptionError("write", str(error)) from error
 
 
-def _write_page(path: Path, title: str, found: Found, code: str, console: Console) -> None:
+def _write_page(path: Path, title: str, state: CampaignState, code: str, console: Console) -> None:
     """Write the section, unless flights are missing in it. code: digest of what flew."""
-    if found.lost:
+    if state.lost:
         console.print(f"{path} is left as it was: the table would lack these.", style="red", soft_wrap=True)
         return
-    more = comparison(found.earlier, found.results) if found.earlier else ()
-    section = page.section(title, words(), found.results, outcomes(found.results), code, more)
+    more = comparison(state.earlier, state.results) if state.earlier else ()
+    section = page.section(title, command_words(), state.results, outcomes(state.results), code, more)
     page.write(path, title, section)

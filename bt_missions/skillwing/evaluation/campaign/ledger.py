@@ -15,8 +15,8 @@ from typing import BinaryIO
 
 import msgspec
 
-from skillwing.evaluation.campaign.plan import FlightPlan
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 LEDGER_FILE = "flights.jsonl"
@@ -25,10 +25,10 @@ log = logging.getLogger(__name__)
 
 
 class Ledger:
-    """The results of a campaign, on disk as soon as they are known. Nobody else writes them until it is closed.
+    """Results of a campaign, written to disk at once. The file is locked until it is closed.
 
-    Raises InvalidOptionError for a folder that holds a campaign already, unless it is to be resumed, and for one into
-    which another campaign is flying, OSError where nothing can be written.
+    Raises InvalidOptionError for a folder that holds a campaign and is not to be resumed, and for one that another
+    campaign writes to; OSError if the folder is not writable.
     """
 
     def __init__(self, folder: Path, *, resume: bool) -> None:

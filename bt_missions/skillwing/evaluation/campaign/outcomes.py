@@ -1,4 +1,4 @@
-"""What became of a campaign's flights, condition by condition."""
+"""Outcomes of a campaign, counted by world and condition."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from statistics import median
 import msgspec
 from rich.table import Table
 
-from skillwing.evaluation.campaign.conditions import Condition
-from skillwing.evaluation.campaign.result import SAFE_ENDS, End, FlightResult
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.result import SAFE_ENDS, End, FlightResult
 
 HEADINGS = (
     "world",
@@ -43,8 +43,8 @@ ALL = "all"
 class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
     """Numbers of flights; least clearance of all [m], medians of coverage (a share) and time [robot s].
 
-    met: what was to befall the drone did before it was down, with several sensors all of it. failed_safe: the mission
-    did not succeed, and every promise was kept.
+    met: flights in which every planned fault began before the drone was down. failed_safe: flights without success in
+    which every promise was kept.
     """
 
     world: str

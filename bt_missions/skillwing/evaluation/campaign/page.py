@@ -1,4 +1,4 @@
-"""The page of what campaigns found: one section for each kind of campaign, written anew by the next one."""
+"""Campaign results in a Markdown page: one section for each kind of campaign, rewritten by its next run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
-from skillwing.evaluation.campaign.conditions import Condition, conditions_of, met_from
 from skillwing.evaluation.campaign.outcomes import HEADINGS, Outcomes, worst_of
-from skillwing.evaluation.campaign.plan import FlightPlan, Network
-from skillwing.evaluation.campaign.result import FlightResult
+from skillwing.evaluation.flights.conditions import Condition, conditions_of, met_from
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
 
@@ -23,7 +23,7 @@ CONFIDENCE = 0.95
 
 
 def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
-    """What tells a campaign from others on the same page: all but its seeds. again: it is a sample of one before."""
+    """Title of a campaign's section: all its settings but the seeds. again: it repeats a sample of an earlier one."""
     first = plans[0]
     kinds, conditions = {plan.world for plan in plans}, {plan.condition for plan in plans}
     worlds = ", ".join(kind for kind in KINDS if kind in kinds)
@@ -92,10 +92,10 @@ def section(
 
 
 def _surely(results: Sequence[FlightResult]) -> str:
-    """How rare broken promises are at least where none was seen; nothing where that tells nothing.
+    """Upper bound for the rate of broken promises if none was seen; empty for too few worlds.
 
-    The exact bound of Clopper and Pearson (1934), of worlds and not of flights: those in one world are much the same
-    flight until something befalls it.
+    It is the exact bound of Clopper and Pearson (1934). Worlds are counted and not flights, because flights in one
+    world are nearly the same until the fault begins.
     """
     worlds = len({(result.plan.world, result.plan.seed) for result in results})
     one_in = int(1.0 / (1.0 - (1.0 - CONFIDENCE) ** (1.0 / worlds)))
@@ -125,7 +125,7 @@ def _marks(title: str) -> Marks:
 
 
 def _beginnings(results: Sequence[FlightResult]) -> list[str]:
-    """When in these flights the drone had met its condition; nothing where there was none."""
+    """Lines that count the flights in which the condition began; none for campaigns without faults."""
     drawn = [(t, each.met) for each in results if (t := met_from(each.plan.circumstances())) is not None]
     if not drawn:
         return []
@@ -139,7 +139,7 @@ def _beginnings(results: Sequence[FlightResult]) -> list[str]:
 
 
 def machine() -> str:
-    """What was flown on."""
+    """Processor and Python version of this machine."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = {line.partition(":")[2].strip() for line in lines if line.startswith("model name")}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from skillwing.evaluation.campaign.plan import FlightPlan
+from skillwing.evaluation.flights.plan import FlightPlan
 
 UNFINISHED = ".part"
 """Ends the name of the folder until then."""
@@ -31,7 +31,7 @@ def keep_recording(folder: Path, plan: FlightPlan) -> None:
 
 
 def is_recorded(folder: Path, plan: FlightPlan) -> bool:
-    """Whether there is a recording of the whole flight."""
+    """True if a recording of the whole flight exists."""
     return (folder / plan.name).is_dir()
 
 

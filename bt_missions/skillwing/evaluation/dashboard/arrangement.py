@@ -1,4 +1,4 @@
-"""How the dashboard is laid out: which views there are, where they stand, and which are in front."""
+"""Layout of the dashboard: its views, their places, and the tabs in front."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _HALF_WIDTH, _HALF_HEIGHT = 0.8, 0.46
 
 
 class Front(Enum):
-    """What a flight is about, hence what is in front of what shares its place."""
+    """Subject of a flight; it decides which of two views that share a place is in front."""
 
     WORLD = "world"
     VIDEO = "video"
@@ -46,7 +46,7 @@ class Front(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Eye:
-    """Where the overview looks from, and at what (ENU, m)."""
+    """Eye and target of the overview (ENU, m)."""
 
     position: topics.Vector3
     target: topics.Vector3
@@ -71,7 +71,7 @@ def overview(site: Site) -> Eye:
 
 
 def _between(across: NDArray[np.float64], slope: float, depth: NDArray[np.float64]) -> tuple[float, float]:
-    """Where across the eye stands, and how far behind depth 0, for |across - x| <= slope * (away + depth) to hold."""
+    """Position of the eye across, and its distance behind depth 0, so that |across - x| <= slope * (away + depth)."""
     high, low = float(np.max(across - slope * depth)), float(np.max(-across - slope * depth))
     return (high - low) / 2, (high + low) / 2 / slope
 
@@ -98,7 +98,7 @@ class Arrangement:
         self._quality = _plot("video", "Video", _lately(_NARROW_WINDOW), high=20.0)
 
     def blueprint(self, front: Front) -> rrb.Blueprint:
-        """What is in front stands first too, for tabs that do not fit are hidden."""
+        """The view in front also stands first, because tabs that do not fit are hidden."""
         tabs = [(self._depth, self._video), (self._mapped, self._link), (self._battery, self._quality)]
         pictures, left, right = (rrb.Tabs(*(pair if front is Front.WORLD else reversed(pair))) for pair in tabs)
         plots = rrb.Horizontal(left, right)

@@ -35,7 +35,7 @@ from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.recording import palette
 from skillwing.services.recording.mission_view import MissionPanels, at
-from skillwing.sim_mujoco.world.chosen import SiteOptions
+from skillwing.sim_mujoco.world.kinds import SiteOptions
 from skillwing.sim_mujoco.world.site import Site
 
 M = TypeVar("M", bound=Message)
@@ -55,7 +55,7 @@ SEEN_SIZE = 0.5
 PIXEL_STRIDE, SURE_DEPTH = 8, 14.0
 """Every 8th pixel and row of the depth camera is piled up, up to that depth [m]: farther, it errs by half a voxel."""
 STEADY = 0.3
-"""What a drone sees that turns faster is not piled up: a tenth of a second later it is too far off [rad/s]."""
+"""Yaw rate above which scans are not accumulated: a tenth of a second displaces them too far [rad/s]."""
 
 
 class Dashboard:
@@ -89,7 +89,7 @@ class Dashboard:
         return self._arrangement.blueprint(self._front)
 
     def _bring_forward(self, front: Front) -> None:
-        """Once a run: whoever has arranged the views to his taste since has to do it again."""
+        """Once a run. Views that the user has rearranged since are reset."""
         if self._arrangement is None or front is self._front:
             return
         self._front = front
@@ -205,7 +205,7 @@ class Dashboard:
         self._pile_up(points, self._pose, header.t1)
 
     def _pile_up(self, points: NDArray[np.float32], pose: topics.Navigation, t: float) -> None:
-        """Where nobody maps, what was seen so far stands for the world."""
+        """Accumulated scans stand for the world if no mapping runs."""
         if self._seen is None or math.hypot(*pose.angular_velocity) > STEADY:
             return
         self._seen_lately.append(points)
@@ -237,7 +237,7 @@ class Dashboard:
             self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
 
     def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
-        """What the ground sees, late as it is there. From the first picture on a flight is about its video."""
+        """Video as the ground station receives it. From the first picture on, video is the subject of the flight."""
         at(self._recording, header.t)
         self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
         self._bring_forward(Front.VIDEO)

@@ -14,7 +14,7 @@ _MASK = (1 << _BITS) - 1
 class VoxelPieces:
     """Occupied voxels in pieces of at most `capacity`, in the order in which they were found.
 
-    What a drone finds and finds free again lies around it, hence in the latest pieces: few change at a time.
+    Voxels change around the drone, and those are in the latest pieces. So few pieces change at a time.
     """
 
     def __init__(self, voxel_size: float, capacity: int = 500) -> None:

@@ -58,11 +58,11 @@ UNREAD = "Called off, for nobody reads what it prints."
 
 @dataclass
 class Flight:
-    """What only the one who ran the flight knows.
+    """Facts of a flight that its recording does not hold.
 
-    wall_time: seconds from the beginning of robot time to the mission's end; None if it was cut short, for then the
-    robot goes on until it is stopped. ended_by: a sentence saying why that was, empty if the mission ended it. started:
-    names of the processes that were. deck: what was seen of it, None if it did not get so far.
+    wall_time: seconds from the beginning of robot time to the mission's end; None if it was cut short. ended_by: the
+    reason for that as a sentence, empty if the mission ended by itself. started: names of the started processes. deck:
+    the live display, None if the flight did not get so far.
     """
 
     processes: tuple[ProcessSpec, ...]
@@ -87,7 +87,7 @@ class Flight:
         return {spec.name: spec.host for spec in self.processes if spec.host is not None}
 
     def entries(self) -> list[ProcessEntry]:
-        """What became of each process."""
+        """State of each process at the end."""
         down = {death.process for death in self.deaths if death.final}
 
         def state(name: str) -> str:
@@ -141,10 +141,12 @@ def demo(
     topology: TopologyOption = "router",
 ) -> None:
     """Fly a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
-    the radio link narrows until there is no video any more, and the drone lands.
+    the radio link narrows until the video stops, and the drone lands.
 
-    Writes recording, timeline, map and report to the run directory. Exit codes: 0 the mission succeeded, 1 it did
-    not or could not go on, 2 it cannot be flown with these options, 130 it was called off by Ctrl-C or a signal.
+    Writes recording, timeline, map and report to the run directory.
+
+    Exit codes: 0 the mission succeeded; 1 it failed or could not go on; 2 options that cannot be flown; 130 interrupted
+    by Ctrl-C or a signal.
     """
     console = make_console()
     if no_viewer and viewer not in (None, "none"):
@@ -207,7 +209,7 @@ def _facts(story: Story, seed: int) -> RunFacts:
 
 
 def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """Everything but the router; whoever only looks on is there first, and the mission comes last."""
+    """All processes but the router: observers first, the mission last."""
     mission = ProcessSpec(
         "mission",
         "skillwing.bt_missions.running.runner:make_mission",
@@ -274,7 +276,7 @@ def _follow(
 
 @contextmanager
 def _ending_well(flight: Flight) -> Iterator[None]:
-    """Whatever ends the flight does not end the report: Ctrl-C, a reader who left, processes that did not start."""
+    """Turn everything that ends a flight early into `ended_by`, so that the report is written all the same."""
     try:
         yield
     except KeyboardInterrupt:

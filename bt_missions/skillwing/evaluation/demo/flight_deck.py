@@ -71,7 +71,7 @@ class FlightDeck:
 
     @property
     def in_air(self) -> bool:
-        """Whether the drone flew when it was heard of last."""
+        """True if the drone was in the air by its last message."""
         return self._states["flight_status"] == "IN_AIR"
 
     def tell(self, text: str, style: str = "", t: float | None = None) -> None:
@@ -179,7 +179,7 @@ def _lines_of(chips: Sequence[Text], width: int) -> list[Text]:
 
 
 def _complete(path: Path, recorded: Sequence[M], seen: Iterable[M]) -> None:
-    """Write a journal's file anew with what was seen and is not in it; anew, for its last line may be broken off."""
+    """Add missing messages to a journal's file. The whole file is rewritten, as its last line may be incomplete."""
     missing = [message for message in seen if message not in recorded]
     if not missing:
         return

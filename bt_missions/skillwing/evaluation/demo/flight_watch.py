@@ -1,4 +1,4 @@
-"""When a flight is over: the mission says so, or it cannot go on."""
+"""End of a demo flight: the mission ends, or a process that it needs is gone."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class FlightWatch:
 
     def follow(self) -> str:
         """Wait for the end. Returns a sentence saying why the flight was cut short, empty if the mission ended it."""
-        while not (self._deck.mission is not None and self._deck.mission.over):
+        while not (self._deck.mission is not None and self._deck.mission.phase.over):
             reason = self._dead() or self._cut_off() or self._stalled()
             if reason:
                 self._deck.tell(f"{reason} The flight ends here.", "red")
@@ -80,7 +80,7 @@ class FlightWatch:
             self._silent[name] = self._wall()
 
     def _dead(self) -> str:
-        """Why the flight ends, if a process died that it needs and that stays down. Other deaths are only told."""
+        """Reason to end the flight if an essential process stays down. Other exits are only shown."""
         for death in self._deaths[self._deaths_told :]:
             self._deaths_told += 1
             if death.final and death.process in self._essential:

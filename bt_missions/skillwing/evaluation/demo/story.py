@@ -1,4 +1,4 @@
-"""What a demo flies, where, and what goes wrong on the way."""
+"""Plan of a demo: its mission, its world and its failure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MAPPING, INSPECTION = "mapping", "inspection"
 CAMERA_FAILS_AT = 45.0
 """Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
 CRITICAL = 0.008
-"""What is left of a link that narrows [Mbit/s]: as much as in the shadow of a building."""
+"""Capacity of a narrowed link [Mbit/s], the same as behind a building."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
 
 def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
     """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
-    from skillwing.evaluation.campaign.conditions import Condition  # noqa: PLC0415
-    from skillwing.evaluation.campaign.plan import (  # noqa: PLC0415 - loads numpy
+    from skillwing.evaluation.flights.conditions import Condition  # noqa: PLC0415
+    from skillwing.evaluation.flights.plan import (  # noqa: PLC0415 - loads numpy
         FlightPlan,
         options_on,
         planned_way,
@@ -78,7 +78,7 @@ def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
 
 
 def _by_scenario(story: Story, path: Path) -> Story:
-    from skillwing.m600.mission_context import check_scenario  # noqa: PLC0415 - loads numpy
+    from skillwing.sim_mujoco.launching import check_scenario  # noqa: PLC0415 - loads numpy
 
     check_scenario(path)
     robot = {name: value for name, value in story.robot.items() if name not in ("faults", "link")}

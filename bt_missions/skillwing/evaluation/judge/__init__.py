@@ -1,1 +1,1 @@
-"""What a flight leaves behind, and the judge of it."""
+"""Ground-truth judge of a flight, and the files that it reads and writes."""

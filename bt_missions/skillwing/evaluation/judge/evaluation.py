@@ -12,10 +12,10 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.evaluation.campaign.plan import planned_way
-from skillwing.evaluation.judge.flight_log import SavedMap, read_flight, read_map
+from skillwing.evaluation.flights.coverage import SavedMap, judge_map
+from skillwing.evaluation.flights.plan import planned_way
+from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
-from skillwing.evaluation.judge.map_coverage import judge_map
 from skillwing.evaluation.judge.map_picture import draw_map
 from skillwing.evaluation.judge.ply import write_ply
 from skillwing.onboard.topics import Truth, Vector3
@@ -31,7 +31,7 @@ MAPPING, MAPPER = "mapping", "lidar_mapping"
 PLANNED = (MAPPING, "inspection")
 """Missions whose way is known; of others the site's route only says what there is to be seen."""
 COURTYARD = "courtyard"
-"""Where the drone flies if nobody chose a world."""
+"""Default world."""
 TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
 NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
 TRUTH_GAP = 2.0

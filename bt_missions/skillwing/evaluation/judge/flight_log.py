@@ -1,4 +1,4 @@
-"""What the judge of a flight needs, kept beside the timeline: ground truth and the finished map.
+"""Files for the judge of a flight, beside the timeline: ground truth and the finished map.
 
 The robot knows neither file. `flight.jsonl` grows line by line; `map.npz` is renewed every few seconds, so that a
 flight that ends badly can be judged up to its end.
@@ -7,12 +7,11 @@ flight that ends badly can be judged up to its end.
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.onboard.topics import (
     MAP,
     MAP_SNAPSHOT,
@@ -35,15 +34,6 @@ MAP_FILE = "map.npz"
 SAVE_PERIOD = 10.0
 _CENTRE_BYTES = 12
 _log = logging.getLogger("skillwing.recorder")
-
-
-@dataclass(frozen=True, slots=True)
-class SavedMap:
-    """Centres (n, 3) of occupied voxels [m], and where the mapping node says that its poses came from."""
-
-    centres: NDArray[np.float32]
-    voxel_size: float
-    pose_source: str
 
 
 class FlightLog:

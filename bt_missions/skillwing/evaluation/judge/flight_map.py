@@ -1,4 +1,4 @@
-"""What the picture of a flight's map shows: what was mapped and flown, and where what happened."""
+"""Content of the picture of a flight's map: the map, the flown path, and the places of events."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skillwing.evaluation.judge.flight_log import SavedMap
+from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.judge.map_picture import Flown, Happening, MapScene
 from skillwing.onboard.topics import Truth, Vector3
 from skillwing.services.history.history import History
@@ -23,7 +23,7 @@ STOPPED = ("S_BLOCKED", "N_BLOCKED")
 def map_scene(
     world: World, route: Sequence[Vector3], history: History, flight: Sequence[Truth], saved: SavedMap | None
 ) -> MapScene:
-    """What the picture of the map shows. The flown path is cut where another sensor takes over the depth map."""
+    """Content of the picture. The flown path is divided where another sensor takes over the depth map."""
     positions = np.array([truth.position for truth in flight]).reshape(-1, 3)
     times = np.array([truth.t for truth in flight])
 
@@ -63,7 +63,7 @@ def map_scene(
 
 
 def _troubles(history: History) -> Iterator[tuple[str, float]]:
-    """What failed or was lost, and when it did so first. What it was before anybody looked is not told."""
+    """Failures and losses with the time of their first occurrence. Initial states are left out."""
     for name, spans in history.lanes.items():
         firsts: dict[str, float] = {}
         for span in spans[1:]:

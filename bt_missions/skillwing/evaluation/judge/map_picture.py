@@ -41,7 +41,7 @@ TROUBLE: Final = "#d5008f"
 FENCE: Final = "#c77700"
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
 UNSEEN: Final = "#ccd3dd"
-"""Of places of which nothing is known, which are hatched besides. No height has this colour."""
+"""Colour of unknown places, which are hatched as well. No height has this colour."""
 _HATCHING = "#7d8794"
 _MARGIN = 8.0
 _BEYOND_FENCE = 1.0
@@ -76,7 +76,7 @@ class Flown:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """Where the drone was when something happened, and what that was."""
+    """An event and the drone's position at that time."""
 
     place: Vector
     text: str
@@ -84,11 +84,11 @@ class Happening:
 
 @dataclass(frozen=True, slots=True)
 class MapScene:
-    """What the picture shows, in the world frame [m]: centres (N, 3) of the occupied voxels, the planned route, the
-    flown stretches, and where the drone stopped in front of obstacles.
+    """Content of the picture in the world frame [m].
 
-    ended: how the flown path ends. switches: of the mission, in order. troubles: what failed or was lost. standing:
-    what is truly there, which is drawn only if no map was built.
+    centres: (N, 3) of the occupied voxels. route: as planned. flown: stretches of the flown path. obstacles_met: places
+    where the drone stopped. ended: label of the path's end. switches: of the mission, in order. troubles: failures and
+    losses. standing: true obstacles, drawn only if no map was built.
     """
 
     centres: NDArray[np.float32]
@@ -109,7 +109,7 @@ class MapScene:
 
     @property
     def caveats(self) -> str:
-        """What a reader has to know who sees no map, or no flown path."""
+        """Remark about a missing map or flown path."""
         lacking = list[str]()
         if not len(self.centres):
             drawn = "drawn as the simulator knows it" if self.standing else "not drawn"
@@ -161,7 +161,7 @@ def _frame(scene: MapScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def _sentences(scene: MapScene) -> list[str]:
-    """What the reader has to know, what failed or was lost, and the switches by number."""
+    """Legend: remarks, failures and losses, and the numbered switches."""
     troubles = shorten(", ".join(trouble.text for trouble in scene.troubles), _LETTERS, placeholder=" ...")
     switches = [f"({number}) {switch.text}" for number, switch in enumerate(scene.switches, 1)]
     if len(switches) > _MOST_SWITCHES:

@@ -1,4 +1,4 @@
-"""What truly stands around a flight: drawn where the robot built no map that would show it."""
+"""True obstacles around a flight, drawn if the robot built no map."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From syntax nodes to a checked model: names, types, and what can never hold."""
+"""The checker: from syntax nodes to a model whose names, types and guards are valid."""

@@ -1,13 +1,12 @@
-"""Checks on the meaning of a resolved skillset: what can never hold, apply, be reached or be given back.
+"""Analysis of a resolved skillset: guards that never hold, effects that never apply, unreachable states, leaks.
 
-Everything is judged on the situations that can come about (`reachability/`). Where few resources are tied together
-these are found exactly, by playing them through. Where many are, they are followed resource by resource, which may take
-situations for possible that are not.
+The analysis uses the set of situations that can occur (`reachability/`). If few resources depend on one another, this
+set is exact: all steps are explored. Otherwise each resource is followed alone, and the set may contain situations that
+never occur.
 
-So an error is always right, whatever the size: what the checker calls impossible is impossible. Where all was played
-through nothing impossible is passed over, either; elsewhere an impossible *combination* of states of several resources
-may be, and a warning of what may happen may speak of one. Data and inputs are not looked at: a predicate on them may be
-true or false at any time, unless no number satisfies it (`ranges.py`).
+An error is therefore always right: what the checker calls impossible is impossible. With an exact set no impossible
+situation is missed. Otherwise an impossible *combination* of states may be missed, and a warning may be wrong. Data and
+inputs are not considered: a predicate on them may be true or false, unless no number satisfies it (`ranges.py`).
 """
 
 from __future__ import annotations
@@ -24,24 +23,24 @@ from skillwing.dsl.checking.resource_analysis import report_event, report_resour
 from skillwing.dsl.checking.skill_analysis import SkillAnalysis
 from skillwing.dsl.checking.wording import span_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 
 
-def analyse(skillset: Skillset, report: Report, unruly: Collection[str] = ()) -> bool:
-    """Report what is wrong with the meaning of a skillset whose names and types are right.
+def analyse(skillset: Skillset, report: DiagnosticReport, unconstrained: Collection[str] = ()) -> bool:
+    """Report problems in the meaning of a skillset whose names and types are right.
 
-    unruly: resources that something unknown may move at any time. Return whether everything was played through.
+    unconstrained: resources that an unknown element may move at any time. Returns whether the exploration was complete.
     """
-    space = StateSpace(skillset, unruly)
+    space = StateSpace(skillset, unconstrained)
     report_ranges(skillset, report)
     knowledge = PartByPart(space)
     report_on(knowledge, space, report)
     return knowledge.exact
 
 
-def report_on(knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Report what follows from what is known."""
+def report_on(knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
+    """Report the problems that follow from this knowledge."""
     skillset = space.skillset
     for event in skillset.events:
         report_event(event, knowledge, space, report)

@@ -1,12 +1,12 @@
-"""What every skill speaks of: the types, data and resources of a skillset, and the effects and guards upon them."""
+"""Declarations that skills and events refer to: types, data and resources, effects and guards."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.checking.predicates import Predicates, Vocabulary
+from skillwing.dsl.checking.predicates import Predicates, VisibleNames
 from skillwing.dsl.checking.types import Types
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import DataItem, Effect, Field, Resource, Transition
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.syntax import Word
@@ -16,9 +16,9 @@ _ANY = "*"
 
 
 class Declarations:
-    """The declarations of a skillset that its events and skills refer to, resolved; problems are in `report`."""
+    """The resolved declarations of a skillset. Their problems are in `report`."""
 
-    def __init__(self, root: syntax.SkillsetSyntax, report: Report) -> None:
+    def __init__(self, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> None:
         self.report = report
         self.types = Types(root.elements, report)
         self.data = {item.name: item for item in self._data_items(root)}
@@ -27,18 +27,18 @@ class Declarations:
     # --- for events and skills
 
     def fields(self, section: object, kind: str) -> tuple[Field, ...]:
-        """Resolve the fields of a section that has some; none for any other."""
+        """Resolve the fields of a section; none for a section without fields."""
         if isinstance(section, syntax.FieldsSection | syntax.ProgressSection):
             return self.types.fields(section.fields, kind)
         return ()
 
     def predicates(self, inputs: Iterable[Field] = ()) -> Predicates:
-        """What resolves predicates where these inputs are known."""
+        """A resolver of predicates that may name these inputs."""
         by_name = {field.name: field for field in inputs}
-        return Predicates(Vocabulary(self.resources, self.data, by_name, self.types.untyped), self.report)
+        return Predicates(VisibleNames(self.resources, self.data, by_name, self.types.untyped), self.report)
 
     def effect(self, declaration: syntax.EffectSyntax) -> Effect:
-        """Resolve an effect; changes that mean nothing are left out."""
+        """Resolve an effect. Changes without a meaning are left out."""
         changed: dict[str, Word] = {}
         pairs: list[tuple[str, str]] = []
         spans: list[Span] = []
@@ -62,7 +62,7 @@ class Declarations:
         return Effect(declaration.name.text, tuple(pairs), declaration.name.span, tuple(spans))
 
     def seconds(self, number: syntax.Number, what: str) -> float:
-        """Return a duration; report one that is none."""
+        """Return a duration. Reports a number that is none."""
         if number.value <= 0:
             message = f"A {what} of {number.value} seconds is not possible."
             self.report.add("SW025", number.span, message, "Write a number of seconds greater than zero.")
@@ -112,7 +112,7 @@ class Declarations:
         initials: list[Word],
         edges: list[syntax.TransitionSyntax],
     ) -> tuple[str, ...]:
-        """The states in the order of the `state { }` list, or of their first mention where there is none."""
+        """The states in the order of the `state { }` list, or of their first mention if there is no list."""
         mentions = [*initials, *(side for edge in edges for side in (edge.source, edge.target) if side.text != _ANY)]
         blocks = [item for item in declaration.items if isinstance(item, syntax.StatesSyntax)]
         seen: dict[str, Word] = {}

@@ -1,19 +1,21 @@
-"""Leaks: a skill ends, a resource it took stays taken, and nothing in the skillset can ever bring it back."""
+"""Resource leaks: a skill ends, a resource that it took stays taken, and no transition can ever bring it back."""
 
 from __future__ import annotations
 
 from skillwing.dsl.checking.reachability.knowledge import Knowledge, ends_of
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skill
 
 
-def report_leaks(skill: Skill, startable: Situations, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Warn of every resource that a skill takes at its start and can leave for good where nobody can take it again.
+def report_leaks(
+    skill: Skill, startable: Situations, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport
+) -> None:
+    """Warn of each resource that a skill takes at its start and may never give back.
 
-    startable: the situations from which the skill can start. A resource whose own transitions lead nowhere back, such
-    as a parachute, is meant to be used once.
+    startable: the situations in which the skill can start. A resource without a way back by its own transitions, such
+    as a parachute, is for single use and no leak.
     """
     for name, taken in skill.transitions(skill.preconditions.success):
         origins = startable.states(name) - {taken}

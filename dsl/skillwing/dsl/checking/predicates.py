@@ -1,4 +1,4 @@
-"""Resolving predicates: which resource, datum or input every name means, and whether the sides fit each other."""
+"""Resolution of predicates: the resource, datum or input behind each name, and the types of both sides."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.types import type_text
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -14,11 +14,11 @@ from skillwing.dsl.expressions import (
     Implies,
     Literal,
     Name,
+    NamedValue,
     Not,
     Operand,
     Or,
     Scope,
-    Symbol,
     depth,
     operand_text,
 )
@@ -33,10 +33,10 @@ _DEEPEST = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary:
-    """What a predicate may speak of. Inputs hide data of the same name.
+class VisibleNames:
+    """The names that a predicate may use. Inputs hide data of the same name.
 
-    untyped: names whose types are wrong, which has been reported; a predicate that names one is not judged.
+    untyped: names with a wrong type, which is reported elsewhere. Predicates that use one are not checked.
     """
 
     resources: Mapping[str, Resource]
@@ -46,10 +46,10 @@ class Vocabulary:
 
 
 class Predicates:
-    """Resolves the predicates of one place; every problem goes to the report."""
+    """A resolver of the predicates in one place. Problems go to the report."""
 
-    def __init__(self, vocabulary: Vocabulary, report: Report) -> None:
-        self._known = vocabulary
+    def __init__(self, names: VisibleNames, report: DiagnosticReport) -> None:
+        self._known = names
         self._report = report
 
     def resolve(self, predicate: PredicateSyntax) -> Expression | None:
@@ -107,7 +107,7 @@ class Predicates:
         if state.path not in resource.states:
             self._report.unknown("SW011", _word(state), f"state of `{resource.name}`", resource.states)
             return None
-        name, symbol = Name(resource.name, "resource", subject.span), Symbol(state.path, state.span)
+        name, symbol = Name(resource.name, "resource", subject.span), NamedValue(state.path, state.span)
         sides = (name, symbol) if subject is left else (symbol, name)
         return Comparison(comparison.operator, *sides, span=comparison.span)
 
@@ -159,7 +159,7 @@ class Predicates:
         return Comparison(comparison.operator, resolved_left, resolved_right, comparison.span)
 
     def _enum_value(self, operand: Operand, other: Operand) -> EnumType | None:
-        """The enum of `other`, if `operand` is a single undeclared word: then it can only be one of its values."""
+        """The enum of `other` if `operand` is a single undeclared word, which can then only be one of its values."""
         if not isinstance(operand, Name) or operand.fields or self._scope(operand) is not None:
             return None
         if not isinstance(other, Name) or self._scope(other) is None:
@@ -168,7 +168,7 @@ class Predicates:
         return declared if isinstance(declared, EnumType) else None
 
     def _may_be_value(self, operand: Operand) -> bool:
-        """Tell whether an operand would be the value of an enum, if only the other side were known."""
+        """True if an operand would be the value of an enum if the other side were known."""
         return isinstance(operand, Name) and not operand.fields and self._scope(operand) is None
 
     def _enum_comparison(
@@ -181,7 +181,7 @@ class Predicates:
                 if typed is not None:
                     sides.append(typed[0])
             elif operand_text(operand) in enum.values:
-                sides.append(Symbol(operand_text(operand), operand.span))
+                sides.append(NamedValue(operand_text(operand), operand.span))
             else:
                 self._report.unknown("SW015", _word(operand), f"value of `{enum.name}`", enum.values)
         if comparison.operator not in {"==", "!="}:
@@ -198,7 +198,7 @@ class Predicates:
                 return operand, _TEXT
             case Literal():
                 return operand, _NUMBER
-            case Symbol():
+            case NamedValue():
                 return None
             case Name():
                 declared = self._type_of(operand)
@@ -217,7 +217,7 @@ class Predicates:
         return "data" if operand.root in self._known.data else None
 
     def _type_of(self, name: Name, quiet: bool = False) -> Type | None:
-        """The type of a datum or input, or of its field; problems are reported unless `quiet`."""
+        """The type of a datum or input, or of its field. Problems are reported unless `quiet`."""
         if self._is_untyped(name):
             return None
         source = self._known.inputs.get(name.root) or self._known.data.get(name.root)
@@ -290,7 +290,7 @@ def _comparison_advice(left: Type, right: Type) -> str:
 
 
 def _data_advice(operand: Operand) -> str:
-    """How to speak of data or inputs, which ONERA's robot language cannot."""
+    """Advice for a predicate on data or inputs, which ONERA's robot language cannot express."""
     if _span(operand).file.endswith(".rl"):
         return (
             "Predicates of this language speak of resources only: rewrite it by `skillwing convert`, or use a resource."

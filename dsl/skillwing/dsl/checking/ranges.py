@@ -1,8 +1,7 @@
-"""Predicates on numbers that can never hold: outside a declared range, or at odds with themselves.
+"""Predicates on numbers that never hold: outside a declared range, or contradictory.
 
-Data and inputs may be anything that their types admit, so only this is looked at: what a conjunction of comparisons of
-one name with numbers leaves of its range. The inputs have one, declared or that of their integer type; a datum may be
-any number.
+Data and inputs may have any value of their types. The check therefore considers only conjunctions of comparisons of one
+name with numbers. An input has a range, declared or that of its integer type. A datum may be any number.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 
 from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.checking.wording import span_of
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, Comparison, Expression, Literal, Name, Operator, Or
 from skillwing.dsl.model import Field, Invariant, Predicate, ScalarType, Skill, Skillset
 
@@ -22,7 +21,7 @@ _MIRRORED: Mapping[str, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=",
 
 @dataclass(slots=True)
 class _Interval:
-    """The numbers from low to high. open: the bound itself is left out."""
+    """The numbers from low to high. open: the bound itself is excluded."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -36,7 +35,7 @@ class _Interval:
             self.high, self.high_open = value, operator == "<"
 
     def is_empty(self, whole: bool) -> bool:
-        """whole: only whole numbers count."""
+        """True if the interval contains no number. whole: only whole numbers count."""
         if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
             return True
         if not whole or math.isinf(self.low) or math.isinf(self.high):
@@ -45,7 +44,7 @@ class _Interval:
         return least > (math.ceil(self.high) - 1 if self.high_open else math.floor(self.high))
 
 
-def report_ranges(skillset: Skillset, report: Report) -> None:
+def report_ranges(skillset: Skillset, report: DiagnosticReport) -> None:
     """Report guards, preconditions and invariants that no number satisfies."""
     for event in skillset.events:
         if event.guard is not None:
@@ -61,7 +60,9 @@ def _on_data(skill: Skill) -> Iterator[tuple[str, str, Predicate | Invariant]]:
     yield from (("SW051", "invariant", item) for item in skill.invariants if item.kind == "data")
 
 
-def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: Report) -> None:
+def _judge(
+    code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: DiagnosticReport
+) -> None:
     name = _impossible(expression, inputs)
     if name is None:
         return
@@ -74,7 +75,7 @@ def _judge(code: str, expression: Expression, subject: str, inputs: Mapping[str,
 
 
 def _impossible(expression: Expression, inputs: Mapping[str, Field]) -> str | None:
-    """The name of which the expression asks for what cannot be, if it can never hold for such a reason."""
+    """The name that makes the expression unsatisfiable, with the advice; None if there is none."""
     if isinstance(expression, Or):
         left, right = _impossible(expression.left, inputs), _impossible(expression.right, inputs)
         return left if right is not None else None
@@ -99,7 +100,7 @@ def _conjuncts(expression: Expression) -> Iterator[Expression]:
 
 
 def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
-    """What a comparison of a name with a number says of the name."""
+    """The interval that a comparison of a name with a number allows."""
     match expression:
         case Comparison(operator, Name() as name, Literal(value)):
             pass
@@ -112,7 +113,7 @@ def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
 
 
 def _range(name: str, inputs: Mapping[str, Field]) -> tuple[_Interval, bool]:
-    """What a name can be, and whether it is a whole number. Only inputs are held to their range and type."""
+    """The interval of a name, and whether it is a whole number. Only inputs are limited to their range and type."""
     field = inputs.get(name)
     if field is None or not isinstance(field.type, ScalarType):
         return _Interval(), False

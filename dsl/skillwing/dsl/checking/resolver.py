@@ -1,6 +1,6 @@
-"""From syntax nodes to the model: every name gets its meaning, every element its type.
+"""Resolution of syntax nodes into the model: the meaning of each name, the type of each element.
 
-The order is that of dependence: types, data, resources, then events and skills, which speak of all of them.
+The order follows the dependencies: types, data, resources, then events and skills.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.skill_resolver import resolve_skill
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Event, Skill, Skillset
 from skillwing.dsl.naming import class_name
 from skillwing.dsl.reading import syntax
@@ -19,14 +19,14 @@ from skillwing.dsl.reading.syntax import Word
 _Element = TypeVar("_Element")
 
 
-def resolve(root: syntax.SkillsetSyntax, report: Report) -> Skillset:
-    """Build the model. What is wrong goes to the report, and the model then lacks the parts that have no meaning."""
+def resolve(root: syntax.SkillsetSyntax, report: DiagnosticReport) -> Skillset:
+    """Build the model. Problems go to the report; the model then lacks the parts without a meaning."""
     report.diagnostics += root.remarks
     return _Resolver(root, report).skillset()
 
 
 class _Resolver:
-    def __init__(self, root: syntax.SkillsetSyntax, report: Report) -> None:
+    def __init__(self, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> None:
         self._root = root
         self._report = report
         self._declarations = Declarations(root, report)
@@ -78,7 +78,7 @@ class _Resolver:
     # --- across the file
 
     def _colliding_classes(self) -> None:
-        """Report names that differ here and would be one Python class in the generated code."""
+        """Report different names that would become one Python class in generated code."""
         named = [element.name for element in self._elements(syntax.StructSyntax)]
         named += [element.name for element in self._elements(syntax.EnumSyntax)]
         classes = [(class_name(name.text), name) for name in named]

@@ -1,4 +1,4 @@
-"""What is wrong with resources and events: states out of reach, events that never fire."""
+"""Analysis of resources and events: unreachable states, events that never fire."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
 from skillwing.dsl.checking.wording import alternatives, ask_for_possible, possible_states, span_of, transitions_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Event, Resource, Skillset, Transition
+from skillwing.dsl.queries import named_by
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
 
 
-def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Report resources that nothing names, and states that nothing leads to. Comes after skills and events."""
+def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
+    """Report resources that nothing names and states that nothing reaches. Runs after skills and events."""
     named = _resources_named(space)
     effects = [effect for skill in skillset.skills for effect in skill.effects]
     driven = {
@@ -39,8 +40,8 @@ def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace
                     _unvisited(resource, state, is_driven, report)
 
 
-def _disconnected(resource: Resource, connected: Set[str], report: Report) -> None:
-    """Report states that no chain of transitions leads to; where states are not listed, it may be a slip in one."""
+def _disconnected(resource: Resource, connected: Set[str], report: DiagnosticReport) -> None:
+    """Report states that no chain of transitions reaches. Without a list of states, one may be misspelt."""
     initial = resource.initial
     others = [state for state in resource.states if state not in connected]
     meant = closest(initial, others) if len(connected) == 1 else None
@@ -58,7 +59,7 @@ def _disconnected(resource: Resource, connected: Set[str], report: Report) -> No
         report.add("SW031", _mention(resource, state), message, advice)
 
 
-def _unvisited(resource: Resource, state: str, is_driven: bool, report: Report) -> None:
+def _unvisited(resource: Resource, state: str, is_driven: bool, report: DiagnosticReport) -> None:
     if is_driven:
         message = f"`{resource.name}` never gets to {state}: the effects that would bring it there can never apply."
         advice = "Mend the skills that have these effects, or declare the transition `extern`."
@@ -79,15 +80,12 @@ def _edges_with(resource: Resource, state: str) -> list[Transition]:
 
 def _resources_named(space: StateSpace) -> set[str]:
     named = {name for skill in space.skillset.skills for name in space.behaviour(skill).names}
-    for event in space.skillset.events:
-        named |= {name for name, _ in event.effect.transitions}
-        if event.guard is not None:
-            named |= names_used(event.guard, "resource")
+    named = named.union(*(named_by(event) for event in space.skillset.events))
     return named.union(*(names_used(predicate) for predicate in space.relations.too_wide))
 
 
-def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
-    """Report an event that can never fire, or that drives what belongs to skills."""
+def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
+    """Report an event that can never fire, or that drives an internal transition."""
     guard = space.guard(event.guard)
     enabled = knowledge.resting if guard is None else knowledge.resting.where(guard)
     if event.guard is not None and guard is not None and enabled.empty:
@@ -102,7 +100,7 @@ def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: 
         _never_applies(event, enabled, space, report)
 
 
-def _never_applies(event: Event, enabled: Situations, space: StateSpace, report: Report) -> None:
+def _never_applies(event: Event, enabled: Situations, space: StateSpace, report: DiagnosticReport) -> None:
     changes = space.event(event)
     for (name, target, sources), span in zip(changes, event.effect.spans, strict=True):
         states = enabled.states(name)
@@ -119,8 +117,8 @@ def _never_applies(event: Event, enabled: Situations, space: StateSpace, report:
     report.add("SW042", event.span, message, f"When its guard holds, {possible}: leave one out.")
 
 
-def _transition(name: str, target: str, span: Span, space: StateSpace, report: Report) -> bool:
-    """Report a transition that no event may take; tell whether it was."""
+def _transition(name: str, target: str, span: Span, space: StateSpace, report: DiagnosticReport) -> bool:
+    """Report a transition that no event may take; return whether it was reported."""
     edges = [edge for edge in space.resource(name).transitions if edge.target == target]
     if any(edge.extern for edge in edges):
         return False

@@ -1,11 +1,11 @@
-"""The marks of results: `success` and `failure` misspelt, and results that no mark and nothing else tells apart."""
+"""Marks of results: misspelt `success` and `failure`, and results that cannot be told apart."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.suggest import STRONG, closest, listed
@@ -13,8 +13,8 @@ from skillwing.dsl.suggest import STRONG, closest, listed
 _MARKS = ("success", "failure")
 
 
-def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: Report) -> list[syntax.ResultSyntax]:
-    """Take a misspelt mark as the mark of the result behind it; the grammar can only read it as one more result."""
+def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: DiagnosticReport) -> list[syntax.ResultSyntax]:
+    """Interpret a misspelt mark as the mark of the next result. The grammar can only read it as a result of its own."""
     meant: list[syntax.ResultSyntax] = []
     for result in results:
         mark = _misspelt_mark(meant[-1], result) if meant else None
@@ -28,9 +28,9 @@ def marked_as_meant(results: Iterable[syntax.ResultSyntax], report: Report) -> l
 
 
 def _misspelt_mark(result: syntax.ResultSyntax, behind: syntax.ResultSyntax) -> str | None:
-    """The mark that the name of a result resembles, if it stands where the mark of the next one would.
+    """The mark that the name of a result resembles, if it stands in the place of a mark.
 
-    Results called `FAILURE` are usual: what is written in capitals, or on a line of its own, is a name.
+    Results called `FAILURE` are usual: a word in capitals, or on a line of its own, is a name.
     """
     word, named = result.name, behind.name
     is_bare = result.partition is result.apply is result.post is None
@@ -39,11 +39,11 @@ def _misspelt_mark(result: syntax.ResultSyntax, behind: syntax.ResultSyntax) -> 
     return closest(word.text, _MARKS, STRONG)
 
 
-def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, report: Report) -> None:
+def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, report: DiagnosticReport) -> None:
     """Warn of skills that leave their results unmarked in a file that marks others.
 
-    Only where the first result has the effect and the postcondition of another one. A file that marks none, as the
-    paper's listings do, relies on the order.
+    The warning applies only if the first result has the effect and the postcondition of another one. A file without any
+    marks, as in the paper's listings, relies on the order.
     """
     declared = [element for element in root.elements if isinstance(element, syntax.SkillSyntax)]
     if not any(item.partition for skill in declared for item in _results(skill)):
@@ -67,7 +67,7 @@ def _results(skill: syntax.SkillSyntax) -> Iterator[syntax.ResultSyntax]:
 
 
 def _twins(skill: Skill) -> list[str]:
-    """The results that differ from the first in their names only."""
+    """The results that differ from the first one only in their names."""
     if len(skill.results) < 2:
         return []
     first, *others = skill.results

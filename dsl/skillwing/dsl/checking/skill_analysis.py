@@ -1,4 +1,4 @@
-"""What is wrong with a skill, followed from its preconditions through its start effect to its ends."""
+"""Analysis of a skill, from its preconditions through its start effect to its ends."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from skillwing.dsl.checking.wording import (
     span_of,
     transitions_of,
 )
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import to_text
 from skillwing.dsl.model import Effect, Invariant, Skill
 from skillwing.dsl.spans import Span
@@ -23,9 +23,9 @@ from skillwing.dsl.suggest import listed
 
 
 class SkillAnalysis:
-    """Reports on one skill. startable: the situations from which it can start."""
+    """The analysis of one skill. startable: the situations in which it can start."""
 
-    def __init__(self, skill: Skill, knowledge: Knowledge, space: StateSpace, report: Report) -> None:
+    def __init__(self, skill: Skill, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
         self._skill = skill
         self._knowledge = knowledge
         self._known: SkillSituations = knowledge.of(skill)
@@ -102,7 +102,7 @@ class SkillAnalysis:
             self._may_be_broken(invariant, guard)
 
     def _never_holds(self, invariant: Invariant, relation: Relation) -> bool:
-        """Report an invariant that never holds, or not at the start; tell whether it is one."""
+        """Report an invariant that never holds, or that fails at the start; return whether it was reported."""
         name, span = self._skill.name, span_of(invariant.expression) or invariant.span
         started = self._known.started
         if self._knowledge.always.where(relation).empty:
@@ -158,7 +158,7 @@ class SkillAnalysis:
     def _judge_transition(
         self, effect: Effect, change: tuple[str, str], span: Span, states: frozenset[str], when: str, comes_about: bool
     ) -> bool:
-        """Report a transition that cannot be taken from any of the states; tell whether it is one."""
+        """Report a transition that cannot be taken from any of the states; return whether it was reported."""
         name, target = change
         resource = self._space.resource(name)
         into = [edge for edge in resource.transitions if edge.target == target]
@@ -190,7 +190,7 @@ class SkillAnalysis:
         return True
 
     def _add_once(self, code: str, span: Span | None, message: str, advice: str) -> None:
-        """An effect that several ends apply is reported once."""
+        """Report an effect that several ends apply only once."""
         if span is None or span not in self._judged_wrong:
             if span is not None:
                 self._judged_wrong.add(span)

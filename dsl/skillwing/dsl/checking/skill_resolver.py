@@ -1,4 +1,4 @@
-"""Resolving one skill: its effects, guards, results and the ways it can end."""
+"""Resolution of one skill: its effects, guards, results and ends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import get_args
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.results import marked_as_meant
-from skillwing.dsl.diagnostics.report import Report
+from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import (
     DEFAULT_DISPATCH_TIMEOUT,
     DEFAULT_INTERRUPT_TIMEOUT,
@@ -29,11 +29,11 @@ _OWNER_POLICIES: Mapping[str, OwnerPolicy] = {policy: policy for policy in get_a
 
 
 def resolve_skill(declaration: syntax.SkillSyntax, declarations: Declarations) -> Skill:
-    """Build the model of a skill; what is wrong goes to the report of the declarations."""
+    """Build the model of a skill. Problems go to the report of the declarations."""
     return _SkillResolver(_sections(declaration, declarations.report), declarations).skill(declaration.name)
 
 
-def _sections(declaration: syntax.SkillSyntax, report: Report) -> dict[str, syntax.Section]:
+def _sections(declaration: syntax.SkillSyntax, report: DiagnosticReport) -> dict[str, syntax.Section]:
     sections: dict[str, syntax.Section] = {}
     for section in declaration.sections:
         first = sections.setdefault(section.keyword.text, section)
@@ -46,7 +46,7 @@ def _sections(declaration: syntax.SkillSyntax, report: Report) -> dict[str, synt
 
 
 class _SkillResolver:
-    """Resolves one skill. sections: by keyword, each at most once."""
+    """The resolver of one skill. sections: by keyword, each at most once."""
 
     def __init__(self, sections: dict[str, syntax.Section], whole: Declarations) -> None:
         self._sections = sections
@@ -208,7 +208,7 @@ class _SkillResolver:
         return Interrupt(agreed.pop() if len(agreed) == 1 else None, timeout)
 
     def _missing_interrupt(self, skill: Skill) -> None:
-        """Without a word in the file, the effect on which all results agree is the interrupt's; else it is missing."""
+        """Report a missing interrupt effect. It may be omitted if all results agree on one effect."""
         section = self._sections.get("interrupt")
         if self._misnamed_effect or (isinstance(section, syntax.EndSection) and section.applies):
             return

@@ -1,12 +1,12 @@
-"""Resolving types, units, ranges and defaults."""
+"""Resolution of types, units, ranges and defaults."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
 
-from skillwing.dsl.diagnostics.report import Report
-from skillwing.dsl.expressions import Literal, Symbol, literal_text
+from skillwing.dsl.diagnostics.report import DiagnosticReport
+from skillwing.dsl.expressions import Literal, NamedValue, literal_text
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type, Value
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.syntax import Word
@@ -27,16 +27,16 @@ _UNIT = re.compile(
 
 
 class Types:
-    """The types of a skillset, by name. Structures are built when first needed, so that order does not matter."""
+    """The types of a skillset, by name. Structures are built on demand, so that their order does not matter."""
 
-    def __init__(self, elements: Iterable[syntax.Element], report: Report) -> None:
+    def __init__(self, elements: Iterable[syntax.Element], report: DiagnosticReport) -> None:
         self._report = report
         self._structs: dict[str, syntax.StructSyntax] = {}
         self._named: dict[str, EnumType | StructType] = {}
         self._under_way: list[str] = []
         self.used: set[str] = set()
         self.untyped: set[str] = set()
-        """Names that are declared with a type that is wrong: what is said of them cannot be judged."""
+        """Names whose declared types are wrong. Predicates on them are not checked."""
         seen: dict[str, Word] = {}
         for element in elements:
             if not isinstance(element, syntax.EnumSyntax | syntax.StructSyntax):
@@ -69,7 +69,7 @@ class Types:
         return self._named[name]
 
     def resolve(self, use: syntax.TypeUse) -> Type | None:
-        """Return the type, or None if it is unknown (which is then reported)."""
+        """Return the type; None if it is unknown, which is then reported."""
         resolved = self._resolve_name(use.name)
         for array in use.arrays:
             digits = array.text.strip("[] \t\r\n")
@@ -102,7 +102,7 @@ class Types:
         return None
 
     def fields(self, declarations: Iterable[syntax.FieldSyntax], kind: str) -> tuple[Field, ...]:
-        """Resolve the fields of a block; those of unknown type are left out."""
+        """Resolve the fields of a block. Fields of unknown type are left out."""
         seen: dict[str, Word] = {}
         resolved = (self._field(item) for item in declarations if self._report.declare(seen, item.name, kind))
         return tuple(field for field in resolved if field is not None)
@@ -152,8 +152,10 @@ class Types:
             return low, high
         return float(low), float(high)
 
-    def _default(self, given: Literal | Symbol, declared: Type, low: float | None, high: float | None) -> Value | None:
-        written = given.name if isinstance(given, Symbol) else literal_text(given.value)
+    def _default(
+        self, given: Literal | NamedValue, declared: Type, low: float | None, high: float | None
+    ) -> Value | None:
+        written = given.name if isinstance(given, NamedValue) else literal_text(given.value)
         value = _converted(given, declared)
         if value is None:
             message = f"The default `{written}` is no {type_text(declared)}."
@@ -185,9 +187,9 @@ def _limits(declared: Type, low: float | None, high: float | None) -> tuple[floa
     return smallest if low is None else low, largest if high is None else high
 
 
-def _converted(given: Literal | Symbol, declared: Type) -> Value | None:
-    """The default as a value of the type, or None if it is not one."""
-    if isinstance(given, Symbol):
+def _converted(given: Literal | NamedValue, declared: Type) -> Value | None:
+    """The default as a value of the type; None if it is not one."""
+    if isinstance(given, NamedValue):
         return given.name if isinstance(declared, EnumType) and given.name in declared.values else None
     value = given.value
     if not isinstance(declared, ScalarType):
@@ -199,10 +201,10 @@ def _converted(given: Literal | Symbol, declared: Type) -> Value | None:
     return value if written == expected else None
 
 
-def _default_advice(given: Literal | Symbol, declared: Type) -> str:
+def _default_advice(given: Literal | NamedValue, declared: Type) -> str:
     match declared:
         case EnumType(values=values):
-            guess = closest(given.name, values) if isinstance(given, Symbol) else None
+            guess = closest(given.name, values) if isinstance(given, NamedValue) else None
             return f"Did you mean `{guess}`?" if guess else f"Its values are {listed(values)}."
         case ArrayType() | StructType():
             return "Arrays and structures have no default: remove it."

@@ -1,4 +1,4 @@
-"""What the findings of the analysis have in common: their places in the source, and states in words."""
+"""Wording of findings: their spans, and states in sentences."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skillwing.dsl.suggest import listed
 
 
 def span_of(expression: Expression) -> Span | None:
-    """The stretch of source from the first to the last comparison of a predicate."""
+    """The span from the first to the last comparison of a predicate."""
     spans = list(_spans(expression))
     return spans[0].to(spans[-1]) if spans else None
 
@@ -31,12 +31,12 @@ def _spans(expression: Expression) -> Iterator[Span]:
 
 
 def possible_states(names: Collection[str], situations: Situations) -> str:
-    """Say which states some resources can have: "`wheels` can be PARKED or DRIVING, `drill` can be UP"."""
+    """The possible states of some resources in words: "`wheels` can be PARKED or DRIVING, `drill` can be UP"."""
     return ", ".join(f"`{name}` can be {alternatives(situations.states(name))}" for name in sorted(names)) or "none"
 
 
 def possible_together(names: Collection[str], situations: Situations) -> str:
-    """The same; of several resources also that not all of it comes about together, with a combination that does."""
+    """The same, with one possible combination if there are several resources."""
     apart = possible_states(names, situations)
     if len(names) < 2 or situations.empty:
         return apart
@@ -44,7 +44,7 @@ def possible_together(names: Collection[str], situations: Situations) -> str:
 
 
 def ask_for_possible(names: Collection[str], situations: Situations, when: str = "") -> str:
-    """What to do about a predicate on these resources that holds in none of the situations."""
+    """Advice on a predicate that holds in none of the situations."""
     if not names:
         return "It names nothing that could make it true: write what is meant, or remove it."
     return f"Ask for states that come about: {possible_together(names, situations)}{when}."
@@ -55,12 +55,12 @@ def alternatives(states: Collection[str]) -> str:
 
 
 def described(states: Mapping[str, str]) -> str:
-    """Say in which states some resources are: "`drill == UP` and `wheels == PARKED`"."""
+    """The states of some resources in words: "`drill == UP` and `wheels == PARKED`"."""
     return listed(f"{name} == {state}" for name, state in sorted(states.items())) if states else "always"
 
 
 def transitions_of(resource: Resource) -> str:
-    """Say which transitions a resource has."""
+    """The transitions of a resource in words."""
     texts = [f"{'extern ' if edge.extern else ''}{edge.source} -> {edge.target}" for edge in resource.transitions]
     if not texts:
         return "It has no transitions."

@@ -13,16 +13,15 @@ import typer
 
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, misuse, show, text_of
-from skillwing.dsl.diagnostics.codes import CODES
+from skillwing.dsl.diagnostics.codes import CODES, page_on
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
-from skillwing.dsl.diagnostics.pages import page_on
 from skillwing.dsl.diagnostics.sarif import sarif_log
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
 
 
-class Format(StrEnum):
-    """How the problems are printed."""
+class ReportFormat(StrEnum):
+    """Output format of problems."""
 
     TEXT = "text"
     JSON = "json"
@@ -35,13 +34,13 @@ def check(
         typer.Argument(metavar="FILE", help="Skillset files; `-` for standard input.", show_default=False),
     ] = None,
     strict: Annotated[bool, typer.Option("--strict", help="Let warnings fail, too.")] = False,
-    form: Annotated[Format, typer.Option("--format", help="How to print the problems.")] = Format.TEXT,
+    form: Annotated[ReportFormat, typer.Option("--format", help="How to print the problems.")] = ReportFormat.TEXT,
     as_json: Annotated[bool, typer.Option("--json", help="Short for `--format json`.")] = False,
     explain: Annotated[
         str | None, typer.Option("--explain", metavar="CODE", help="Show the page on a code, such as SW042.")
     ] = None,
 ) -> None:
-    """Check skillset files and show every problem in them."""
+    """Check skillset files and show all their problems."""
     if explain is not None:
         _explain(explain)
         return
@@ -50,12 +49,12 @@ def check(
     sources, unreadable = _read(files)
     checked = {name: check_source(text, name) for name, text in sources.items()}
     found = [diagnostic for outcome in checked.values() for diagnostic in outcome.diagnostics]
-    match Format.JSON if as_json else form:
-        case Format.JSON:
+    match ReportFormat.JSON if as_json else form:
+        case ReportFormat.JSON:
             _print_json([_as_json(diagnostic) for diagnostic in found])
-        case Format.SARIF:
+        case ReportFormat.SARIF:
             _print_json(sarif_log(found, version("skillwing"), page_on))
-        case Format.TEXT:
+        case ReportFormat.TEXT:
             for name, outcome in checked.items():
                 show(outcome, sources[name])
                 typer.echo(f"{name}: {summary(outcome.diagnostics)}")
@@ -72,7 +71,7 @@ _NOT_EXACT = "too large to be played through: states of *several* resources that
 
 
 def _read(files: Sequence[Path]) -> tuple[dict[str, str], list[str]]:
-    """The texts of the files that can be read, by name, and a sentence on each other one."""
+    """The texts of the readable files, by name, and a sentence for each other file."""
     sources: dict[str, str] = {}
     unreadable: list[str] = []
     for file in files:

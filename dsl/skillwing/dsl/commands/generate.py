@@ -40,7 +40,7 @@ def generate(
 ) -> None:
     """Generate a robot's package: types, managers, clients, mocks and processes from its skillset.
 
-    DIR/generated is made anew each time. DIR/skills/SKILL.py and DIR/robot.py are written once and then yours.
+    Each run rewrites DIR/generated. DIR/skills/SKILL.py and DIR/robot.py are written once and then yours.
     """
     source = read(file)
     if is_generated(file):
@@ -65,9 +65,9 @@ def generate(
 
 
 def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, once: Mapping[str, str]) -> None:
-    """Bring a robot's package up to date and say what was done. Raises OSError where the disk does.
+    """Bring a robot's package up to date and print what was written. Raises OSError.
 
-    once: files by their path in the package, which are written if they are not there yet.
+    once: files that are written only if they do not exist, by their path from the package.
     """
     if theirs := folder.foreign(_products(skillset, file, source, folder)):
         misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
@@ -101,7 +101,7 @@ def _tell_of_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> Non
 
 
 def place_problem(output: Path) -> str | None:
-    """Why a package cannot go there; None if it can."""
+    """The reason why a package cannot be written there; None if it can."""
     if is_generated(output / "__init__.py"):
         return f"`{output}` is the generated part of a package. Name the package: `-o {output.parent}`."
     if output.is_file():

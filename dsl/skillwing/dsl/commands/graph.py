@@ -19,15 +19,20 @@ from skillwing.dsl.printing.pictures.subjects import map_diagram, resource_diagr
 from skillwing.dsl.printing.pictures.svg import to_svg
 
 
-class Format(StrEnum):
+class PictureFormat(StrEnum):
     SVG = "svg"
     DOT = "dot"
     MERMAID = "mermaid"
 
 
-_PRINTERS = {Format.SVG: to_svg, Format.DOT: to_dot, Format.MERMAID: to_mermaid}
-_EXTENSIONS = {".svg": Format.SVG, ".dot": Format.DOT, ".gv": Format.DOT, ".mmd": Format.MERMAID}
-_EXTENSION = {Format.SVG: "svg", Format.DOT: "dot", Format.MERMAID: "mmd"}
+_PRINTERS = {PictureFormat.SVG: to_svg, PictureFormat.DOT: to_dot, PictureFormat.MERMAID: to_mermaid}
+_EXTENSIONS = {
+    ".svg": PictureFormat.SVG,
+    ".dot": PictureFormat.DOT,
+    ".gv": PictureFormat.DOT,
+    ".mmd": PictureFormat.MERMAID,
+}
+_EXTENSION = {PictureFormat.SVG: "svg", PictureFormat.DOT: "dot", PictureFormat.MERMAID: "mmd"}
 
 
 def graph(
@@ -42,7 +47,7 @@ def graph(
         bool, typer.Option("--all", help="Draw all pictures, each into a file of the directory that -o names.")
     ] = False,
     written_as: Annotated[
-        Format | None, typer.Option("--format", help="What to write; the extension of -o decides, or else svg.")
+        PictureFormat | None, typer.Option("--format", help="What to write; the extension of -o decides, or else svg.")
     ] = None,
     output: Annotated[
         Path | None,
@@ -51,7 +56,7 @@ def graph(
         ),
     ] = None,
 ) -> None:
-    """Draw a skillset: which skill uses which resource, or one of its resources or skills."""
+    """Draw a skillset: all skills with their resources, or one resource or skill."""
     if sum((resource is not None, skill is not None, everything)) > 1:
         misuse("Choose one of `--resource`, `--skill` and `--all`.")
     if everything and output is None:
@@ -59,7 +64,7 @@ def graph(
     extension = output.suffix.lower() if output is not None and not everything else ""
     if extension and written_as is None and extension not in _EXTENSIONS:
         misuse(f"`{extension}` cannot be written. Name a file in {', '.join(_EXTENSIONS)}, or give `--format`.")
-    form = written_as or _EXTENSIONS.get(extension, Format.SVG)
+    form = written_as or _EXTENSIONS.get(extension, PictureFormat.SVG)
     skillset = parse(read(file), str(file))
     try:
         if everything and output is not None:
@@ -75,13 +80,13 @@ def graph(
 
 
 def _diagram(skillset: Skillset, resource: str | None, skill: str | None) -> Diagram:
-    """The picture that was asked for; raises UnknownNameError."""
+    """The requested picture. Raises UnknownNameError."""
     if resource is not None:
         return resource_diagram(skillset.resource(resource))
     return map_diagram(skillset) if skill is None else skill_diagram(skillset.skill(skill))
 
 
-def _draw_all(skillset: Skillset, form: Format, directory: Path) -> None:
+def _draw_all(skillset: Skillset, form: PictureFormat, directory: Path) -> None:
     diagrams = {"skillset": map_diagram(skillset)}
     diagrams |= {f"resource-{resource.name}": resource_diagram(resource) for resource in skillset.resources}
     diagrams |= {f"skill-{skill.name}": skill_diagram(skill) for skill in skillset.skills}

@@ -1,4 +1,4 @@
-"""`skillwing language-server`: what an editor asks about skillset files."""
+"""`skillwing language-server`: the language server for editors."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""`skillwing new-skill`: one more skill, with a manager that refuses, a test, and a list of what is left to do."""
+"""`skillwing new-skill`: a new skill, with a manager that rejects its goals, a test, and a to-do list."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -11,11 +12,12 @@ from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.generate import place_problem, write_package
 from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
 from skillwing.dsl.diagnostics.diagnostic import has_errors, summary
-from skillwing.dsl.generating.new_skill import checklist, skill_test, with_skill
+from skillwing.dsl.generating.new_skill import Surroundings, checklist, skill_test, with_skill
 from skillwing.dsl.generating.package import RobotFolder, is_generated
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import is_usable
+from skillwing.dsl.packages import import_name, project_of, tests_folder
 from skillwing.dsl.suggest import closest
 
 
@@ -31,10 +33,10 @@ def new_skill(
         ),
     ] = None,
 ) -> None:
-    """Add a skill to a skillset, with its manager and its test, and say what is left to do.
+    """Add a skill to a skillset, with its manager and its test, and print what is left to do.
 
-    The file stays valid and keeps its comments; nothing that is there is overwritten. Until the manager is written it
-    refuses its goals, and its test says so.
+    The file stays valid and keeps its comments. Existing files are not overwritten. Until the manager is written it
+    rejects its goals, and the test passes.
     """
     source = read(skillset)
     before = _checked(skillset, source)
@@ -43,6 +45,7 @@ def new_skill(
     folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
     if folder is not None and (problem := place_problem(folder) or _robot_problem(folder, skillset)):
         misuse(problem)
+    around: Surroundings | None = None
     extended = with_skill(source, name, str(skillset))
     outcome = check_source(extended, str(skillset))
     after = outcome.skillset
@@ -54,18 +57,33 @@ def new_skill(
         skillset.write_text(extended, encoding="utf-8", newline="\n")
         typer.echo(f"{skillset}: `{name}` was added.")
         if folder is not None:
-            package = folder.resolve().name
-            once = {**skeletons(after, package, skills=[name]), **skill_test(name)}
-            write_package(after, skillset, extended, RobotFolder(folder), once)
+            around = _around(folder, skillset, name, before)
+            files = skeletons(after, folder.resolve().name, skills=[name])
+            tests = {os.path.relpath(around.test, folder): skill_test(name, import_name(folder)[0])}
+            if around.test.is_relative_to(folder):  # a package, so that modules of two robots may have one name
+                tests["tests/__init__.py"] = ""
+            write_package(after, skillset, extended, RobotFolder(folder), {**files, **tests})
     except OSError as error:
         misuse(f"`{error.filename}` cannot be written: {error.strerror}.")
     typer.echo("")
-    for line in checklist(after.skill(name), str(skillset), None if folder is None else str(folder)):
+    for line in checklist(after.skill(name), skillset, around):
         typer.echo(line)
 
 
+def _around(folder: Path, file: Path, name: str, skillset: Skillset) -> Surroundings:
+    script = file.with_suffix(".mock.toml")
+    project = project_of(folder)
+    makefile = None if project is None else project / "Makefile"
+    return Surroundings(
+        package=folder,
+        test=tests_folder(folder, [skill.name for skill in skillset.skills]) / f"test_{name}.py",
+        mock_script=script if script.is_file() else None,
+        makes_all=makefile is not None and makefile.is_file() and "\ngenerate:" in makefile.read_text("utf-8"),
+    )
+
+
 def _checked(file: Path, source: str) -> Skillset:
-    """The skillset as it is; shows what is wrong with it and exits if anything is."""
+    """The skillset before the change. Shows its problems and exits if it has errors."""
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)
@@ -85,7 +103,7 @@ def _name_problem(name: str, skillset: Skillset) -> str | None:
 
 
 def _robot_problem(folder: Path, skillset: Path) -> str | None:
-    """A package that is not there was meant to be another one: whoever wants a new one generates it."""
+    """The problem with a folder that is no robot's package. A new package is made by `skillwing generate`."""
     if RobotFolder(folder).exists:
         return None
     beside = folder.parent.iterdir() if folder.parent.is_dir() else ()

@@ -1,6 +1,6 @@
-"""What every command on a skillset file does: read it, show what is wrong with it.
+"""Common steps of commands on a skillset file: read it, show its problems.
 
-Exit codes: 0 all is well, 1 problems were found, 2 the command itself was wrong (no such file, for instance).
+Exit codes: 0 no problem, 1 problems were found, 2 wrong usage, such as a missing file.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ STANDARD_INPUT = Path("-")
 
 
 def folder_named(text: str) -> Path:
-    """A folder that an option names; an empty name, as of a variable that is not set, is none."""
+    """A folder given by an option. An empty name, as of an unset variable, is rejected."""
     if not text:
         raise typer.BadParameter("it is empty. Name a folder, or `.` for the current one.")
     return Path(text)
 
 
 class UnreadableError(Exception):
-    """A file cannot be read; `str()` is the sentence that says so."""
+    """A file cannot be read. `str()` is a sentence for the user."""
 
 
 def read(file: Path) -> str:
-    """The text of a file, or of standard input for `-`; line ends become line feeds. Ends the command if it fails."""
+    """The text of a file, or of standard input for `-`, with line feeds for line ends. Ends the command if it fails."""
     try:
         return text_of(file)
     except UnreadableError as error:
@@ -42,7 +42,7 @@ def read(file: Path) -> str:
 
 
 def text_of(file: Path) -> str:
-    """As `read`, for a command that goes on with other files; raises UnreadableError."""
+    """As `read`, for a command that continues with other files. Raises UnreadableError."""
     try:
         return text_in(sys.stdin.buffer.read() if file == STANDARD_INPUT else file.read_bytes())
     except ValueError as error:

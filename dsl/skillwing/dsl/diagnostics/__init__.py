@@ -1,1 +1,1 @@
-"""What is wrong in a source file, and how it is shown."""
+"""Problems in a source file and their presentation."""

@@ -1,12 +1,13 @@
-"""Every problem the language reports: its code, its severity and its title.
+"""The table of all problems that the language reports: code, severity and title.
 
-What a code means, with an example and the way out, is its page `docs/errors/CODE.md`. A code never changes its meaning
-and is never reused; new ones are added at the end of their group.
+The page `docs/errors/CODE.md` explains a code with an example and a solution. A code never changes its meaning and is
+never reused. New codes come at the end of their group.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal as OneOf
 from typing import TypeAlias
 
@@ -93,3 +94,13 @@ _TABLE = (
 )
 
 CODES = {code.name: code for code in _TABLE}
+
+# An installed package has a copy of the pages.
+_INSTALLED = Path(__file__).parent / "pages"
+_REPOSITORY = Path(__file__).parents[4] / "docs" / "errors"
+
+
+def page_on(code: str) -> str:
+    """The Markdown text of the page on a code. Raises FileNotFoundError if there is none."""
+    folder = _INSTALLED if _INSTALLED.is_dir() else _REPOSITORY
+    return (folder / f"{code}.md").read_text(encoding="utf-8")

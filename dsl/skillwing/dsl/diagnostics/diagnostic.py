@@ -1,4 +1,4 @@
-"""Diagnostics: what is wrong in a source file, where, and what to write instead."""
+"""Diagnostics: a problem in a source file, its span, and advice."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TAB_WIDTH = 4
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One problem. code: key of `codes.CODES`; related: another place that belongs to it, with a few words."""
+    """One problem. code: key of `codes.CODES`; related: another span that belongs to it, with a few words."""
 
     code: str
     span: Span
@@ -31,9 +31,9 @@ class Diagnostic:
 
 
 class SkillsetError(Exception):
-    """A source file is not a valid skillset. diagnostics: every problem found, warnings included, in file order.
+    """A source file is not a valid skillset. diagnostics: all problems, warnings included, in file order.
 
-    `str()` renders all of them for a reader.
+    `str()` renders all of them for the user.
     """
 
     def __init__(self, diagnostics: Iterable[Diagnostic], source: str) -> None:
@@ -43,7 +43,7 @@ class SkillsetError(Exception):
 
 
 def in_file_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Sort by place, then code; drop exact repetitions."""
+    """Sort by position, then code; drop exact repetitions."""
     unique = dict.fromkeys(diagnostics)
     return tuple(sorted(unique, key=lambda item: (item.span.line, item.span.column, item.code)))
 
@@ -53,7 +53,7 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def render(diagnostic: Diagnostic, source: str) -> str:
-    """Draw one diagnostic: code and sentence, place, the line with carets, the help."""
+    """Draw one diagnostic: code and sentence, position, source line with carets, help."""
     span = diagnostic.span
     lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}", f"  --> {span}"]
     lines += _excerpt(span, source, "^")
@@ -66,7 +66,7 @@ def render(diagnostic: Diagnostic, source: str) -> str:
 
 
 def render_all(diagnostics: Iterable[Diagnostic], source: str) -> str:
-    """Draw several, with a closing line that counts them."""
+    """Draw several diagnostics, with a closing line that counts them."""
     listed = tuple(diagnostics)
     return "\n\n".join([*(render(diagnostic, source) for diagnostic in listed), summary(listed)])
 
@@ -83,7 +83,7 @@ def summary(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def _excerpt(span: Span, source: str, mark: str) -> list[str]:
-    """The source line of the span with marks under it; a span over several lines is marked to the line's end."""
+    """The source line of the span with marks under it. A span over several lines is marked to the line's end."""
     lines = source.split("\n")
     if not 1 <= span.line <= len(lines):
         return []

@@ -1,4 +1,4 @@
-"""Collecting diagnostics while a file is checked."""
+"""Collection of diagnostics during a check."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest, listed
 
 
-class Report:
-    """The problems found so far. lost: where something was left out because of what is reported elsewhere."""
+class DiagnosticReport:
+    """The problems found so far. lost: spans of elements that were left out because of an error elsewhere."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
@@ -26,13 +26,13 @@ class Report:
         advice: str | None = None,
         related: tuple[Span, str] | None = None,
     ) -> None:
-        """Report a problem. Only elements that were built in code have no span; they count as at the file's start."""
+        """Report a problem. Elements that were built in code have no span and count as at the start of the file."""
         self.diagnostics.append(Diagnostic(code, span or Span("", 1, 1, 1, 1), message, advice, related))
 
     def unknown(self, code: str, word: Word, kind: str, known: Iterable[str]) -> None:
-        """Report a name that is not declared, with the one that was probably meant or with all there are.
+        """Report an undeclared name, with the one that was probably meant, or with all that exist.
 
-        kind: "resource", or "state of `wheels`" for what belongs to something.
+        kind: "resource", or "state of `wheels`" for a part of something.
         """
         names = tuple(known)
         guess = closest(word.text, names)
@@ -47,7 +47,7 @@ class Report:
         self.add(code, word.span, message, advice)
 
     def declare(self, seen: dict[str, Word], word: Word, kind: str) -> bool:
-        """Note a declaration; report it and return False if the name is taken or cannot be used."""
+        """Note a declaration; report a name that cannot be used. Returns False, and reports it, for a taken name."""
         if not word.text:
             return False
         first = seen.setdefault(word.text, word)

@@ -1,4 +1,4 @@
-"""Diagnostics as SARIF 2.1.0, the format in which code hosts take findings of static analysis.
+"""Diagnostics as SARIF 2.1.0, the format of code hosts for findings of static analysis.
 
 https://docs.oasis-open.org/sarif/sarif/v2.1.0/sarif-v2.1.0.html
 """

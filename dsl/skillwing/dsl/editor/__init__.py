@@ -1,5 +1,5 @@
-"""What an editor asks about a skillset file, and the language server that answers.
+"""Editor support for skillset files, and the language server.
 
-Everything but `server.py` is a function of a text and an offset in it, and works on files with errors as far as the
-parser could read them.
+Everything but `server.py` is a function of a text and an offset. It works on files with errors, as far as the parser
+reads them.
 """

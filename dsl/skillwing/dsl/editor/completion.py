@@ -1,7 +1,7 @@
-"""What may be written at a place: the words that the grammar allows there, and the names that have a meaning there.
+"""Completion: the words that the grammar allows at an offset, and the names that are declared there.
 
-Which names those are is not said a second time here: a placeholder is put where the name would stand, and the index
-tells where it looks for a name in that place.
+The rules for names are not repeated here. A placeholder is inserted at the offset, and the index returns the scopes in
+which it looks for that name.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.editor.grammar_state import allowed_after
 from skillwing.dsl.editor.index import TYPES
-from skillwing.dsl.editor.names import Kind, Scope
-from skillwing.dsl.reading.dialects import dialect_of
+from skillwing.dsl.editor.names import NameScope, SymbolKind
+from skillwing.dsl.reading.dialect import dialect_of
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 
 _PLACEHOLDER = "placeholder_of_a_name"
@@ -29,14 +29,14 @@ class Completion:
     """text: what to put in the place of the characters between the two offsets; markdown: about it."""
 
     text: str
-    kind: Kind | OneOf["keyword", "scalar"]
+    kind: SymbolKind | OneOf["keyword", "scalar"]
     markdown: str
     start: int
     end: int
 
 
 def completions(document: Document, offset: int) -> tuple[Completion, ...]:
-    """What fits at an offset, in place of the word there: names first, in the order of their declaration."""
+    """The completions at an offset, in place of the word there. Names come first, in the order of their declaration."""
     if _in_comment_or_string(document, offset):
         return ()
     start, end = _word_around(document, offset)
@@ -60,8 +60,8 @@ def _names(document: Document, start: int, end: int) -> Iterator[Completion]:
                 yield Completion(name, "scalar", meaning, start, end)
 
 
-def _scopes(document: Document, start: int, end: int) -> tuple[Scope, ...]:
-    """Where a name at this place is looked for; nowhere if the place only declares one."""
+def _scopes(document: Document, start: int, end: int) -> tuple[NameScope, ...]:
+    """The scopes in which a name at this offset is looked up; none if it is only declared there."""
     for form in _FORMS:
         text = f"{document.text[:start]} {form} {document.text[end:]}"
         found = Document(text, document.file).names.at(start + 1)
@@ -71,7 +71,7 @@ def _scopes(document: Document, start: int, end: int) -> tuple[Scope, ...]:
 
 
 def _word_around(document: Document, offset: int) -> tuple[int, int]:
-    """The word that the offset is in, or right behind; empty, at the offset, where there is none."""
+    """The word around the offset or right before it; empty if there is none."""
     for position in (document.word_at(offset), document.word_at(offset - 1)):
         word = document.words[position] if position >= 0 else None
         if word is not None and word.text.isidentifier() and word.start <= offset <= word.end:
@@ -84,7 +84,7 @@ def _in_comment_or_string(document: Document, offset: int) -> bool:
 
 
 def _reaches(lexeme: Lexeme, offset: int) -> bool:
-    """Whether an offset behind the start of a comment or string is still in it: lines may go on at their end."""
+    """True if an offset behind the start of a comment or string is inside it, also at the end of its line."""
     goes_on = lexeme.text.startswith("//") or lexeme.kind in {"UNCLOSED_COMMENT", "UNCLOSED_STRING"}
     inside = offset < lexeme.end or (goes_on and offset == lexeme.end)
     return inside and (goes_on or lexeme.kind in {COMMENT, "STRING", "UNIT"})

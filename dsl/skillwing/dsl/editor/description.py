@@ -1,13 +1,15 @@
-"""What a name is, in Markdown: the words that declare it, what they mean, and the comment that stands with them."""
+"""Descriptions of names in Markdown: declaration, meaning and comment."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.extents import excerpt
-from skillwing.dsl.editor.names import Kind, Scope, Symbol
+from skillwing.dsl.editor.glossary import glossary_of
+from skillwing.dsl.editor.names import NameScope, Symbol, SymbolKind
 from skillwing.dsl.model import STALE_AFTER_PERIODS
 from skillwing.dsl.reading import syntax
 
@@ -17,7 +19,7 @@ _ALIGNMENT = re.compile(" {2,}")
 
 
 def describe(document: Document, symbol: Symbol) -> str:
-    """Markdown of a few lines. The symbol is one that the document declares."""
+    """A few lines of Markdown about a symbol that the document declares."""
     place = document.names.declarations[symbol].place
     name = document.words[document.word_at(place.start)] if place else None
     parts = [
@@ -44,7 +46,7 @@ def _source(document: Document, symbol: Symbol) -> str:
 
 
 def _shown(text: str) -> str:
-    """Without the end of a long declaration, and without the blanks that align a short one with its neighbours."""
+    """A declaration without the end of a long one, and without the blanks that align a short one."""
     lines = text.splitlines()
     if len(lines) > 1:
         return "\n".join([*lines[:_LONGEST], "..."] if len(lines) > _LONGEST else lines)
@@ -54,8 +56,8 @@ def _shown(text: str) -> str:
 
 def _signature(document: Document, symbol: Symbol) -> str:
     """`skill goto(target: Position, speed: float64 [m/s] = 2.0) -> (stopped_at: Position)`."""
-    inputs = _fields(document, Scope("input", symbol.name))
-    outputs = _fields(document, Scope("output", symbol.name))
+    inputs = _fields(document, NameScope("input", symbol.name))
+    outputs = _fields(document, NameScope("output", symbol.name))
     answer = f" -> ({', '.join(outputs)})" if outputs else ""
     line = f"skill {symbol.name}({', '.join(inputs)}){answer}"
     if len(line) <= _WIDEST:
@@ -64,7 +66,7 @@ def _signature(document: Document, symbol: Symbol) -> str:
     return f"skill {symbol.name}(\n{lines}){answer}"
 
 
-def _fields(document: Document, scope: Scope) -> list[str]:
+def _fields(document: Document, scope: NameScope) -> list[str]:
     return [_shown(excerpt(document, symbol)) for symbol in document.names.names(scope)]
 
 
@@ -92,11 +94,11 @@ def _sentences(document: Document, symbol: Symbol) -> Iterator[str]:
 
 def _counted(document: Document) -> str:
     names = document.names
-    counts = [(len(names.names(Scope(kind))), kind, plural) for kind, plural in _PLURALS]
+    counts = [(len(names.names(NameScope(kind))), kind, plural) for kind, plural in _PLURALS]
     return ", ".join(f"{count} {kind if count == 1 else plural}" for count, kind, plural in counts if count) + "."
 
 
-_PLURALS: tuple[tuple[Kind, str], ...] = (
+_PLURALS: tuple[tuple[SymbolKind, str], ...] = (
     ("type", "types"),
     ("datum", "data"),
     ("resource", "resources"),
@@ -106,7 +108,7 @@ _PLURALS: tuple[tuple[Kind, str], ...] = (
 
 
 def _state(symbol: Symbol, resource: syntax.ResourceSyntax) -> Iterator[str]:
-    """How the state is entered and left."""
+    """The transitions to and from the state."""
     edges = [item for item in resource.items if isinstance(item, syntax.TransitionSyntax)]
     initial = any(isinstance(item, syntax.InitialSyntax) and item.state.text == symbol.name for item in resource.items)
     yield f"{'Initial state' if initial else 'State'} of the resource `{symbol.scope.owner}`."
@@ -122,7 +124,7 @@ def _state(symbol: Symbol, resource: syntax.ResourceSyntax) -> Iterator[str]:
 
 
 def _conditions(skill: syntax.SkillSyntax) -> Iterator[str]:
-    """What the skill needs to start, and how it ends."""
+    """The preconditions and the ends of the skill."""
     for section in skill.sections:
         match section:
             case syntax.PreconditionSection(checks=checks) if checks:
@@ -135,3 +137,29 @@ def _conditions(skill: syntax.SkillSyntax) -> Iterator[str]:
 
 def _partition(result: syntax.ResultSyntax) -> str:
     return f" ({result.partition})" if result.partition else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """Markdown about the words between two offsets."""
+
+    markdown: str
+    start: int
+    end: int
+
+
+def hover(document: Document, offset: int) -> Hover | None:
+    """The description of the name or keyword at an offset; None if there is none."""
+    occurrence = document.names.at(offset)
+    if occurrence is not None:
+        if occurrence.symbol is None:
+            return None
+        return Hover(describe(document, occurrence.symbol), occurrence.start, occurrence.end)
+    for position in (document.word_at(offset), document.word_at(offset - 1)):
+        word = document.words[position] if position >= 0 else None
+        if word is None or not word.start <= offset <= word.end:
+            continue
+        text = glossary_of(document.file).meaning(word.text, document.assigned(position))
+        if text is not None:
+            return Hover(text, word.start, word.end)
+    return None

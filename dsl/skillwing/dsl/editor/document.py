@@ -1,4 +1,4 @@
-"""One text as an editor sees it: its lexemes, its names and its problems, each found when first asked for."""
+"""A text in an editor: its lexemes, names and problems, each computed on first use."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from skillwing.dsl.editor.names import Index
 from skillwing.dsl.editor.positions import Lines
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.dsl.spans import Span
 
 
 class Document:
-    """The text of a file under edit. Nothing in it changes: another text is another document.
+    """The text of a file in an editor. It is immutable: another text is another document.
 
-    file: its name, whose extension tells the dialect.
+    file: its name, whose extension selects the dialect.
     """
 
     def __init__(self, text: str, file: str) -> None:
@@ -41,7 +41,7 @@ class Document:
 
     @cached_property
     def root(self) -> syntax.SkillsetSyntax | None:
-        """What the parser could read; None if that is nothing."""
+        """The syntax tree, as far as it was read; None if nothing was."""
         return parse_file(self.text, self.file).root
 
     @cached_property
@@ -50,7 +50,7 @@ class Document:
 
     @cached_property
     def descriptions(self) -> Descriptions:
-        """What the comments say."""
+        """The comments by element."""
         return Descriptions(self.text, self.file)
 
     @cached_property
@@ -59,7 +59,7 @@ class Document:
 
     @cached_property
     def blocks(self) -> Mapping[int, int]:
-        """For the offset of every `{`, the offset behind its `}`, or the end of the text where that is missing."""
+        """For the offset of every `{`, the offset behind its `}`, or the end of the text if that is missing."""
         blocks: dict[int, int] = {}
         opened: list[int] = []
         for word in self.words:
@@ -70,16 +70,16 @@ class Document:
         return blocks | dict.fromkeys(opened, len(self.text))
 
     def word_at(self, offset: int) -> int:
-        """The position among `words` of the last one that starts at the offset or before it; -1 if none does."""
+        """The index in `words` of the last one that starts at the offset or before it; -1 if there is none."""
         return bisect_right(self._starts, offset) - 1
 
     def assigned(self, position: int) -> str:
-        """What the word at a position among `words` is a value of: `x` where `x=` stands before it, else nothing."""
+        """The keyword that a word is the value of: `x` if `x=` stands before it, else empty."""
         before = self.words[max(0, position - 2) : position]
         return before[0].text if len(before) == 2 and before[1].kind == "EQUALS" else ""
 
     def range(self, span: Span) -> tuple[int, int]:
-        """The offsets that a span stands for, at least one character wide where there is one."""
+        """The offsets of a span, at least one character wide where there is one."""
         start = self.lines.offset(span.line, span.column)
         end = self.lines.offset(span.end_line, span.end_column)
         return start, max(end, min(start + 1, len(self.text)))

@@ -1,19 +1,19 @@
-"""Where declarations stand: from their first word to their last, blocks included."""
+"""Extents of declarations: from their first word to their last, blocks included."""
 
 from __future__ import annotations
 
 from textwrap import dedent
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.names import Kind, Symbol
-from skillwing.dsl.reading.extents import spans
+from skillwing.dsl.editor.names import Symbol, SymbolKind
+from skillwing.dsl.reading.syntax import spans
 
-_AFTER_KEYWORD: frozenset[Kind] = frozenset({"skillset", "type", "resource", "event", "skill"})
-_SINGLE_WORDS: frozenset[Kind] = frozenset({"state", "value"})
+_AFTER_KEYWORD: frozenset[SymbolKind] = frozenset({"skillset", "type", "resource", "event", "skill"})
+_SINGLE_WORDS: frozenset[SymbolKind] = frozenset({"state", "value"})
 
 
 def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
-    """Offsets of the first character of a declaration and behind its last; None if it does not stand in the text."""
+    """Offsets of a declaration's first character and behind its last; None if it is not in the text."""
     declaration = document.names.declarations[symbol]
     place = declaration.place
     if place is None:
@@ -29,7 +29,7 @@ def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
 
 
 def excerpt(document: Document, symbol: Symbol) -> str:
-    """The declaration as it is written, without the indentation that all its lines share."""
+    """The text of the declaration, without the indentation that all its lines share."""
     found = extent(document, symbol)
     if found is None:
         return symbol.name

@@ -1,4 +1,4 @@
-"""What can be mended at a press of a key: words that were probably meant otherwise."""
+"""Quick fixes: replacements for misspelt words."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ _MISSPELT = "SW003"
 
 
 @dataclass(frozen=True, slots=True)
-class Fix:
-    """title: for the menu; edit: what it does; diagnostic: what it mends."""
+class QuickFix:
+    """A quick fix. title: for the menu; edit: the change; diagnostic: the problem that it fixes."""
 
     title: str
     edit: Edit
     diagnostic: Diagnostic
 
 
-def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
+def fixes(document: Document, start: int, end: int) -> tuple[QuickFix, ...]:
     """The fixes for the problems that touch the characters between two offsets."""
-    found: list[Fix] = []
+    found: list[QuickFix] = []
     for diagnostic in document.checked.diagnostics:
         place = document.range(diagnostic.span)
         if place[0] <= end and start <= place[1]:
@@ -32,8 +32,8 @@ def fixes(document: Document, start: int, end: int) -> tuple[Fix, ...]:
     return tuple(found)
 
 
-def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]:
-    """The one of all words that fit which resembles most the word before the offset, if that one does not fit."""
+def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[QuickFix]:
+    """The fitting word that resembles the word before the offset most, if that one does not fit."""
     occurrence = document.names.at(offset)
     is_name = occurrence is not None and occurrence.symbol is not None
     # A misspelt word of the language may stand where a name could.
@@ -46,4 +46,4 @@ def _meant(document: Document, diagnostic: Diagnostic, offset: int) -> list[Fix]
     words = [completion.text for completion in fitting]
     written = document.text[start:end]
     meant = None if written in words else closest(written, words)
-    return [] if meant is None else [Fix(f"Change to `{meant}`", Edit(start, end, meant), diagnostic)]
+    return [] if meant is None else [QuickFix(f"Change to `{meant}`", Edit(start, end, meant), diagnostic)]

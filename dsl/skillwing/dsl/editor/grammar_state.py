@@ -1,4 +1,4 @@
-"""What the grammar allows at a place in a text, whatever stands before it."""
+"""The terminals that the grammar allows at an offset, also behind text with errors."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from itertools import zip_longest
 
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lalr.machine import Machine, TrialStack
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.machine import Machine, Outlook
-from skillwing.dsl.reading.terminals import CLOSERS
+from skillwing.dsl.reading.vocabulary import CLOSERS
 
 
 def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:
-    """The terminals that may follow these words, as kinds. words: everything before the place, without comments."""
+    """The kinds of terminals allowed after these words. words: all before the offset, without comments."""
     states = _States(dialect)
     for word, follower in zip_longest(words, words[1:]):
         states.read(word.kind, follower.kind if follower else "")
@@ -22,27 +22,27 @@ def allowed_after(words: Sequence[Lexeme], dialect: Dialect) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Block:
-    """A bracket that is open. closer: kind of the sign that closes it; stack: the parser's states at its start."""
+    """An open bracket. closer: kind of the sign that closes it; stack: the parser's states at its start."""
 
     closer: str
-    stack: Outlook
+    stack: TrialStack
 
 
 class _States:
-    """The parser's states while it reads a text, without building anything.
+    """The parser's states while it reads a text, without building nodes.
 
-    Where a word has no place, the words of its block so far are forgotten: what may stand at a block's start may
-    stand there again. (The parser's own recovery mends more, and looks ahead for it to what is not yet written.)
+    After an unexpected word the words of its block so far are forgotten: all that may begin the block is allowed again.
+    (The parser's own recovery repairs more, but it needs the words ahead.)
     """
 
     def __init__(self, dialect: Dialect) -> None:
         self._vocabulary = dialect.vocabulary
         self._machine = Machine(dialect.tables)
-        self._stack = Outlook(self._machine.states)
+        self._stack = TrialStack(self._machine.states)
         self._blocks = [_Block("", self._stack)]
 
     def read(self, kind: str, follower: str) -> None:
-        """follower: kind of the word behind, which tells whether a word of the language is a name."""
+        """Read a word. follower: kind of the next word, which decides whether a keyword is a name."""
         closes = any(block.closer == kind for block in self._blocks)
         while closes and self._blocks[-1].closer != kind:
             self._blocks.pop()
@@ -68,6 +68,6 @@ class _States:
         self._stack = after
         return True
 
-    def _after(self, kind: str) -> Outlook | None:
+    def _after(self, kind: str) -> TrialStack | None:
         stack = self._stack.copy()
         return stack if self._machine.reads(kind, stack) else None

@@ -1,7 +1,7 @@
-"""From syntax nodes to the index of names.
+"""The index of names, from syntax nodes.
 
-It follows the rules of the checker (`checking/resolver.py` and what that calls) for where a name is looked for, and
-goes on where those report a problem: a name that nothing declares is an occurrence without a symbol.
+It looks names up by the rules of the checker (`checking/resolver.py`), and continues where the checker reports a
+problem. An undeclared name is an occurrence without a symbol.
 """
 
 from __future__ import annotations
@@ -11,18 +11,17 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from skillwing.dsl.checking.types import SCALARS
-from skillwing.dsl.editor.names import Declaration, Index, Kind, Occurrence, Scope, Symbol
+from skillwing.dsl.editor.names import Declaration, Index, NameScope, Occurrence, Symbol, SymbolKind
 from skillwing.dsl.editor.positions import Lines
-from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Or
-from skillwing.dsl.expressions import Symbol as Bare
+from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, NamedValue, Not, Or
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.syntax import CoinedWord, Word
 from skillwing.dsl.spans import Span
 
-TYPES = Scope("type")
-_DATA = Scope("datum")
-_RESOURCES = Scope("resource")
+TYPES = NameScope("type")
+_DATA = NameScope("datum")
+_RESOURCES = NameScope("resource")
 _ANY = "*"
 _SIGNS = frozenset({"ARROW", "COMPARATOR"})
 
@@ -38,7 +37,7 @@ _Leaf: TypeAlias = Comparison | Name | Literal
 
 
 def index(root: syntax.SkillsetSyntax | None, lines: Lines, words: Sequence[Lexeme]) -> Index:
-    """Collect the names of a file. root: what the parser could read of it; words: its lexemes without comments."""
+    """Collect the names of a file. root: its syntax tree as far as it was read; words: all but comments."""
     builder = _Builder(lines, words)
     if root is not None:
         builder.declare_all(root)
@@ -56,7 +55,7 @@ class _Builder:
         self._positions = {word.start: position for position, word in enumerate(words)}
 
     def index(self) -> Index:
-        """The names collected so far. A place that declares a name was perhaps found to use it, too."""
+        """The names collected so far. An occurrence that declares a name may also use it."""
         declarations = {
             symbol: replace(declaration, place=declaration.place and self.occurrences[declaration.place.start])
             for symbol, declaration in self.declarations.items()
@@ -66,7 +65,7 @@ class _Builder:
     # --- declarations
 
     def declare_all(self, root: syntax.SkillsetSyntax) -> None:
-        self._declare(Scope("skillset"), root.name, root)
+        self._declare(NameScope("skillset"), root.name, root)
         for element in root.elements:
             match element:
                 case syntax.DataSyntax(items=items):
@@ -74,23 +73,23 @@ class _Builder:
                 case syntax.EnumSyntax(name=name, values=values):
                     self._declare(TYPES, name, element)
                     for value in values:
-                        self._declare(Scope("value", name.text), value, value)
+                        self._declare(NameScope("value", name.text), value, value)
                 case syntax.StructSyntax(name=name, fields=fields):
                     self._declare(TYPES, name, element)
-                    self._declare_each(Scope("field", name.text), fields)
+                    self._declare_each(NameScope("field", name.text), fields)
                 case syntax.ResourceSyntax():
                     self._declare(_RESOURCES, element.name, element)
                     self._declare_states(element)
                 case syntax.EventSyntax():
-                    self._declare(Scope("event"), element.name, element)
+                    self._declare(NameScope("event"), element.name, element)
                 case syntax.SkillSyntax():
-                    self._declare(Scope("skill"), element.name, element)
+                    self._declare(NameScope("skill"), element.name, element)
                     for section in element.sections:
                         self._declare_section(section, element.name.text)
 
     def _declare_states(self, resource: syntax.ResourceSyntax) -> None:
-        """The `state { }` list declares the states; where there is none, their first mention does."""
-        scope = Scope("state", resource.name.text)
+        """Declare the states: by the `state { }` list, or by their first mention if there is no list."""
+        scope = NameScope("state", resource.name.text)
         listed = [word for item in resource.items if isinstance(item, syntax.StatesSyntax) for word in item.names]
         if listed:
             for word in listed:
@@ -103,25 +102,25 @@ class _Builder:
     def _declare_section(self, section: syntax.Section, skill: str) -> None:
         match section:
             case syntax.FieldsSection(keyword=keyword, fields=fields):
-                self._declare_each(Scope(_fields_kind(keyword), skill), fields)
+                self._declare_each(NameScope(_fields_kind(keyword), skill), fields)
             case syntax.ProgressSection(fields=fields):
-                self._declare_each(Scope("feedback", skill), fields)
+                self._declare_each(NameScope("feedback", skill), fields)
             case syntax.EffectSection(effects=effects):
-                self._declare_each(Scope("effect", skill), effects)
+                self._declare_each(NameScope("effect", skill), effects)
             case syntax.PreconditionSection(checks=checks):
-                self._declare_each(Scope("precondition", skill), checks)
+                self._declare_each(NameScope("precondition", skill), checks)
             case syntax.InvariantSection(invariants=invariants):
-                self._declare_each(Scope("invariant", skill), invariants)
+                self._declare_each(NameScope("invariant", skill), invariants)
             case syntax.ResultSection(results=results):
-                self._declare_each(Scope("result", skill), results)
+                self._declare_each(NameScope("result", skill), results)
             case _:
                 pass
 
-    def _declare_each(self, scope: Scope, nodes: Iterable[_Named]) -> None:
+    def _declare_each(self, scope: NameScope, nodes: Iterable[_Named]) -> None:
         for node in nodes:
             self._declare(scope, node.name, node)
 
-    def _declare(self, scope: Scope, word: Word, node: object) -> None:
+    def _declare(self, scope: NameScope, word: Word, node: object) -> None:
         if not word.text:
             return
         symbol = Symbol(scope, word.text)
@@ -140,7 +139,7 @@ class _Builder:
                     self._use_fields(fields)
                 case syntax.ResourceSyntax(name=name):
                     for word in _mentions(element):
-                        self._use(word, Scope("state", name.text))
+                        self._use(word, NameScope("state", name.text))
                 case syntax.EventSyntax():
                     self._use_event(element)
                 case syntax.SkillSyntax(name=name, sections=sections):
@@ -168,14 +167,14 @@ class _Builder:
         for predicate in _predicates(section):
             self._use_predicate(predicate, skill)
         for word in _applied(section):
-            self._use(word, Scope("effect", skill))
+            self._use(word, NameScope("effect", skill))
 
     def _use_fields(self, fields: Iterable[syntax.FieldSyntax]) -> None:
         for field in fields:
             self._use_type(field.type)
-            if isinstance(field.default, Bare):
+            if isinstance(field.default, NamedValue):
                 for word in self._words_from(field.default.span, 1):
-                    self._use(word, Scope("value", field.type.name.text))
+                    self._use(word, NameScope("value", field.type.name.text))
 
     def _use_type(self, use: syntax.TypeUse) -> None:
         if use.name.text not in SCALARS:
@@ -184,22 +183,23 @@ class _Builder:
     def _use_changes(self, changes: Iterable[syntax.ChangeSyntax]) -> None:
         for change in changes:
             self._use(change.resource, _RESOURCES)
-            self._use(change.target, Scope("state", change.resource.text))
+            self._use(change.target, NameScope("state", change.resource.text))
 
     def use_unread(self) -> None:
-        """Resources and states in words that no node holds: in an element with a syntax error, or because the `.rl`
-        dialect makes one effect of equal ones. They are known by the sign between them."""
+        """Resources and states in words that no node contains: in an element with a syntax error, or because the `.rl`
+        dialect merges equal effects. They are recognised by the sign between them.
+        """
         for subject, sign, state in zip(self._words, self._words[1:], self._words[2:], strict=False):
             known = Symbol(_RESOURCES, subject.text) in self.declarations
             if known and sign.kind in _SIGNS and not {subject.start, state.start} & self.occurrences.keys():
                 self._use(subject, _RESOURCES)
-                self._use(state, Scope("state", subject.text))
+                self._use(state, NameScope("state", subject.text))
 
     # --- predicates
 
     def _use_predicate(self, predicate: syntax.PredicateSyntax, skill: str | None) -> None:
-        """skill: whose inputs the predicate may speak of."""
-        inputs = () if skill is None else (Scope("input", skill),)
+        """Collect the names of a predicate. skill: the one whose inputs it may name."""
+        inputs = () if skill is None else (NameScope("input", skill),)
         for leaf in _leaves(predicate.expression):
             if predicate.kind == "resource":
                 self._use_states(leaf)
@@ -214,39 +214,39 @@ class _Builder:
         if subject is None and names:
             subject = names[0]
         for name in names:
-            scope = _RESOURCES if subject is None or name is subject else Scope("state", subject.path)
+            scope = _RESOURCES if subject is None or name is subject else NameScope("state", subject.path)
             self._use_path(name, (scope,))
 
-    def _use_values(self, leaf: _Leaf, scopes: tuple[Scope, ...]) -> None:
-        """Data, inputs and their fields; a word that is none of them may be a value of the other side's enum."""
+    def _use_values(self, leaf: _Leaf, scopes: tuple[NameScope, ...]) -> None:
+        """Collect data, inputs and their fields. Another word may be a value of the other side's enum."""
         sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
         for side, other in zip(sides, reversed(sides), strict=True):
             if not isinstance(side, Name):
                 continue
             enum = self._type_of(other, scopes) if isinstance(other, Name) and other is not side else None
-            values = () if enum is None else (Scope("value", enum),)
+            values = () if enum is None else (NameScope("value", enum),)
             self._use_path(side, (*scopes, *values))
 
-    def _use_path(self, name: Name, scopes: tuple[Scope, ...]) -> None:
-        """The name itself, and behind each dot a field of what stands before it."""
+    def _use_path(self, name: Name, scopes: tuple[NameScope, ...]) -> None:
+        """Collect the name itself, and behind each dot a field of the value before it."""
         for word in self._words_from(name.span, 1 + len(name.fields)):
             symbol = self._use(word, *scopes)
             inner = None if symbol is None else self._declared_type(symbol)
-            scopes = () if inner is None else (Scope("field", inner),)
+            scopes = () if inner is None else (NameScope("field", inner),)
 
     def _words_from(self, span: Span | None, count: int) -> Iterator[Lexeme]:
-        """The words of a path, between which there are dots."""
+        """The words of a path, with dots between them."""
         if span is None:
             return
         first = self._positions.get(self._lines.offset(span.line, span.column))
         if first is not None:
             yield from self._words[first : first + 2 * count : 2]
 
-    def _type_of(self, name: Name, scopes: tuple[Scope, ...]) -> str | None:
+    def _type_of(self, name: Name, scopes: tuple[NameScope, ...]) -> str | None:
         """The declared type of a datum or input, or of its field."""
         found: str | None = None
         for step, text in enumerate((name.root, *name.fields)):
-            places = scopes if step == 0 else (Scope("field", found or ""),)
+            places = scopes if step == 0 else (NameScope("field", found or ""),)
             symbol = next((s for s in (Symbol(scope, text) for scope in places) if s in self.declarations), None)
             found = None if symbol is None else self._declared_type(symbol)
         return found
@@ -259,14 +259,16 @@ class _Builder:
 
     # --- occurrences
 
-    def _use(self, word: Word, *scopes: Scope) -> Symbol | None:
+    def _use(self, word: Word, *scopes: NameScope) -> Symbol | None:
         candidates = (Symbol(scope, word.text) for scope in scopes)
         symbol = next((candidate for candidate in candidates if candidate in self.declarations), None)
         self._note(word, scopes, symbol, declares=False)
         return symbol
 
-    def _note(self, word: Word, scopes: tuple[Scope, ...], symbol: Symbol | None, declares: bool) -> Occurrence | None:
-        """A word that was made up, or supposed where a mistake was mended, occurs nowhere."""
+    def _note(
+        self, word: Word, scopes: tuple[NameScope, ...], symbol: Symbol | None, declares: bool
+    ) -> Occurrence | None:
+        """Note an occurrence. Synthesised words, which are not in the text, are left out."""
         if isinstance(word, CoinedWord) or self._lines.text[word.start : word.end] != word.text:
             return None
         known = self.occurrences.get(word.start)
@@ -278,7 +280,7 @@ class _Builder:
         return known
 
 
-def _fields_kind(keyword: Word) -> Kind:
+def _fields_kind(keyword: Word) -> SymbolKind:
     return "output" if keyword.text == "output" else "input"
 
 
@@ -320,7 +322,7 @@ def _applied(section: syntax.Section) -> Iterator[Word]:
 
 
 def _leaves(expression: Expression) -> Iterator[_Leaf]:
-    """The comparisons and bare operands of an expression. Uses no recursion, so that any expression can be walked."""
+    """The comparisons and bare operands of an expression. Uses no recursion, so that the depth does not matter."""
     pending = [expression]
     while pending:
         match pending.pop():

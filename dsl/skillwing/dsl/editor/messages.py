@@ -1,4 +1,4 @@
-"""From the answers about a document to messages of the Language Server Protocol."""
+"""Language Server Protocol messages from the answers about a document."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from lsprotocol import types as lsp
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.editor.completion import Completion
+from skillwing.dsl.editor.description import Hover
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.fixes import Fix
-from skillwing.dsl.editor.hover import Hover
-from skillwing.dsl.editor.outline import Entry, Fold
+from skillwing.dsl.editor.fixes import QuickFix
+from skillwing.dsl.editor.outline import Fold, OutlineEntry
 from skillwing.dsl.editor.positions import Encoding
 from skillwing.dsl.editor.rename import Edit
 from skillwing.dsl.editor.tokens import TOKEN_TYPES, Token
@@ -55,7 +55,7 @@ _COMPLETION_KINDS: Mapping[str, lsp.CompletionItemKind] = {
 
 
 class Messages:
-    """The messages about one document. uri: what the client calls it; encoding: what its columns count."""
+    """The messages about one document. uri: the client's name for it; encoding: the unit of its columns."""
 
     def __init__(self, document: Document, uri: str, encoding: Encoding) -> None:
         self.document = document
@@ -112,7 +112,7 @@ class Messages:
     def workspace_edit(self, edits: Iterable[Edit]) -> lsp.WorkspaceEdit:
         return lsp.WorkspaceEdit(changes={self._uri: [self.edit(edit) for edit in edits]})
 
-    def action(self, fix: Fix) -> lsp.CodeAction:
+    def action(self, fix: QuickFix) -> lsp.CodeAction:
         return lsp.CodeAction(
             title=fix.title,
             kind=lsp.CodeActionKind.QuickFix,
@@ -121,7 +121,7 @@ class Messages:
             edit=self.workspace_edit([fix.edit]),
         )
 
-    def symbol(self, entry: Entry) -> lsp.DocumentSymbol:
+    def symbol(self, entry: OutlineEntry) -> lsp.DocumentSymbol:
         return lsp.DocumentSymbol(
             name=entry.name,
             detail=entry.kind,

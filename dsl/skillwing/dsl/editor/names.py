@@ -1,4 +1,4 @@
-"""The names of a skillset file: what declares them, and every place where they are used."""
+"""The names of a skillset file: their declarations and uses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal as OneOf
 from typing import TypeAlias
 
-Kind: TypeAlias = OneOf[
+SymbolKind: TypeAlias = OneOf[
     "skillset",
     "type",
     "datum",
@@ -29,7 +29,7 @@ Kind: TypeAlias = OneOf[
 ]
 
 # Of what kind the owner of a name is; the owner of all others is the skillset.
-_OWNERS: Mapping[Kind, Kind] = {
+_OWNERS: Mapping[SymbolKind, SymbolKind] = {
     "field": "type",
     "value": "type",
     "state": "resource",
@@ -44,25 +44,25 @@ _OWNERS: Mapping[Kind, Kind] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
-    """Where a name may be declared once: the resources of the skillset, the states of one resource, ...
+class NameScope:
+    """A set of names that must be unique: the resources of the skillset, the states of one resource, ...
 
     owner: the type, resource or skill that the names belong to; empty for those of the whole skillset.
     """
 
-    kind: Kind
+    kind: SymbolKind
     owner: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """What a name stands for."""
+    """The element that a name refers to."""
 
-    scope: Scope
+    scope: NameScope
     name: str
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> SymbolKind:
         return self.scope.kind
 
     @property
@@ -73,12 +73,12 @@ class Symbol:
 
     @property
     def owner(self) -> Symbol | None:
-        """The type, resource or skill that this belongs to; None for what belongs to the skillset."""
+        """The type, resource or skill that this belongs to; None for elements of the skillset."""
         kind = _OWNERS.get(self.kind)
-        return None if kind is None else Symbol(Scope(kind), self.scope.owner)
+        return None if kind is None else Symbol(NameScope(kind), self.scope.owner)
 
     def after_renaming(self, renamed: Symbol, name: str) -> Symbol:
-        """What this symbol becomes when `renamed` is called `name`: itself, or what belongs to it, changes."""
+        """This symbol after `renamed` is called `name`. It changes if it is that symbol or belongs to it."""
         if self == renamed:
             return replace(self, name=name)
         if self.owner == renamed:
@@ -88,16 +88,16 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """A name where it stands in the text, from offset `start` up to, and without, `end`.
+    """A name in the text, from offset `start` up to, and without, `end`.
 
-    scopes: where it was looked for, in this order. symbol: what was found, None where nothing is called so. declares,
-    uses: what this place does with it; the first mention of a state does both where there is no list of them.
+    scopes: the scopes of its look-up, in this order. symbol: its meaning, None if it is not declared. declares, uses:
+    its roles; the first mention of a state has both if there is no list of states.
     """
 
     name: str
     start: int
     end: int
-    scopes: tuple[Scope, ...]
+    scopes: tuple[NameScope, ...]
     symbol: Symbol | None
     declares: bool
     uses: bool
@@ -105,7 +105,7 @@ class Occurrence:
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """node: the syntax node that declares the symbol. place: where its name stands, None if it stands nowhere."""
+    """A declaration. node: its syntax node. place: the occurrence of its name, None if it is not in the text."""
 
     node: object
     place: Occurrence | None
@@ -121,20 +121,20 @@ class Index:
         self._by_symbol: dict[Symbol | None, list[Occurrence]] = defaultdict(list)
         for occurrence in self.occurrences:
             self._by_symbol[occurrence.symbol].append(occurrence)
-        self._by_scope: dict[Scope, list[Symbol]] = defaultdict(list)
+        self._by_scope: dict[NameScope, list[Symbol]] = defaultdict(list)
         for symbol in declarations:
             self._by_scope[symbol.scope].append(symbol)
 
     def at(self, offset: int) -> Occurrence | None:
-        """The name that the offset is in, or right behind."""
+        """The name around the offset or right before it."""
         candidates = self.occurrences[bisect_left(self._ends, offset) :][:2]
         touching = [candidate for candidate in candidates if candidate.start <= offset]
         return touching[-1] if touching else None
 
     def of(self, symbol: Symbol) -> tuple[Occurrence, ...]:
-        """Every place where the symbol is declared or used."""
+        """All declarations and uses of the symbol."""
         return tuple(self._by_symbol.get(symbol, ()))
 
-    def names(self, scope: Scope) -> tuple[Symbol, ...]:
-        """What is declared in a scope, in the order of declaration."""
+    def names(self, scope: NameScope) -> tuple[Symbol, ...]:
+        """The symbols that a scope declares, in their order."""
         return tuple(self._by_scope.get(scope, ()))

@@ -1,4 +1,4 @@
-"""The outline of a file, and the parts of it that can be folded away."""
+"""The outline of a file, and its folding ranges."""
 
 from __future__ import annotations
 
@@ -8,36 +8,36 @@ from typing import Literal as OneOf
 
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.extents import extent
-from skillwing.dsl.editor.names import Kind, Symbol
+from skillwing.dsl.editor.names import Symbol, SymbolKind
 from skillwing.dsl.reading.lexemes import COMMENT
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class OutlineEntry:
     """A declaration. start, end: offsets of all of it; name_start, name_end: of its name."""
 
     name: str
-    kind: Kind
+    kind: SymbolKind
     start: int
     end: int
     name_start: int
     name_end: int
-    children: tuple[Entry, ...]
+    children: tuple[OutlineEntry, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Fold:
-    """Lines that can be folded into the first, both counted from 0 as the protocol does."""
+    """Lines that fold into the first, both counted from 0 as in the protocol."""
 
     first_line: int
     last_line: int
     kind: OneOf["block", "comment"]
 
 
-def outline(document: Document) -> tuple[Entry, ...]:
-    """The skillset with its elements, and those with what belongs to them, in the order of the file.
+def outline(document: Document) -> tuple[OutlineEntry, ...]:
+    """The skillset with its elements and their parts, in the order of the file.
 
-    What stands outside the skillset, as types do in `.rl` files, is beside it.
+    Elements outside the skillset, such as types in `.rl` files, stand beside it.
     """
     owned: dict[Symbol | None, list[Symbol]] = {}
     for symbol in document.names.declarations:
@@ -52,13 +52,15 @@ def outline(document: Document) -> tuple[Entry, ...]:
     return tuple(replace(entry, children=inside.get(entry, entry.children)) for entry in top if entry not in nested)
 
 
-def _entries(document: Document, owned: dict[Symbol | None, list[Symbol]], symbols: list[Symbol]) -> Iterator[Entry]:
+def _entries(
+    document: Document, owned: dict[Symbol | None, list[Symbol]], symbols: list[Symbol]
+) -> Iterator[OutlineEntry]:
     for symbol in symbols:
         place = document.names.declarations[symbol].place
         whole = extent(document, symbol)
         if place is not None and whole is not None:
             children = sorted(_entries(document, owned, owned.get(symbol, [])), key=lambda entry: entry.start)
-            yield Entry(symbol.name, symbol.kind, *whole, place.start, place.end, tuple(children))
+            yield OutlineEntry(symbol.name, symbol.kind, *whole, place.start, place.end, tuple(children))
 
 
 def folds(document: Document) -> tuple[Fold, ...]:

@@ -1,8 +1,8 @@
-"""Places in a text, as the three parties count them.
+"""Positions in a text, in three ways of counting.
 
-Offsets count characters (code points) from the start. The language's spans count lines at `\\n` and columns in
-characters, from 1. The Language Server Protocol counts lines from 0, ends them also at `\\r`, and counts columns in
-units of the encoding that client and server agreed on: UTF-16 unless they say otherwise.
+Offsets count characters (code points) from the start. Spans of the language count lines at `\n` and columns in
+characters, both from 1. The Language Server Protocol counts lines from 0, and a `\r` ends a line too. Its columns count
+units of the encoding that client and server agreed on, by default UTF-16.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CODECS: dict[Encoding, tuple[str, int]] = {
 
 
 class Lines:
-    """Where the lines of a text start, for both ways of counting them."""
+    """The starts of the lines of a text, for both ways of counting them."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -38,12 +38,12 @@ class Lines:
         return [0, *(match.end() for match in _PROTOCOL_LINE_END.finditer(self.text))]
 
     def offset(self, line: int, column: int) -> int:
-        """The offset of a place of the language, both from 1; places outside the text are moved into it."""
+        """The offset of a line and column of the language. Positions outside the text are moved into it."""
         start = self._starts[min(max(line, 1), len(self._starts)) - 1]
         return min(start + max(column, 1) - 1, len(self.text))
 
     def line(self, offset: int) -> int:
-        """The line of the language, from 1, that an offset is in."""
+        """The line of the language, from 1, that contains an offset."""
         return bisect_right(self._starts, offset)
 
     def to_protocol(self, offset: int, encoding: Encoding = "utf-16") -> tuple[int, int]:
@@ -52,7 +52,7 @@ class Lines:
         return line, _units(self.text[self._protocol_starts[line] : offset], encoding)
 
     def from_protocol(self, line: int, character: int, encoding: Encoding = "utf-16") -> int:
-        """The offset of a place of the protocol. Behind the end of a line counts as that end."""
+        """The offset of a position of the protocol. Positions behind the end of a line are moved to that end."""
         if line >= len(self._protocol_starts):
             return len(self.text)
         offset = self._protocol_starts[line]

@@ -1,4 +1,4 @@
-"""Giving a name another one, wherever it stands, so that the file goes on meaning the same."""
+"""Renaming of a name at all its occurrences, without a change of meaning."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class RenameRefusedError(ValueError):
-    """The name cannot be changed, or not to this one; the message says why."""
+    """The name cannot be changed, or not to this one. The message is a sentence for the user."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,9 @@ def renameable(document: Document, offset: int) -> Occurrence:
 
 
 def rename(document: Document, offset: int, name: str) -> tuple[Edit, ...]:
-    """The edits that give the symbol at an offset another name, in the order of the text.
+    """The edits that rename the symbol at an offset, in the order of the text.
 
-    Raises RenameRefusedError if the name is not usable, is taken, or would change what some other name means.
+    Raises RenameRefusedError if the new name is not usable, is taken, or would change the meaning of another name.
     """
     occurrence = renameable(document, offset)
     symbol = occurrence.symbol
@@ -57,7 +57,7 @@ def rename(document: Document, offset: int, name: str) -> tuple[Edit, ...]:
 
 
 def applied(text: str, edits: tuple[Edit, ...]) -> str:
-    """The text after edits that are in its order and do not overlap."""
+    """The text after edits that do not overlap and are in order."""
     pieces: list[str] = []
     at = 0
     for edit in edits:
@@ -79,7 +79,7 @@ def _refuse_unusable(document: Document, symbol: Symbol, name: str) -> None:
 
 
 def _refuse_unread(document: Document, symbol: Symbol) -> None:
-    """In words with a syntax error nobody can tell what a name stands for."""
+    """Reject names in text with a syntax error, because their meaning is unknown."""
     known = {place.start for place in document.names.occurrences}
     for word in document.words:
         if word.kind == "NAME" and word.text == symbol.name and word.start not in known:
@@ -90,7 +90,7 @@ def _refuse_unread(document: Document, symbol: Symbol) -> None:
 
 
 def _refuse_other_meaning(before: Document, after: Document, symbol: Symbol, name: str) -> None:
-    """Compare what every name of the text stands for."""
+    """Compare the meaning of every name of the text."""
     meanings = [place.symbol for place in before.names.occurrences]
     expected = [meaning and meaning.after_renaming(symbol, name) for meaning in meanings]
     found = [place.symbol for place in after.names.occurrences]

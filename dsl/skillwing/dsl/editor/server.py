@@ -1,4 +1,4 @@
-"""The language server: it keeps the open documents, and passes questions on to the functions of this folder."""
+"""The language server: it holds the open documents and answers requests by the functions of this folder."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
 
 from skillwing.dsl.editor.completion import completions
+from skillwing.dsl.editor.description import hover
 from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.fixes import fixes
-from skillwing.dsl.editor.hover import hover
 from skillwing.dsl.editor.messages import LEGEND, Messages
 from skillwing.dsl.editor.names import Occurrence
 from skillwing.dsl.editor.outline import folds, outline
@@ -26,7 +26,7 @@ _TRIGGERS = [">", "=", ":", ".", "("]
 
 
 class SkillsetServer(LanguageServer):
-    """Answers about skillset files. Documents are sent whole, so that positions are counted in one place only."""
+    """The server for skillset files. Documents are sent whole, so that positions are counted in one place only."""
 
     def __init__(self) -> None:
         super().__init__(  # pyright: ignore[reportUnknownMemberType] - it takes any further arguments
@@ -36,7 +36,7 @@ class SkillsetServer(LanguageServer):
         self._pending: dict[str, asyncio.TimerHandle] = {}
 
     def messages(self, uri: str) -> Messages:
-        """What turns answers about a document, as it stands, into messages. A text is read anew when it has changed."""
+        """The messages about the current text of a document. A changed text is read again."""
         text = self.workspace.get_text_document(uri)
         known = self._documents.get(uri)
         if known is None or known.text != text.source:
@@ -45,7 +45,7 @@ class SkillsetServer(LanguageServer):
         return Messages(known, uri, lsp.PositionEncodingKind(encoding).value)
 
     def check(self, uri: str) -> None:
-        """Tell the client every problem of a document."""
+        """Send all problems of a document to the client."""
         self._cancel(uri)
         messages = self.messages(uri)
         diagnostics = [messages.diagnostic(problem) for problem in messages.document.checked.diagnostics]
@@ -125,7 +125,7 @@ def on_highlight(ls: SkillsetServer, params: lsp.DocumentHighlightParams) -> lis
 
 
 def _occurrences(messages: Messages, position: lsp.Position) -> tuple[Occurrence, ...]:
-    """Every place of the symbol at a position."""
+    """All occurrences of the symbol at a position."""
     names = messages.document.names
     found = names.at(messages.offset(position))
     return () if found is None or found.symbol is None else names.of(found.symbol)
@@ -170,7 +170,7 @@ def on_code_action(ls: SkillsetServer, params: lsp.CodeActionParams) -> list[lsp
 
 @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
 def on_formatting(ls: SkillsetServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit] | None:
-    """The text in the one style; nothing while it has syntax errors, which the client shows anyway."""
+    """The formatted text; nothing while it has syntax errors, which the client shows anyway."""
     messages = ls.messages(params.text_document.uri)
     text = messages.document.text
     try:

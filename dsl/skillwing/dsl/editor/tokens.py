@@ -1,4 +1,4 @@
-"""What colour each name has, where a grammar of regular expressions cannot know."""
+"""Semantic tokens: the kind of each name, which a grammar of regular expressions cannot determine."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.names import Kind
+from skillwing.dsl.editor.names import SymbolKind
 
 # The token types that every colour theme knows.
-TOKEN_TYPES: Mapping[Kind, str] = {
+TOKEN_TYPES: Mapping[SymbolKind, str] = {
     "skillset": "namespace",
     "type": "type",
     "datum": "variable",
@@ -35,12 +35,12 @@ class Token:
 
     start: int
     end: int
-    kind: Kind
+    kind: SymbolKind
     declares: bool
 
 
 def tokens(document: Document) -> Iterator[Token]:
-    """The names that mean something, in the order of the text."""
+    """The declared names, in the order of the text."""
     for place in document.names.occurrences:
         if place.symbol is not None:
             yield Token(place.start, place.end, place.symbol.kind, place.declares)

@@ -1,1 +1,1 @@
-"""From a checked model to Python."""
+"""Generation of Python and Compose files from a checked model."""

@@ -1,6 +1,6 @@
-"""`interface.py` and `aio.py`: typed access to the robot, for scripts that wait and for asyncio; one text but for that.
+"""`interface.py` and `aio.py`: typed clients, blocking and for asyncio, from one template.
 
-`signatures.py` holds what both know of each skill.
+`signatures.py` holds the parts that both share.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _CONNECT = '''\
 ) -> _{generator}[{robot}{sends}]:
     """Connect to a running `{skillset}`.
 
+    robot: its name, optional if only one runs here. endpoint: `tcp/HOST:PORT` of its router, if it runs elsewhere.
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
-    says `owner_lost=continue`; with False they go on.
-    robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
-    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
-    than this code was made from.
+    says `owner_lost=continue`; with False they continue.
+    Raises NoSystemError, NoReplyError, and a SkillwingError if the system runs another skillset than this code was
+    generated from.
     """
     {asynchronous}with {runtime}.connect(
         robot, endpoint=endpoint, owns_goals=owns_goals, table=_processes.TABLE, schema=_SCHEMA_HASH
@@ -48,10 +48,10 @@ _CONNECT = '''\
 
 
 @dataclass(frozen=True)
-class Manner:
-    """How a client waits: what its module is called, what it imports, and the words in which it differs.
+class ClientStyle:
+    """One of the two client styles: name of its module, imports, and the words in which it differs.
 
-    library: the module of `skillwing.services.client` that it stands on, `_` and the same here.
+    library: the module of `skillwing.services.client` that it uses; the generated module imports it as `_library`.
     """
 
     module: str
@@ -66,22 +66,22 @@ class Manner:
 
     @property
     def runtime(self) -> str:
-        """What the library is called in the module."""
+        """The name of the library in the module."""
         return f"_{self.library}"
 
 
-WAITING = Manner(
+WAITING = ClientStyle(
     "interface.py",
-    "for scripts that wait",
+    "for blocking scripts",
     "sync",
     "Generator",
     ", None, None",
     "contextmanager",
     "",
     "",
-    "methods return a goal at once, whose `wait` tells how it ended",
+    "methods return a goal at once; its `wait` returns the outcome",
 )
-ASYNCHRONOUS = Manner(
+ASYNCHRONOUS = ClientStyle(
     "aio.py",
     "for asyncio",
     "aio",
@@ -90,7 +90,7 @@ ASYNCHRONOUS = Manner(
     "asynccontextmanager",
     "async ",
     "await ",
-    "methods return a goal at once; awaited, it tells how it ended",
+    "methods return a goal at once; awaiting it returns the outcome",
 )
 
 
@@ -98,7 +98,7 @@ def signatures(skillset: Skillset) -> Iterator[str]:
     """The lines of `signatures.py`."""
     names = TypeNames(skill.name for skill in skillset.skills)
     body = [line for skill in skillset.skills for line in _signature(skill, names)]
-    yield f'"""What a client of `{skillset.name}` knows of each skill: its results, outputs and feedback."""'
+    yield f'"""Signatures of the skills of `{skillset.name}`: results, outputs and feedback."""'
     yield ""
     yield "from __future__ import annotations"
     if body:
@@ -119,7 +119,7 @@ def _signature(skill: Skill, names: TypeNames) -> Iterator[str]:
         yield from (f"{skill.name} = {kind}(", f'{INDENT}"{skill.name}", {outputs}, {feedback}', ")")
 
 
-def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
+def lines(skillset: Skillset, style: ClientStyle) -> Iterator[str]:
     """The lines of the client's module."""
     robot = class_name(skillset.name)
     # The methods that start skills hide types in the rest of their class.
@@ -131,25 +131,25 @@ def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
         ("events", "Events", skillset.events, _events),
     ]
     present = [(view, suffix, write) for view, suffix, declared, write in views if declared]
-    body = list(_skills(skillset, names, manner))
+    body = list(_skills(skillset, names, style))
     for _, suffix, write in present:
-        body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, manner)]
+        body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, style)]
     # A skill called like a view hides it: `M600Data(client)` still makes one.
-    body += _robot(robot, manner, [(view, suffix) for view, suffix, _ in present if view not in hidden])
-    connect = _CONNECT.format(skillset=skillset.name, robot=robot, runtime=manner.runtime, **vars(manner))
+    body += _robot(robot, style, [(view, suffix) for view, suffix, _ in present if view not in hidden])
+    connect = _CONNECT.format(skillset=skillset.name, robot=robot, runtime=style.runtime, **vars(style))
     body += connect.splitlines()
-    yield f'"""Typed access to `{skillset.name}`, {manner.summary}: {manner.goal}.'
+    yield f'"""Typed access to `{skillset.name}`, {style.summary}: {style.goal}.'
     yield ""
-    yield f"{manner.asynchronous}with connect() as {skillset.name}:"
-    yield f"{INDENT}outcome = {_example(skillset, manner)}"
+    yield f"{style.asynchronous}with connect() as {skillset.name}:"
+    yield f"{INDENT}outcome = {_example(skillset, style)}"
     yield '"""'
     yield ""
     yield "from __future__ import annotations"
     yield ""
-    yield f"from collections.abc import {manner.generator} as _{manner.generator}"
-    yield f"from contextlib import {manner.decorator}"
+    yield f"from collections.abc import {style.generator} as _{style.generator}"
+    yield f"from contextlib import {style.decorator}"
     yield ""
-    yield f"from skillwing.services.client import {manner.library} as {manner.runtime}"
+    yield f"from skillwing.services.client import {style.library} as {style.runtime}"
     yield ""
     yield "from . import SCHEMA_HASH as _SCHEMA_HASH"
     yield "from . import processes as _processes"
@@ -160,17 +160,17 @@ def lines(skillset: Skillset, manner: Manner) -> Iterator[str]:
     yield from body
 
 
-def _example(skillset: Skillset, manner: Manner) -> str:
-    """The first call that anybody would try."""
+def _example(skillset: Skillset, style: ClientStyle) -> str:
+    """An example call for the docstring."""
     skill = skillset.skills[0].name if skillset.skills else "skill"
     started = f"{skillset.name}.{skill}(...)"
-    return f"await {started}" if manner.awaited else f"{started}.wait()"
+    return f"await {started}" if style.awaited else f"{started}.wait()"
 
 
 # --- skills
 
 
-def _skills(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+def _skills(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     yield from ("", "", f"class {class_name(skillset.name)}Skills:")
     yield f'{INDENT}"""Starts skills.'
     yield ""
@@ -178,14 +178,14 @@ def _skills(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[st
     yield f"{INDENT}Raises InvalidInputError for a value of a wrong type."
     yield f'{INDENT}"""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     yield f"{INDENT * 2}self._client = client"
     for skill in skillset.skills:
         yield ""
-        yield from _starter(skill, names, manner)
+        yield from _starter(skill, names, style)
 
 
-def _starter(skill: Skill, names: TypeNames, manner: Manner) -> Iterator[str]:
+def _starter(skill: Skill, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     taken = {field.name for field in skill.inputs}
     options = [option for option in _OPTIONS if option not in taken]
     parameters = [
@@ -193,7 +193,7 @@ def _starter(skill: Skill, names: TypeNames, manner: Manner) -> Iterator[str]:
         *(f"{option}: str | None = None" for option in options),
     ]
     outputs, feedback = answer_classes(skill, names)
-    goal = f"{manner.runtime}.Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    goal = f"{style.runtime}.Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
     yield from method(f"def {skill.name}", parameters, goal)
     yield from _starter_docstring(skill)
     inputs = [f'"{field.name}": {field.name}' for field in skill.inputs]
@@ -227,22 +227,22 @@ def _starter_docstring(skill: Skill) -> Iterator[str]:
 # --- views
 
 
-def _resources(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+def _resources(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     yield f'{INDENT}"""The resources of `{skillset.name}`."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     for resource in skillset.resources:
         states = names(f"{class_name(resource.name)}State")
-        yield f'{INDENT * 2}self.{resource.name} = {manner.runtime}.Resource[{states}](client, "{resource.name}")'
+        yield f'{INDENT * 2}self.{resource.name} = {style.runtime}.Resource[{states}](client, "{resource.name}")'
 
 
-def _data(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+def _data(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     yield f'{INDENT}"""The data of `{skillset.name}`."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     for item in skillset.data:
         kind = annotation(item.type, names)
-        yield f'{INDENT * 2}self.{item.name} = {manner.runtime}.Datum[{kind}](client, "{item.name}", {kind})'
+        yield f'{INDENT * 2}self.{item.name} = {style.runtime}.Datum[{kind}](client, "{item.name}", {kind})'
         if told := _data_remark(item):
             yield f'{INDENT * 2}"""{told}"""'
 
@@ -252,28 +252,28 @@ def _data_remark(item: DataItem) -> str:
     return f"{told} every {item.period} s".strip() if item.period is not None else told
 
 
-def _events(skillset: Skillset, names: TypeNames, manner: Manner) -> Iterator[str]:
+def _events(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     del names
-    yield f'{INDENT}"""Fires the events of `{skillset.name}`, in the functional layer\'s place.'
+    yield f'{INDENT}"""Fires the events of `{skillset.name}` in place of the functional layer.'
     yield ""
-    yield f"{INDENT}Raises RefusedError where the guard of one says no, UnansweredError."
+    yield f"{INDENT}Raises RefusedError if a guard forbids it, and NoReplyError."
     yield f'{INDENT}"""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     yield f"{INDENT * 2}self._client = client"
     for event in skillset.events:
         yield ""
-        yield f"{INDENT}{manner.asynchronous}def {event.name}(self) -> None:"
-        yield f'{INDENT * 2}{manner.awaited}self._client.fire("{event.name}")'
+        yield f"{INDENT}{style.asynchronous}def {event.name}(self) -> None:"
+        yield f'{INDENT * 2}{style.awaited}self._client.fire("{event.name}")'
 
 
 # --- the robot
 
 
-def _robot(robot: str, manner: Manner, views: list[tuple[str, str]]) -> Iterator[str]:
+def _robot(robot: str, style: ClientStyle, views: list[tuple[str, str]]) -> Iterator[str]:
     yield from ("", "", f"class {robot}({robot}Skills):")
-    yield f'{INDENT}"""The robot: its skills, and what is known of it."""'
+    yield f'{INDENT}"""The robot: its skills, resources, data and events."""'
     yield ""
-    yield f"{INDENT}def __init__(self, client: {manner.runtime}.Client) -> None:"
+    yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     yield f"{INDENT * 2}super().__init__(client)"
     yield from (f"{INDENT * 2}self.{view} = {robot}{suffix}(client)" for view, suffix in views)

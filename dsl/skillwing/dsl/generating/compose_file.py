@@ -1,4 +1,4 @@
-"""`compose.yml`: the managers as containers, one each, and the router that joins them."""
+"""`compose.yml`: the managers as containers, one each, and their router."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _FRAME = """\
 #
 #   docker compose -f {package}/generated/compose.yml up
 #
-# The image is Skillwing's own (`docker build --target manager -t skillwing-manager .` in its sources), and this package
-# is mounted into it. Processes below the managers go into a second file, given with another -f. Only loopback of the
-# host is opened, for Zenoh at 7447. Valid for Compose v2 and for docker-compose 1.29.
+# The image is Skillwing's own (`docker build --target manager -t skillwing-manager .` in its sources). This package is
+# mounted into it. Processes below the managers go into a second file, given with another -f. The only open port is
+# 7447 for Zenoh, on loopback of the host. Valid for Compose v2 and for docker-compose 1.29.
 
 x-process: &process
   init: true
-  # Back after a crash, and not after an end in good order.
+  # Restarted after a crash, not after a normal end.
   restart: on-failure
   stop_grace_period: 10s
   cap_drop: [ALL]
@@ -32,8 +32,8 @@ x-process: &process
     SKILLWING_HEARTBEAT: /tmp/heartbeat
   depends_on:
     router: {{condition: service_healthy}}
-  # The process touches this file from its own thread once a second: an old one tells a crash and a hang alike. Seldom,
-  # for the engine starts a process for each look.
+  # The process touches this file from its node thread once a second, so an old file means a crash or a hang. The
+  # interval is long because the engine starts a process for each check.
   healthcheck: &heartbeat
     test: ["CMD-SHELL", "test $$(( $$(date +%s) - $$(stat -c %Y /tmp/heartbeat) )) -lt 20"]
     interval: 30s

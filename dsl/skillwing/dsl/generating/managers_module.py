@@ -1,4 +1,4 @@
-"""`managers.py`: what the developer of a skill derives its manager from."""
+"""`managers.py`: the base classes of skill managers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from skillwing.dsl.naming import class_name
 
 
 def abstract_manager(skill: str) -> str:
-    """The class that the manager of a skill derives from."""
+    """The base class of a skill's manager."""
     return f"Abstract{class_name(skill)}Manager"
 
 
@@ -26,7 +26,7 @@ def lines(skillset: Skillset) -> Iterator[str]:
     names = TypeNames()
     body = [line for skill in skillset.skills for line in _manager(skill, names)]
     yield from exemptions(skillset)
-    yield f'"""What the managers of `{skillset.name}` derive from: one class for each skill, its results as methods."""'
+    yield f'"""Base classes of the managers of `{skillset.name}`: one for each skill, with its results as methods."""'
     yield ""
     yield "from __future__ import annotations"
     if body:

@@ -1,4 +1,4 @@
-"""`mocks.py`: typed ways to say how a mocked skill goes."""
+"""`mocks.py`: typed scripts for mocked skills."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def lines(skillset: Skillset) -> Iterator[str]:
     names = TypeNames()
     body = [line for skill in skillset.skills for line in _mock(skill, names)]
     yield from exemptions(skillset)
-    yield f'"""How goals of mocked skills of `{skillset.name}` go, for tests and for missions without a robot.'
+    yield f'"""Typed mock scripts for skills of `{skillset.name}`, for tests and for missions without a robot.'
     yield ""
     yield _example(skillset)
     yield '"""'
@@ -41,7 +41,7 @@ def _example(skillset: Skillset) -> str:
 def _mock(skill: Skill, names: TypeNames) -> Iterator[str]:
     outputs, feedback = answer_classes(skill, names)
     yield from ("", "", f"class {class_name(skill.name)}Mock(_SkillMock[{outputs}, {feedback}]):")
-    yield f'{INDENT}"""How one goal of a mocked `{skill.name}` goes."""'
+    yield f'{INDENT}"""The course of one goal of a mocked `{skill.name}`."""'
     for result in skill.results:
         yield ""
         yield from _ending(result, outputs, feedback)
@@ -72,9 +72,9 @@ def _script(skillset: Skillset) -> Iterator[str]:
     yield from ("", "")
     parameters = [f"{name}: _Runs = ()" for name in skills] + (["seed: int = 0"] if seed else [])
     yield from bracketed("def script(", ["*", *parameters], ") -> _MockScript:")
-    yield f'{INDENT}"""For each skill the runs of its goals, one after the other; the last one repeats.'
+    yield f'{INDENT}"""A script with the runs of goals by skill, in sequence; the last run repeats.'
     yield ""
-    yield f"{INDENT}`Choices` of runs are drawn with the seed. A skill without runs does what it does unscripted."
+    yield f"{INDENT}`Choices` of runs are drawn with the seed. A skill without runs ends as without a script."
     yield f'{INDENT}"""'
     pairs = [f'"{name}": {name}' for name in skills]
     passed = ["seed"] if seed else []

@@ -1,13 +1,15 @@
-"""A skill to begin with: its block in the skillset, a test of its manager, and what is left to do."""
+"""A new skill: its block in the skillset, a test of its manager, and a to-do list."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skill
 from skillwing.dsl.naming import class_name, manager_class
-from skillwing.dsl.reading.lexer import lex
+from skillwing.dsl.reading.dialect import lex
 
 _BLOCK = """\
     // Say here in a sentence what `{skill}` does.
@@ -24,14 +26,11 @@ _TEST = '''\
 
 from __future__ import annotations
 
-from skillwing.services.testing import SkillTest
-
-from ..generated.processes import SKILLSET
-from ..skills.{skill} import {manager}
+{imports}
 
 
-def test_it_refuses_its_goals_until_it_is_written() -> None:
-    """Put in its place what `{skill}` has to do: how it ends, what stops it, what it refuses."""
+def test_it_rejects_its_goals_until_it_is_written() -> None:
+    """Replace this by tests of `{skill}`: its results, what stops it, and goals that it rejects."""
     test = SkillTest(SKILLSET, {manager})
     goal = test.start()
     goal.assert_ended("ERROR", reason="not written yet")
@@ -39,45 +38,68 @@ def test_it_refuses_its_goals_until_it_is_written() -> None:
 
 
 def with_skill(text: str, skill: str, file: str) -> str:
-    """The text of a valid skillset with one more skill, the last one.
+    """The text of a valid skillset with one more skill at its end.
 
-    Nothing else of it changes, its comments least of all; what was in the style of `skillwing fmt` is so afterwards.
+    The rest of the text stays as it is. Text in the style of `skillwing fmt` is so afterwards.
     """
     closing = next(lexeme for lexeme in reversed(lex(text, file)) if lexeme.kind == "CLOSE")
     before, after = text[: closing.start].rstrip(), text[closing.start :]
     return f"{before}\n\n{_BLOCK.format(skill=skill)}{after}"
 
 
-def skill_test(skill: str) -> Mapping[str, str]:
-    """The files of the skill's first test by their path in the package."""
-    text = _TEST.format(skill=skill, manager=manager_class(skill))
-    return {"tests/__init__.py": "", tests_of(skill): text}
+def skill_test(skill: str, package: str) -> str:
+    """The first test of a skill's manager. package: import name of the robot's package."""
+    kit = "from skillwing.services.testing import SkillTest"
+    own = [
+        f"from {package}.generated.processes import SKILLSET",
+        f"from {package}.skills.{skill} import {manager_class(skill)}",
+    ]
+    imports = [*own, kit] if package.startswith("skillwing.") else [kit, "", *own]
+    return _TEST.format(skill=skill, manager=manager_class(skill), imports="\n".join(imports))
 
 
-def tests_of(skill: str) -> str:
-    """Where in the package the tests of a skill are."""
-    return f"tests/test_{skill}.py"
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """The files around a skillset that follow it. package: the robot's package; test: the first test of the new skill.
+
+    mock_script: the script of its mocks. makes_all: whether `make generate` renews everything that is generated.
+    """
+
+    package: Path
+    test: Path
+    mock_script: Path | None
+    makes_all: bool
 
 
-def checklist(skill: Skill, file: str, folder: str | None) -> Iterator[str]:
-    """What is left to do, in the order in which to do it. folder: the robot's package, None if there is none yet."""
+def checklist(skill: Skill, file: Path, around: Surroundings | None) -> Iterator[str]:
+    """The remaining work, in its order. around: None if the robot has no package yet."""
     yield f"Describe it in {file}:"
-    yield "  [ ] `input`, `output` and `progress`: what goes in and comes out, with units and ranges"
-    yield "  [ ] `effect`: which resources it takes, and how it gives them back"
-    yield "  [ ] `precondition`: what has to hold for it to start, and which effect then takes the resources"
-    yield "  [ ] `invariant`: what has to hold while it runs, and what gives the resources back where it does not"
-    yield "  [ ] `result`: how it ends, each with what it applies and a `post` if you can promise one"
-    yield "  [ ] `interrupt` with its timeout, and `lost` if a dead manager needs more than that"
+    yield "  [ ] `input`, `output` and `progress`: the values that go in and come out, with units and ranges"
+    yield "  [ ] `effect`: the resources that it takes, and how it gives them back"
+    yield "  [ ] `precondition`: what must hold for a start, and the effect that then takes the resources"
+    yield "  [ ] `invariant`: what must hold while it runs, and the effect that gives the resources back otherwise"
+    yield "  [ ] `result`: each end, with the effect that it applies and a `post` if you can promise one"
+    yield "  [ ] `interrupt` with its timeout, and `lost` if a dead manager needs another effect"
     yield f"  [ ] `skillwing check {file}`"
-    if folder is None:
+    if around is None:
         yield "Then make the robot's package, with its manager in it:"
         yield f"  [ ] `skillwing generate {file} -o DIR`"
         return
+    folder = around.package
     yield f"Write it in {folder}/{skill_file(skill.name)}:"
-    yield f"  [ ] `skillwing generate {file} -o {folder}`, which gives the hooks their types"
+    if around.makes_all:
+        yield "  [ ] `make generate`, which gives the hooks their types and renews everything that is generated"
+    else:
+        yield f"  [ ] `skillwing generate {file} -o {folder}`, which gives the hooks their types"
     yield "  [ ] `on_dispatch` starts the functional layer; callbacks end the goal by `terminated_<RESULT>`"
     yield "  [ ] `on_interrupt` stops it and calls `interrupted` when it has stopped"
-    yield f"  [ ] `progress`, if there is any, returns a `{class_name(skill.name)}Feedback`: how far it is"
-    yield f"Test it in {folder}/{tests_of(skill.name)}:"
-    yield "  [ ] each result, the interruption, each invariant, a refused start"
-    yield f"  [ ] `pytest {folder}/tests`"
+    yield f"  [ ] `progress`, if there is any, returns a `{class_name(skill.name)}Feedback`"
+    yield f"Test it in {around.test}:"
+    yield "  [ ] each result, the interruption, each invariant, a rejected start"
+    yield f"  [ ] `pytest {around.test.parent}`"
+    yield "Where you have them:"
+    script = around.mock_script or file.with_suffix(".mock.toml")
+    yield f"  [ ] mock script: `[skill.{skill.name}]` in {script}, if a mock has to do more than succeed after 1 s"
+    if not around.makes_all:
+        yield f"  [ ] reference page: `skillwing docs {file} -o PAGE.md`"
+        yield f"  [ ] your own Compose file: the service `skill_{skill.name}`, as in {folder}/generated/compose.yml"

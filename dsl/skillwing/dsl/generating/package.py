@@ -1,15 +1,16 @@
-"""The package of a robot: everything that follows from its skillset, and how it comes onto the disk.
+"""The package of a robot: all files that follow from its skillset.
 
-    rover/generated/       made anew each time and never edited
+    rover/generated/       rewritten by each run, never edited
     rover/skills/*.py      one manager for each skill, written once
     rover/robot.py         the table of processes, written once
 
-Nothing that somebody wrote is ever overwritten. The output is deterministic and meant to be read.
+Files of the user are never overwritten. The output is deterministic and readable.
 """
 
 from __future__ import annotations
 
 import ast
+import os
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
@@ -26,19 +27,19 @@ from skillwing.dsl.model import Skillset
 
 GENERATED = "generated"
 MARKS = ("# Generated from", "// Generated from")
-"""How every generated file begins."""
+"""First words of every generated file."""
 
 
 def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection[str]) -> Mapping[str, str]:
-    """The files of `generated/` by name, but for a copy of the skillset.
+    """The files of `generated/` by name, without the copy of the skillset.
 
-    source: the skillset's file. folder: the package. managed: the skills that have a manager. Nothing is read from the
-    disk, and of the paths only the last part and their relation count.
+    source: the skillset's file. folder: the package. managed: the skills that have a manager. Reads nothing from disk.
+    Only the last part of the paths and their relation have an effect.
     """
     if _in_place(skillset, source, folder):
-        place = source.resolve().relative_to(folder.resolve()).parts
+        location = source.resolve().relative_to(folder.resolve()).parts
     else:
-        place = (GENERATED, _copied_as(skillset, source))
+        location = (GENERATED, _copied_as(skillset, source))
     modules = {
         "__init__.py": (
             f'"""Made from the skillset `{skillset.name}`, and never edited."""',
@@ -51,7 +52,7 @@ def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection
         client_modules.WAITING.module: client_modules.lines(skillset, client_modules.WAITING),
         client_modules.ASYNCHRONOUS.module: client_modules.lines(skillset, client_modules.ASYNCHRONOUS),
         "mocks.py": mocks_module.lines(skillset),
-        "processes.py": processes_module.lines(skillset, place, managed),
+        "processes.py": processes_module.lines(skillset, location, managed),
         "compose.yml": compose_file.lines(skillset, folder.resolve().name, managed),
     }
     header = _header("#", source.name)
@@ -59,9 +60,9 @@ def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection
 
 
 def skillset_copy(skillset: Skillset, source: Path, folder: Path, text: str) -> Mapping[str, str]:
-    """The copy of the skillset that a package needs whose skillset lies elsewhere; none where it lies in the package.
+    """The copy of a skillset that lies outside of the package; none for one inside.
 
-    The copy is called after the skillset, by which processes know it.
+    The copy has the name of the skillset, by which processes find it.
     """
     if _in_place(skillset, source, folder):
         return {}
@@ -82,7 +83,7 @@ def _header(comment: str, source: str) -> str:
 
 
 def is_generated(file: Path) -> bool:
-    """Tell whether a file was generated, rather than written by somebody."""
+    """True if a file was generated."""
     return file.is_file() and file.read_text("utf-8", errors="replace").startswith(MARKS)
 
 
@@ -95,32 +96,32 @@ class RobotFolder:
 
     @property
     def exists(self) -> bool:
-        """Whether a package was generated there."""
+        """True if the folder holds a generated package."""
         return is_generated(self.generated / "processes.py")
 
     def managed(self, skillset: Skillset) -> tuple[str, ...]:
-        """The skills that have a file for their manager."""
+        """The skills with a manager file."""
         return tuple(skill.name for skill in skillset.skills if (self.path / skill_file(skill.name)).is_file())
 
     def foreign(self, products: Collection[str]) -> tuple[Path, ...]:
-        """The files in `generated/` that would be overwritten and were not generated."""
+        """The files in `generated/` that would be overwritten although they were not generated."""
         paths = [self.generated / name for name in products]
         return tuple(path for path in paths if path.is_file() and not is_generated(path))
 
     def outdated(self, products: Mapping[str, str]) -> tuple[Path, ...]:
-        """The files in `generated/` that are missing, differ from what would be generated, or are no longer."""
+        """The files in `generated/` that are missing, different or superfluous."""
         paths = {self.generated / name: text for name, text in products.items()}
         stale = [path for path, text in paths.items() if not path.is_file() or path.read_text("utf-8") != text]
         return (*stale, *self._superfluous(products))
 
     def orphans(self, skillset: Skillset) -> tuple[Path, ...]:
-        """Managers in `skills/` of skills that the skillset no longer has."""
+        """Managers in `skills/` of skills that the skillset does not have."""
         known = {managers_module.abstract_manager(skill.name) for skill in skillset.skills}
         files = sorted((self.path / "skills").glob("*.py"))
         return tuple(file for file in files if not known.issuperset(_bases(file)))
 
     def write(self, products: Mapping[str, str]) -> None:
-        """Write `generated/`, and remove from it what was generated and is no longer."""
+        """Write `generated/`, and remove generated files that are superfluous."""
         self.generated.mkdir(parents=True, exist_ok=True)
         for name, text in products.items():
             (self.generated / name).write_text(text, encoding="utf-8")
@@ -128,8 +129,9 @@ class RobotFolder:
             path.unlink()
 
     def write_once(self, files: Mapping[str, str]) -> tuple[Path, ...]:
-        """Write the files that are not there yet, by their path in the package; returns which."""
-        missing = {self.path / name: text for name, text in files.items() if not (self.path / name).exists()}
+        """Write the files that do not exist yet, by their path from the package; return their paths."""
+        paths = {Path(os.path.normpath(self.path / name)): text for name, text in files.items()}
+        missing = {path: text for path, text in paths.items() if not path.exists()}
         for path, text in missing.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
@@ -144,7 +146,7 @@ class RobotFolder:
 
 
 def _bases(file: Path) -> set[str]:
-    """The generated classes that a module imports to derive from; none where it cannot be read."""
+    """The generated classes that a module imports as base classes; none if it cannot be read."""
     try:
         tree = ast.parse(file.read_text("utf-8"))
     except (SyntaxError, ValueError):

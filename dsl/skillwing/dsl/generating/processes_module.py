@@ -1,4 +1,4 @@
-"""`processes.py`: the process table, as far as it follows from the skillset: where that lies, and who manages what."""
+"""`processes.py`: the path of the skillset, and the manager class of each skill."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import manager_class
 
 
-def lines(skillset: Skillset, place: Sequence[str], managed: Collection[str]) -> Iterator[str]:
+def lines(skillset: Skillset, location: Sequence[str], managed: Collection[str]) -> Iterator[str]:
     """The lines of the module.
 
-    place: where in the package the skillset's file lies. managed: the skills that have a file in `skills/`.
+    location: path of the skillset's file in the package. managed: the skills that have a file in `skills/`.
     """
-    yield f'"""The managers of `{skillset.name}`: the skillset that they share, and who manages which skill.'
+    yield f'"""The managers of `{skillset.name}`: their skillset, and the manager class of each skill.'
     yield ""
-    yield "`robot.py` puts them into the robot's table. A skill is in here as soon as it has a file in `skills/`."
+    yield "`robot.py` puts them into the robot's table. It lists the skills with a file in `skills/`."
     yield '"""'
     yield ""
     yield "from __future__ import annotations"
@@ -25,7 +25,7 @@ def lines(skillset: Skillset, place: Sequence[str], managed: Collection[str]) ->
     yield ""
     yield 'PACKAGE = __name__.removesuffix(".generated.processes")'
     yield 'TABLE = f"{PACKAGE}.robot:ROBOT"'
-    yield f"SKILLSET = Path(__file__).parents[1] / {quoted('/'.join(place))}"
+    yield f"SKILLSET = Path(__file__).parents[1] / {quoted('/'.join(location))}"
     entries = [
         f'"{skill.name}": f"{{PACKAGE}}.skills.{skill.name}:{manager_class(skill.name)}",'
         for skill in skillset.skills

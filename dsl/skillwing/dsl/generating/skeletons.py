@@ -1,4 +1,4 @@
-"""What is written once and then belongs to the developer: the package, its table, and a manager for each skill."""
+"""Skeletons, which are written once and then belong to the developer: package, process table and skill managers."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.naming import class_name, manager_class
 
 _TABLE = '''\
-"""The table of `{robot}`: its skillset, who manages which skill, and what runs below the managers.
+"""The table of `{robot}`: its skillset, its skill managers, and the processes below them.
 
-Written once by `skillwing generate`, and yours from then on. It runs as it is:
+Written once by `skillwing generate`, and yours from then on. It already runs:
 
     skillwing up --robot {package}
 
-Once it is installed its name will do, if the entry-point group `skillwing.robots` has it:
+Installed packages are found by name through the entry-point group `skillwing.robots`:
 
     {robot} = "{package}.robot:ROBOT"
 """
@@ -28,13 +28,13 @@ from skillwing.services.robot import Robot
 from .generated.processes import HOOKS, SKILLSET
 
 # There is no functional layer yet. `functional_layer=` names the processes below the managers: drivers, and the bridge
-# that turns what they tell into data and extern transitions. `clock="robot"` is for one that publishes the time.
+# that turns their messages into data and extern transitions. `clock="robot"` is for a layer that publishes the time.
 ROBOT = Robot(name="{robot}", skillset=SKILLSET, hooks=HOOKS, clock="wall")
 '''
 
 
 def skeletons(skillset: Skillset, package: str, *, skills: Collection[str] | None = None) -> Mapping[str, str]:
-    """The files by their path in the package. skills: which ones get a manager, all of them unless given."""
+    """The files by their path in the package. skills: those that get a manager, by default all."""
     wanted = [skill for skill in skillset.skills if skills is None or skill.name in skills]
     return {
         "__init__.py": f'"""The robot `{skillset.name}`."""\n',
@@ -45,12 +45,12 @@ def skeletons(skillset: Skillset, package: str, *, skills: Collection[str] | Non
 
 
 def skill_file(skill: str) -> str:
-    """Where in the package the manager of a skill is."""
+    """The path of a skill's manager in the package."""
     return f"skills/{skill}.py"
 
 
 def refusal(skill: str) -> str:
-    """With which reason a manager that is not written yet ends its goals."""
+    """The reason with which an unwritten manager ends its goals."""
     return f"`{skill}` is not written yet: fill in {skill_file(skill)}."
 
 
@@ -73,7 +73,7 @@ def _manager(skill: Skill) -> Iterator[str]:
 
 def _hooks(skill: Skill, inputs: str, feedback: str | None) -> Iterator[str]:
     yield f"class {manager_class(skill.name)}({abstract_manager(skill.name)}):"
-    yield f'{INDENT}"""Refuses its goals until it is written: nobody is to take it for a skill that works."""'
+    yield f'{INDENT}"""Rejects all goals until it is written."""'
     yield ""
     yield f"{INDENT}def on_dispatch(self, goal: Goal[{inputs}]) -> None:"
     yield from docstring("Start the functional layer and return.", _how_it_ends(skill))
@@ -82,16 +82,16 @@ def _hooks(skill: Skill, inputs: str, feedback: str | None) -> Iterator[str]:
         yield ""
         yield f"{INDENT}def progress(self, goal: Goal[{inputs}]) -> {feedback} | None:"
         called = f"Called every {skill.progress_period} s while the goal runs."
-        yield from docstring(f"Tell how far it is with a `{feedback}`; None tells nothing.", called)
+        yield from docstring(f"Return the progress as a `{feedback}`, or None for no feedback.", called)
         yield f"{INDENT * 2}return None"
     yield ""
     yield f"{INDENT}def on_interrupt(self, goal: Goal[{inputs}]) -> None:"
-    stopped = f"Call `interrupted` when it has, within {skill.interrupt.timeout} s: the stop is forced then."
+    stopped = f"Call `interrupted` when it has stopped, within {skill.interrupt.timeout} s; then the stop is forced."
     yield from docstring("Stop the functional layer and return.", stopped)
     yield f"{INDENT * 2}self.interrupted(goal.id)"
     yield ""
     yield f"{INDENT}def on_ended(self, goal: Goal[{inputs}], terminal: Terminal) -> None:"
-    yield from docstring("Stop what still runs for the goal, which may have been ended by a broken invariant.")
+    yield from docstring("Stop all activity for the goal, which a broken invariant may have ended.")
 
 
 def _how_it_ends(skill: Skill) -> str:

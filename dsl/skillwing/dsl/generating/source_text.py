@@ -1,4 +1,4 @@
-"""Pieces of Python that several generated modules are put together from."""
+"""Building blocks of generated Python modules."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ LINE_LENGTH = 120
 
 
 class TypeNames:
-    """The names of the skillset's own types, and of what is made from it, in one module.
+    """The names of the skillset's types, and of classes made from them, in one module.
 
-    What a module takes from the runtime has an underscore before it, which no type has. reserved: what else the module
-    or a class in it names; a type of the same name is taken from `_types`. origin: the module that types come from.
+    Names of the runtime begin with an underscore, which no type does. reserved: other names in the module or in one of
+    its classes; a type with such a name is taken from `_types`. origin: the module that types come from.
     """
 
     def __init__(self, reserved: Iterable[str] = (), origin: str = ".types") -> None:
@@ -28,7 +28,7 @@ class TypeNames:
         self._hidden = False
 
     def __call__(self, name: str) -> str:
-        """What a type from `types.py` is called here."""
+        """The name of a type from `types.py` in this module."""
         if name in self._reserved:
             self._hidden = True
             return f"_types.{name}"
@@ -36,12 +36,12 @@ class TypeNames:
         return name
 
     def module_import(self) -> Iterator[str]:
-        """The import of the module itself, if a type was used so far whose name is reserved."""
+        """The import of the module `types` itself, if a type with a reserved name was used."""
         if self._hidden:
             yield "from . import types as _types"
 
     def imports(self) -> Iterator[str]:
-        """The import of all the others, in one line if it fits."""
+        """The import of all other types, in one line if it fits."""
         if not self._used:
             return
         opening, used = f"from {self._origin} import", sorted(self._used, key=_import_order)
@@ -50,12 +50,12 @@ class TypeNames:
 
 
 def _import_order(name: str) -> tuple[object, ...]:
-    """The order in which ruff and isort have classes: those in capitals first, then by letter, then capitals first."""
+    """The order of ruff and isort: names in capitals first, then by letter, then capitals first."""
     return not name.isupper() or len(name) == 1, _natural_order(name.lower()), _natural_order(name)
 
 
 def _natural_order(text: str) -> list[str | tuple[int, str]]:
-    """Numbers by value, but those with a leading zero as fractions, before the others."""
+    """Numbers by value. Those with a leading zero count as fractions and come first."""
     pieces = re.split(r"(\d+)", text)
     return [
         (0 if piece.startswith("0") else len(piece), piece) if place % 2 else piece
@@ -64,7 +64,7 @@ def _natural_order(text: str) -> list[str | tuple[int, str]]:
 
 
 def annotation(declared: Type, names: TypeNames | None = None) -> str:
-    """A type of the language as Python writes it. names: of the module that it stands in, None for `types.py`."""
+    """The Python annotation of a type. names: of the module that it stands in, None for `types.py`."""
     if isinstance(declared, ArrayType):
         return f"list[{annotation(declared.element, names)}]"
     if isinstance(declared, EnumType | StructType):
@@ -76,7 +76,7 @@ def annotation(declared: Type, names: TypeNames | None = None) -> str:
 
 
 def default(field: Field, names: TypeNames | None = None) -> str:
-    """` = value` for a field that has a default, else nothing."""
+    """` = value` for a field with a default, else nothing."""
     if field.default is None:
         return ""
     if isinstance(field.type, EnumType):
@@ -85,13 +85,13 @@ def default(field: Field, names: TypeNames | None = None) -> str:
 
 
 def quoted(text: str) -> str:
-    """A string literal in double quotes wherever that needs no escapes, as the formatter would have it."""
+    """A string literal in double quotes wherever that needs no escapes, as the formatter writes it."""
     literal = repr(text)
     return literal if '"' in text else f'"{literal[1:-1]}"' if "'" not in text else literal
 
 
 def remark(field: Field) -> str:
-    """Unit, range and length of a field, as far as the annotation does not tell."""
+    """Unit, range and length of a field, as far as the annotation lacks them."""
     parts = [f"[{field.unit}]"] if field.unit else []
     if field.low is not None and field.high is not None:
         parts.append(f"in {bounds_text(field.low, field.high)}")
@@ -115,7 +115,7 @@ def answer_classes(skill: Skill, names: TypeNames) -> tuple[str, str]:
 
 
 def exemptions(skillset: Skillset) -> Iterator[str]:
-    """What a module tells the linter whose methods are named after results, where these are not in small letters."""
+    """The linter exemption of a module with methods named after results, unless all of these are in small letters."""
     if any(result.name != result.name.lower() for skill in skillset.skills for result in skill.results):
         yield "# ruff: noqa: N802 - results keep the names that the skillset gives them"
 
@@ -126,7 +126,7 @@ def enumeration(names: Sequence[str], last: str) -> str:
 
 
 def bracketed(opening: str, items: Iterable[str], closing: str) -> Iterator[str]:
-    """Items one to a line, as the formatter writes what does not fit into one."""
+    """Items one to a line, as the formatter writes a list that is too long for one line."""
     yield opening
     yield from (f"{INDENT}{item}," for item in items)
     yield closing

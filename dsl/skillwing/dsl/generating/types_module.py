@@ -1,4 +1,4 @@
-"""`types.py`: the types of the skillset, and what goes into and comes out of its skills."""
+"""`types.py`: the types of the skillset, and the inputs, outputs and feedback of its skills."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from skillwing.dsl.naming import class_name
 def lines(skillset: Skillset) -> Iterator[str]:
     enums = [declared for declared in skillset.types if isinstance(declared, EnumType)]
     structs = [declared for declared in skillset.types if isinstance(declared, StructType)]
-    yield f'"""Types of the skillset `{skillset.name}`, and what goes into and comes out of its skills."""'
+    yield f'"""Types of the skillset `{skillset.name}`, and inputs, outputs and feedback of its skills."""'
     yield ""
     yield "from __future__ import annotations"
     yield ""
@@ -50,7 +50,7 @@ def lines(skillset: Skillset) -> Iterator[str]:
 
 
 def _messages(skill: Skill) -> Iterator[tuple[str, tuple[Field, ...]]]:
-    """The message classes of a skill: inputs always, outputs and feedback where it has any."""
+    """The message classes of a skill: inputs always, outputs and feedback if it has any."""
     yield "Inputs", skill.inputs
     if skill.outputs:
         yield "Outputs", skill.outputs
@@ -68,7 +68,7 @@ def _struct(name: str, summary: str, fields: Iterable[Field]) -> Iterator[str]:
 
 
 def _alias(name: str, values: Sequence[str]) -> Iterator[str]:
-    """The names that a result or a state may have; a skill without results never has one."""
+    """The alias for the names of results or states; a skill without results has none."""
     if not values:
         yield f"{name}: typing.TypeAlias = typing.Never"
         return

@@ -1,4 +1,4 @@
-"""Lines of text, and the columns that neighbouring ones share."""
+"""Lines of text with aligned columns."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _BEFORE_REMARK = "   "
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One line, or several that a comment is spread over.
+    """One line, or several with a long comment.
 
-    depth: of indentation. cells: the text, cut where columns may be aligned; cells but the last may be padded.
+    depth: of indentation. cells: the text, cut where columns may be aligned; all cells but the last may be padded.
     remark: comments behind the text. after_blank: an empty line stands before it.
     """
 
@@ -28,18 +28,18 @@ class Line:
 
     @property
     def is_bracket(self) -> bool:
-        """The line opens or closes a block of several lines: it belongs to no column."""
+        """True if the line opens or closes a block of several lines, and so belongs to no column."""
         return self.text.endswith("{") or self.text == "}"
 
 
 def aligned(lines: Sequence[Line]) -> Iterator[Line]:
-    """Pad the cells, then the text before the remarks, of lines that follow each other at one depth."""
+    """Pad the cells, then the text before the remarks, of consecutive lines at one depth."""
     for shaped, run in _runs(lines, lambda line: len(line.cells) > 1):
         yield from _padded(run) if shaped else run
 
 
 def printed(lines: Sequence[Line], indent: str) -> Iterator[str]:
-    """The lines as text, their remarks aligned where neighbouring lines have one."""
+    """The lines as text, with aligned remarks on neighbouring lines."""
     for remarked, run in _runs(lines, lambda line: bool(line.remark) and not line.is_bracket):
         width = max(len(line.text) for line in run) if remarked else 0
         for line in run:
@@ -50,7 +50,7 @@ def printed(lines: Sequence[Line], indent: str) -> Iterator[str]:
 
 
 def _runs(lines: Sequence[Line], belongs: Callable[[Line], bool]) -> Iterator[tuple[bool, list[Line]]]:
-    """Neighbouring lines of one depth, without an empty line among them, of which all or none belong."""
+    """Runs of neighbouring lines of one depth, without an empty line between, of which all or none belong."""
     group = 0
     groups: list[int] = []
     for index, line in enumerate(lines):
@@ -62,7 +62,7 @@ def _runs(lines: Sequence[Line], belongs: Callable[[Line], bool]) -> Iterator[tu
 
 
 def _padded(run: Sequence[Line]) -> Iterator[Line]:
-    """Pad each cell that has another behind it to the widest of its column."""
+    """Pad each cell but the last to the widest of its column."""
     columns = max(len(line.cells) for line in run)
     widths = [
         max((len(line.cells[at]) for line in run if len(line.cells) > at + 1), default=0) for at in range(columns)

@@ -1,7 +1,7 @@
-"""Skillset sources in one style.
+"""The formatter of skillset sources.
 
-Four spaces of indentation, one statement on a line, columns where neighbouring lines have the same shape, at most one
-empty line. A block that stands on one line stays there if it fits. Comments stay where they are.
+Four spaces of indentation, one statement on a line, columns in neighbouring lines of the same shape, at most one empty
+line. A block on one line stays there if it fits. Comments stay in their places.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.printing.columns import Line, aligned, printed
 from skillwing.dsl.printing.spacing import cells, joined
 from skillwing.dsl.printing.statements import Block, Statement, read_statements
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.reading.parser import parse_file
 
 INDENT = "    "
@@ -22,7 +22,7 @@ WIDTH = 100
 
 
 class UnformattableError(ValueError):
-    """A text has syntax errors, so that its layout cannot be known. diagnostics: all of them."""
+    """A text cannot be formatted because it has syntax errors. diagnostics: all of them."""
 
     def __init__(self, file: str, diagnostics: Sequence[Diagnostic]) -> None:
         self.file = file
@@ -31,9 +31,9 @@ class UnformattableError(ValueError):
 
 
 def format_source(text: str, file: str = "<text>") -> str:
-    """Return the text in the one style; the same words and comments in the same order, so the same meaning.
+    """Return the formatted text: the same words and comments in the same order, so the same meaning.
 
-    file: names the text in diagnostics, and its extension tells the dialect. Raises UnformattableError.
+    file: name of the text in diagnostics; its extension selects the dialect. Raises UnformattableError.
     """
     if problems := parse_file(text, file).diagnostics:
         raise UnformattableError(file, problems)
@@ -44,7 +44,7 @@ def format_source(text: str, file: str = "<text>") -> str:
 
 
 def _tidied(text: str) -> str:
-    """The text with one kind of line end and no space before it: what is measured is what will be written."""
+    """The text with one kind of line end and no space before it, so that measured widths are right."""
     return "\n".join(line.rstrip() for line in re.split(r"\r\n?|\n", text))
 
 
@@ -82,7 +82,7 @@ def _on_one_line(statement: Statement, depth: int, after_blank: bool, in_effect:
 
 
 def _may_be_inline(block: Block, depth: int) -> bool:
-    """Whether a block may stand on one line: the outermost, the whole skillset, never does unless it is empty."""
+    """True if a block may stand on one line. The outermost block may only if it is empty."""
     return block.on_one_line and (depth > 0 or not block.statements)
 
 
@@ -97,7 +97,7 @@ def _inline_block(block: Block) -> str:
 
 
 def _inline_pieces(block: Block) -> Iterator[str]:
-    """The statements of a block on one line; the longer ones begin with a space, which sets them further apart."""
+    """The statements of a block on one line. The longer ones begin with an additional space."""
     before: Statement | None = None
     for statement in block.statements:
         room = "" if before is None or (_is_short(before) and _is_short(statement)) else " "
@@ -106,7 +106,7 @@ def _inline_pieces(block: Block) -> Iterator[str]:
 
 
 def _is_short(statement: Statement) -> bool:
-    """A single word, or `word=value`: such need less room between them than whole sentences."""
+    """True if a statement is a single word or `word=value`, which need less space between them."""
     return statement.block is None and not statement.remarks and " " not in joined(statement.words)
 
 
@@ -140,9 +140,9 @@ def _on_several_lines(statement: Statement, depth: int, after_blank: bool) -> It
 
 
 def _pieces(statement: Statement, depth: int) -> Iterator[str]:
-    """The words before the block in as many lines as they need: as in the source, where one would be too long.
+    """The words before the block in as many lines as they need. One that would be too long keeps its line breaks.
 
-    Where a comment ends the line, the last piece may be empty.
+    If a comment ends the line, the last piece may be empty.
     """
     words = statement.words
     too_long = len(INDENT) * depth + len(joined(words)) > WIDTH
@@ -160,7 +160,7 @@ def _pieces(statement: Statement, depth: int) -> Iterator[str]:
 
 
 def _ends_line(word: Lexeme) -> bool:
-    """Tell whether a word is a comment behind which nothing else should stand on the line."""
+    """True if a word is a comment that has to end its line."""
     return word.kind == COMMENT and (word.text.startswith("//") or "\n" in word.text)
 
 
@@ -169,9 +169,9 @@ def _remark(comments: Sequence[Lexeme]) -> str:
 
 
 def _shifted(comment: Lexeme, column: int) -> str:
-    """A comment that begins in that column, from 0, its further lines moved along with the first."""
+    """A comment moved to that column, from 0, with all its lines."""
     first, *rest = comment.text.rstrip().split("\n")
-    _, old = comment.source.place(comment.start)
+    _, old = comment.source.position(comment.start)
     moved = column - (old - 1)
     return "\n".join([first, *(_moved(line, moved) for line in rest)])
 

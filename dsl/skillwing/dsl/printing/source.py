@@ -1,4 +1,4 @@
-"""A model as source: what `convert` prints and what new skills are written with."""
+"""A model as source text, for `convert` and for new skills."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from skillwing.dsl.printing.formatting import format_source
 
 
 def to_source(skillset: Skillset) -> str:
-    """Return `.skillset` text that means the same, in the style of the formatter.
+    """Return `.skillset` text with the same meaning, in the style of the formatter.
 
-    Reading it back gives an equal model, for every model that a source can express: there an interruption without an
-    effect of its own applies the one on which all results agree, and the loss of a manager that of an interruption.
+    Reading it gives an equal model, for every model that a source can express. In a source, an interruption without an
+    effect applies the one that all results share. The loss of a manager then applies that of an interruption.
     """
     elements = [
         *(_type(declared) for declared in skillset.types),
@@ -96,7 +96,7 @@ def _resource(resource: Resource) -> str:
 
 
 def _mentioned(resource: Resource) -> tuple[str, ...]:
-    """The states in the order in which they are mentioned: what they are without a list of their own."""
+    """The states in the order of their first mention, which is their order if there is no list."""
     edges = chain.from_iterable((edge.source, edge.target) for edge in resource.transitions)
     return tuple(dict.fromkeys([resource.initial, *edges]))
 
@@ -176,7 +176,7 @@ def _kind(expression: Expression) -> str:
 
 
 def _ends(skill: Skill) -> Iterator[str]:
-    """`interrupt` and `lost`, as far as they say more than is understood without them."""
+    """`interrupt` and `lost`, as far as they differ from the defaults."""
     interrupt = skill.interrupt
     agreed = {result.apply for result in skill.results}
     options: list[str] = []

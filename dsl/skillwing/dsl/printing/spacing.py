@@ -1,4 +1,4 @@
-"""Which words of a statement stand apart."""
+"""Spaces between the words of a statement."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _MARKS = frozenset({"SUCCESS", "FAILURE"})
 
 
 def joined(words: Sequence[Lexeme], start: int = 0, stop: int | None = None) -> str:
-    """The words of a statement from `start` up to `stop` on one line, with the spaces that the style wants."""
+    """The words of a statement from `start` up to `stop` on one line, with the spaces of the style."""
     chosen = range(len(words))[start:stop]
     return "".join((" " if index > start and _apart(words, index) else "") + words[index].text for index in chosen)
 
 
 def cells(words: Sequence[Lexeme]) -> tuple[str, ...]:
-    """A statement on one line, cut into `name:`, what it is, and its options; not cut if it has no such shape."""
+    """A statement on one line, cut into `name:`, value and options; not cut if it has another shape."""
     cuts = [0, *_cuts(words), len(words)]
     return tuple(joined(words, start, stop) for start, stop in pairwise(cuts) if start < stop)
 
@@ -43,7 +43,7 @@ def _cuts(words: Sequence[Lexeme]) -> Iterator[int]:
 
 
 def _is_default(words: Sequence[Lexeme], index: int) -> bool:
-    """Tell whether the word is the `=` before the default of a field."""
+    """True if the word is the `=` before the default of a field."""
     return words[index].kind == "EQUALS" and index > 0 and words[index - 1].kind in _TYPED
 
 

@@ -1,7 +1,7 @@
-"""A source text as statements and blocks, with every comment in its place: what the formatter lays out.
+"""A source text as statements and blocks, with every comment in its place, for the formatter.
 
-Only the lexemes are looked at, not the grammar's rules: a statement ends where the next word cannot continue it. So
-nothing of a text can get lost here, a misjudged word could only make a line look odd, and all dialects are one.
+Only lexemes are used, not the grammar: a statement ends where the next word cannot continue it. So no text can get
+lost, a wrong guess only changes the layout, and all dialects are treated alike.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _HEADINGS = frozenset(
 class Statement:
     """Words up to the next statement, and the block that ends them, if any. A comment alone is a statement, too.
 
-    words: with the comments among them. remarks: comments behind it on its last line. after_blank: an empty line
-    stands before it. breaks: the indices of words that begin a line of the source.
+    words: with the comments among them. remarks: comments behind it on its last line. after_blank: an empty line stands
+    before it. breaks: indices of words that begin a line of the source.
     """
 
     words: tuple[Lexeme, ...]
@@ -103,7 +103,7 @@ class _Reader:
         return index
 
     def _ends(self, first: int) -> bool:
-        """Tell whether the statement that began at `first` ends before what comes next."""
+        """True if the statement that began at `first` ends before the next word."""
         following = self._next_word()
         if self._kind(following) == "CLOSE":
             return True

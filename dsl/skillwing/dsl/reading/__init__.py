@@ -1,1 +1,1 @@
-"""From source text to syntax nodes, across syntax errors."""
+"""Reading of source text: from characters to syntax nodes, with recovery from syntax errors."""

@@ -1,4 +1,4 @@
-"""A notation in which a skillset can be written: what one file extension's texts are read with."""
+"""Dialects: the notations in which a skillset can be written, chosen by file extension."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from typing import cast
 from lark import Lark
 from lark.lexer import TerminalDef
 
-from skillwing.dsl.reading.scanner import Scanner
-from skillwing.dsl.reading.tables import Tables, tables
-from skillwing.dsl.reading.terminals import Vocabulary
+from skillwing.dsl.reading.lalr.scanner import Scanner
+from skillwing.dsl.reading.lalr.tables import Tables, tables
+from skillwing.dsl.reading.lexemes import Lexeme, Source
+from skillwing.dsl.reading.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """A grammar for Lark beside this module, what builds the nodes of its rules, and its terminals in words.
+    """A grammar for Lark, the builder of its nodes, and its terminals in words.
 
-    The grammar starts at the rule `skillset`, whose node is a `SkillsetSyntax`. A rule `_unreadable`, which no other
-    uses, holds the terminals that no rule accepts. builder: has one method per rule, called with the children; it is
-    shared by all texts and keeps nothing.
+    grammar: path of its file below this folder. Its start rule is `skillset`, whose node is a `SkillsetSyntax`. A rule
+    `_unreadable`, which no other uses, holds the terminals that no rule accepts. builder: has one method per rule,
+    called with the children. All texts share it, and it has no state.
     """
 
     grammar: str
@@ -47,3 +48,23 @@ class Dialect:
             start=["skillset", "_unreadable"],
             maybe_placeholders=True,
         )
+
+
+def dialect_of(file: str) -> Dialect:
+    """The dialect in which a file of that name is written: `.skillset` unless its extension says another."""
+    # Each grammar is read when the first file needs it.
+    if file.endswith(".rl"):
+        from skillwing.dsl.reading.rl.dialect import RL  # noqa: PLC0415
+
+        return RL
+    from skillwing.dsl.reading.skillset.dialect import SKILLSET  # noqa: PLC0415
+
+    return SKILLSET
+
+
+def lex(text: str, file: str) -> tuple[Lexeme, ...]:
+    """Cut a text, comments included, in the dialect of the file's extension.
+
+    Every character is in a lexeme, or is white space or a byte order mark at the start, whatever the text may be.
+    """
+    return dialect_of(file).scanner.scan(Source(text, file))

@@ -1,4 +1,4 @@
-"""A source text and the lexemes in it."""
+"""Source texts and their lexemes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ COMMENT = "COMMENT"
 
 
 class Source:
-    """A source text and the name of the file that it is shown under; knows in which line a character stands."""
+    """A source text, the name of its file for diagnostics, and the lines of its characters."""
 
     def __init__(self, text: str, file: str) -> None:
         self.text = text
@@ -22,7 +22,7 @@ class Source:
     def _line_starts(self) -> list[int]:
         return [0, *(match.end() for match in re.finditer("\n", self.text))]
 
-    def place(self, offset: int) -> tuple[int, int]:
+    def position(self, offset: int) -> tuple[int, int]:
         """Line and column, both from 1, of the character at an offset."""
         line = bisect_right(self._line_starts, offset)
         return line, offset - self._line_starts[line - 1] + 1
@@ -34,14 +34,14 @@ class Source:
         column = start - starts[line - 1] + 1
         if line == len(starts) or end < starts[line]:
             return Span(self.file, line, column, line, column + end - start)
-        return Span(self.file, line, column, *self.place(end))
+        return Span(self.file, line, column, *self.position(end))
 
 
 class Lexeme:
-    """A word, a sign or a comment of a source: a run of characters that the grammar counts as one.
+    """A word, a sign or a comment of a source.
 
-    kind: the name of its terminal, such as "NAME" or "OPEN". text: what stands there, or what is supposed to stand
-    there where a mistake was repaired. start, end: offsets of the first character and of the one behind the last.
+    kind: the name of its terminal, such as "NAME" or "OPEN". text: its characters in the source, or the synthesised
+    ones after a repair. start, end: offsets of the first character and of the one behind the last.
     """
 
     __slots__ = ("end", "kind", "source", "start", "text")
@@ -57,8 +57,8 @@ class Lexeme:
     def span(self) -> Span:
         return self.source.span(self.start, self.end)
 
-    def supposed(self, kind: str, text: str) -> Lexeme:
-        """Another lexeme in the place of this one."""
+    def synthesised(self, kind: str, text: str) -> Lexeme:
+        """A synthesised lexeme at the position of this one."""
         return Lexeme(kind, text, self.start, self.end, self.source)
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What the builders of all dialects have in common: the nodes that are written alike in each."""
+"""The base of all node builders: the nodes that all dialects write alike."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from skillwing.dsl.reading.lexemes import Lexeme
 
 
 class NodeBuilder:
-    """Builds the node of each rule from the nodes and words within it: the method named after a rule is called."""
+    """A builder of syntax nodes. The method named after a rule gets the nodes and words within it."""
 
     # --- declarations
 
@@ -78,12 +78,12 @@ class NodeBuilder:
 
 
 def number(word: Lexeme) -> syntax.Number:
-    """The number that a word of digits stands for."""
+    """The number that a lexeme represents."""
     return syntax.Number(_numeric(word.text), word.span)
 
 
 def _numeric(text: str) -> int | float:
-    """The value of a number that is finite as a float, be it written with thousands of zeros, which `int` refuses."""
+    """The value of a number that is finite as a float. It may have thousands of zeros, which `int` refuses."""
     return float(text) if any(mark in text for mark in ".eE") else int(Decimal(text))
 
 
@@ -100,7 +100,7 @@ def _literal_value(word: Lexeme) -> bool | int | float | str:
 
 
 def _unquoted(text: str) -> str:
-    """Undo the escapes of a string: a backslash makes the character behind it ordinary, `\\n` and `\\t` excepted."""
+    """Remove the escapes of a string: `\\n` and `\\t` are special, any other character stands for itself."""
     escapes = {"n": "\n", "t": "\t"}
     pieces = iter(text[1:-1])
     return "".join(escapes.get(mark := next(pieces), mark) if piece == "\\" else piece for piece in pieces)

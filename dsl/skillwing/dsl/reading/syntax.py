@@ -1,19 +1,21 @@
 """Syntax nodes: a `.skillset` file as it was written, before names are resolved.
 
-Every node keeps the spans of its words, so that the checker can point at the very word that is wrong. Predicates
-use the nodes of `expressions.py`, with names still unresolved.
+Every node keeps the spans of its words, so that the checker can report the exact word. Predicates use the nodes of
+`expressions.py`, with unresolved names.
 
-Nobody changes a node. They are not frozen all the same: to make a frozen one takes four times as long, and a large file
-has a hundred thousand.
+Nodes are never changed. They are not frozen, because making a frozen one takes four times as long, and a large file has
+a hundred thousand.
 """
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
-from skillwing.dsl.expressions import Expression, Literal, Symbol
+from skillwing.dsl.expressions import Expression, Literal, NamedValue
 from skillwing.dsl.model import PredicateKind
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.spans import Span
@@ -21,7 +23,7 @@ from skillwing.dsl.spans import Span
 
 @dataclass(slots=True, eq=False)
 class CoinedWord:
-    """A word that the source does not hold in this form; `span` is what it was made of."""
+    """A word that is not in the source in this form. `span`: the text that it was made of."""
 
     text: str
     span: Span
@@ -59,7 +61,7 @@ class FieldSyntax:
     type: TypeUse
     unit: Word | None
     bounds: BoundsSyntax | None
-    default: Literal | Symbol | None
+    default: Literal | NamedValue | None
 
 
 @dataclass(slots=True, eq=False)
@@ -173,7 +175,7 @@ class ApplySyntax:
 
 @dataclass(slots=True, eq=False)
 class ResultSyntax:
-    """partition: "success" or "failure", None where the result is unmarked."""
+    """A result. partition: "success" or "failure", None for an unmarked result."""
 
     name: Word
     partition: str | None
@@ -274,8 +276,26 @@ Element: TypeAlias = DataSyntax | EnumSyntax | StructSyntax | ResourceSyntax | E
 
 @dataclass(slots=True, eq=False)
 class SkillsetSyntax:
-    """A whole file. remarks: what its dialect has to say of constructs that these nodes cannot hold."""
+    """A whole file. remarks: diagnostics of its dialect on features that these nodes cannot represent."""
 
     name: Word
     elements: tuple[Element, ...]
     remarks: tuple[Diagnostic, ...] = ()
+
+
+# --- looking into nodes
+
+
+def spans(node: object) -> Iterator[Span]:
+    """The spans of a syntax node and of all its parts, in no order; none for any other object."""
+    left = [node]  # no recursion: a predicate may be nested as deeply as a file is long
+    while left:
+        part = left.pop()
+        if isinstance(part, Span):
+            yield part
+        elif isinstance(part, Lexeme):
+            yield part.span
+        elif isinstance(part, tuple | list):
+            left += cast("Iterable[object]", part)
+        elif dataclasses.is_dataclass(part):
+            left += (getattr(part, field.name) for field in dataclasses.fields(part))

@@ -1,5 +1,5 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
-"""Typed access to `m600`, for scripts that wait: methods return a goal at once, whose `wait` tells how it ended.
+"""Typed access to `m600`, for blocking scripts: methods return a goal at once; its `wait` returns the outcome.
 
 with connect() as m600:
     outcome = m600.takeoff(...).wait()
@@ -274,7 +274,7 @@ class M600Data:
 
 
 class M600(M600Skills):
-    """The robot: its skills, and what is known of it."""
+    """The robot: its skills, resources, data and events."""
 
     def __init__(self, client: _sync.Client) -> None:
         super().__init__(client)
@@ -291,11 +291,11 @@ def connect(
 ) -> _Generator[M600, None, None]:
     """Connect to a running `m600`.
 
+    robot: its name, optional if only one runs here. endpoint: `tcp/HOST:PORT` of its router, if it runs elsewhere.
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
-    says `owner_lost=continue`; with False they go on.
-    robot: its name, which may be left out if only one runs here. endpoint: `tcp/HOST:PORT` of its router, where it
-    runs elsewhere. Raises NoSystemError, UnansweredError, and a SkillwingError where the system runs another skillset
-    than this code was made from.
+    says `owner_lost=continue`; with False they continue.
+    Raises NoSystemError, NoReplyError, and a SkillwingError if the system runs another skillset than this code was
+    generated from.
     """
     with _sync.connect(
         robot, endpoint=endpoint, owns_goals=owns_goals, table=_processes.TABLE, schema=_SCHEMA_HASH

@@ -1,6 +1,6 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
 # ruff: noqa: N802 - results keep the names that the skillset gives them
-"""What the managers of `m600` derive from: one class for each skill, its results as methods."""
+"""Base classes of the managers of `m600`: one for each skill, with its results as methods."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
 # ruff: noqa: N802 - results keep the names that the skillset gives them
-"""How goals of mocked skills of `m600` go, for tests and for missions without a robot.
+"""Typed mock scripts for skills of `m600`, for tests and for missions without a robot.
 
 script(takeoff=[TakeoffMock.ended_AT_ALTITUDE(delay=0.5)])
 """
@@ -35,7 +35,7 @@ from .types import (
 
 
 class TakeoffMock(_SkillMock[None, TakeoffFeedback]):
-    """How one goal of a mocked `takeoff` goes."""
+    """The course of one goal of a mocked `takeoff`."""
 
     @classmethod
     def ended_AT_ALTITUDE(
@@ -72,7 +72,7 @@ class TakeoffMock(_SkillMock[None, TakeoffFeedback]):
 
 
 class LandMock(_SkillMock[None, LandFeedback]):
-    """How one goal of a mocked `land` goes."""
+    """The course of one goal of a mocked `land`."""
 
     @classmethod
     def ended_LANDED(
@@ -98,7 +98,7 @@ class LandMock(_SkillMock[None, LandFeedback]):
 
 
 class HoverMock(_SkillMock[None, HoverFeedback]):
-    """How one goal of a mocked `hover` goes."""
+    """The course of one goal of a mocked `hover`."""
 
     @classmethod
     def ended_DONE(
@@ -113,7 +113,7 @@ class HoverMock(_SkillMock[None, HoverFeedback]):
 
 
 class GotoMock(_SkillMock[GotoOutputs, GotoFeedback]):
-    """How one goal of a mocked `goto` goes."""
+    """The course of one goal of a mocked `goto`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -153,7 +153,7 @@ class GotoMock(_SkillMock[GotoOutputs, GotoFeedback]):
 
 
 class GotoStraightMock(_SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
-    """How one goal of a mocked `goto_straight` goes."""
+    """The course of one goal of a mocked `goto_straight`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -193,7 +193,7 @@ class GotoStraightMock(_SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
 
 
 class ReturnHomeMock(_SkillMock[None, ReturnHomeFeedback]):
-    """How one goal of a mocked `return_home` goes."""
+    """The course of one goal of a mocked `return_home`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -219,7 +219,7 @@ class ReturnHomeMock(_SkillMock[None, ReturnHomeFeedback]):
 
 
 class RotateHeadMock(_SkillMock[None, RotateHeadFeedback]):
-    """How one goal of a mocked `rotate_head` goes."""
+    """The course of one goal of a mocked `rotate_head`."""
 
     @classmethod
     def ended_ALIGNED(
@@ -234,11 +234,11 @@ class RotateHeadMock(_SkillMock[None, RotateHeadFeedback]):
 
 
 class LockHeadMock(_SkillMock[None, LockHeadFeedback]):
-    """How one goal of a mocked `lock_head` goes."""
+    """The course of one goal of a mocked `lock_head`."""
 
 
 class ZedDepthmapMock(_SkillMock[None, ZedDepthmapFeedback]):
-    """How one goal of a mocked `zed_depthmap` goes."""
+    """The course of one goal of a mocked `zed_depthmap`."""
 
     @classmethod
     def ended_NO_DATA(
@@ -253,7 +253,7 @@ class ZedDepthmapMock(_SkillMock[None, ZedDepthmapFeedback]):
 
 
 class LidarDepthmapMock(_SkillMock[None, LidarDepthmapFeedback]):
-    """How one goal of a mocked `lidar_depthmap` goes."""
+    """The course of one goal of a mocked `lidar_depthmap`."""
 
     @classmethod
     def ended_NO_DATA(
@@ -268,7 +268,7 @@ class LidarDepthmapMock(_SkillMock[None, LidarDepthmapFeedback]):
 
 
 class LidarMappingMock(_SkillMock[None, LidarMappingFeedback]):
-    """How one goal of a mocked `lidar_mapping` goes."""
+    """The course of one goal of a mocked `lidar_mapping`."""
 
     @classmethod
     def ended_DIVERGED(
@@ -283,7 +283,7 @@ class LidarMappingMock(_SkillMock[None, LidarMappingFeedback]):
 
 
 class InspectMock(_SkillMock[None, InspectFeedback]):
-    """How one goal of a mocked `inspect` goes."""
+    """The course of one goal of a mocked `inspect`."""
 
     @classmethod
     def ended_COMPLETED(
@@ -320,7 +320,7 @@ class InspectMock(_SkillMock[None, InspectFeedback]):
 
 
 class StreamMock(_SkillMock[None, StreamFeedback]):
-    """How one goal of a mocked `stream` goes."""
+    """The course of one goal of a mocked `stream`."""
 
     @classmethod
     def ended_FPS_LOST(
@@ -351,9 +351,9 @@ def script(
     stream: _Runs = (),
     seed: int = 0,
 ) -> _MockScript:
-    """For each skill the runs of its goals, one after the other; the last one repeats.
+    """A script with the runs of goals by skill, in sequence; the last run repeats.
 
-    `Choices` of runs are drawn with the seed. A skill without runs does what it does unscripted.
+    `Choices` of runs are drawn with the seed. A skill without runs ends as without a script.
     """
     return _scripted(
         {

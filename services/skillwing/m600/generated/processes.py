@@ -1,7 +1,7 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
-"""The managers of `m600`: the skillset that they share, and who manages which skill.
+"""The managers of `m600`: their skillset, and the manager class of each skill.
 
-`robot.py` puts them into the robot's table. A skill is in here as soon as it has a file in `skills/`.
+`robot.py` puts them into the robot's table. It lists the skills with a file in `skills/`.
 """
 
 from __future__ import annotations

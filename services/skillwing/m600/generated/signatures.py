@@ -1,5 +1,5 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
-"""What a client of `m600` knows of each skill: its results, outputs and feedback."""
+"""Signatures of the skills of `m600`: results, outputs and feedback."""
 
 from __future__ import annotations
 

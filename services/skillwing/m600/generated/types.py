@@ -1,5 +1,5 @@
 # Generated from m600.skillset by `skillwing generate`. Do not edit: change the skillset instead.
-"""Types of the skillset `m600`, and what goes into and comes out of its skills."""
+"""Types of the skillset `m600`, and inputs, outputs and feedback of its skills."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import math
 
 from skillwing.onboard.axis import Axis, RefusedError
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import COURTYARD_FENCE, Box
+from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.arc import rim
 from skillwing.onboard.guidance.body_motion import BodyMotion
 from skillwing.onboard.guidance.heading_control import HeadingControl
@@ -51,7 +51,7 @@ class GuidanceCore:
     `watch` False makes it deaf to obstacle reports: for showing what they are good for.
     """
 
-    def __init__(self, fence: Box = COURTYARD_FENCE, *, watch: bool = True) -> None:
+    def __init__(self, fence: Box, *, watch: bool = True) -> None:
         self._limits = Limits(fence)
         self._lookout = Lookout()
         self._watch = watch

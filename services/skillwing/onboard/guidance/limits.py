@@ -15,6 +15,10 @@ FENCE_MARGIN = 0.5
 """From the fence, where guidance keeps its targets and setpoints [m]: as far as wind and overshoot carry the drone past
 them, it neither breaks the fence nor comes so near that the autopilot's guard stops it."""
 MAX_SPEED = 6.0
+SETPOINT_TIMEOUT = 0.5
+"""Age above which an autopilot ignores a setpoint; without a fresh one it holds its position [s]."""
+HOLD_TIME = 5.0
+"""Time for which an autopilot without setpoints holds its position before it lands [s]."""
 _BLOWN_OUT = 1.0
 """So far outside the fence the drone has left it [m]."""
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from skillwing.onboard import topics
-from skillwing.onboard.geofence import COURTYARD_FENCE, Box, FenceOptions
+from skillwing.onboard.geofence import FenceOptions
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.messaging import answer_with
 from skillwing.onboard.options import read_options
@@ -16,7 +16,6 @@ from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import Message, encode
-from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 M = TypeVar("M", bound=Message)
 STATUS_PERIOD = 0.05
@@ -79,21 +78,14 @@ class GuidanceNode:
 
 
 class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_guidance`. Without a geofence that of the `site` holds, without a site that of the courtyard.
-    `watch` False flies without regard to obstacles: a test switch."""
+    """Options of `make_guidance`: the box in which the drone may be. `watch` False flies without regard to obstacles:
+    a test switch."""
 
-    geofence: FenceOptions | None = None
-    site: SiteOptions | None = None
+    geofence: FenceOptions
     watch: bool = True
 
 
 def make_guidance(options: dict[str, Any]) -> GuidanceNode:
     """The guidance node. Raises OptionsError."""
     wanted = read_options(options, GuidanceOptions)
-    return GuidanceNode(GuidanceCore(_fence(wanted), watch=wanted.watch))
-
-
-def _fence(wanted: GuidanceOptions) -> Box:
-    if wanted.geofence is not None:
-        return wanted.geofence.box
-    return COURTYARD_FENCE if wanted.site is None else wanted.site.site().fence
+    return GuidanceNode(GuidanceCore(wanted.geofence.box, watch=wanted.watch))

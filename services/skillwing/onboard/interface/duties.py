@@ -12,11 +12,17 @@ from skillwing.onboard.guidance.body_motion import (
     TOUCHDOWN_SPEED,
 )
 from skillwing.onboard.guidance.heading_control import ALIGNED, TURN_RATE
-from skillwing.onboard.guidance.limits import FENCE_MARGIN, HIGHEST, LOWEST, MAX_SPEED
+from skillwing.onboard.guidance.limits import (
+    FENCE_MARGIN,
+    HIGHEST,
+    HOLD_TIME,
+    LOWEST,
+    MAX_SPEED,
+    SETPOINT_TIMEOUT,
+)
 from skillwing.onboard.guidance.lookout import MARGIN, STALE
 from skillwing.onboard.guidance.solitude import LAND_AFTER as ALONE
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
-from skillwing.sim_mujoco.autopilot.failsafes import LAND_AFTER, SETPOINT_TIMEOUT
 
 VEHICLE = f"""\
 ## Another vehicle
@@ -38,7 +44,7 @@ It tells `fl/navigation` and `fl/flight`, and follows `fl/autopilot/setpoint`. T
    the path is {DRIFT:g} m below the vehicle, the landing is BLOCKED.
 4. **Look after yourself.** A setpoint counts for {SETPOINT_TIMEOUT:g} s from its `t` on, whenever it arrives, which is
    the `t` of the navigation that it answers; nor does an older one count after a newer one. Without any that counts:
-   brake, hold the position. {LAND_AFTER:g} s later: land. A fresh setpoint takes over again. Guidance relies on it: it
+   brake, hold the position. {HOLD_TIME:g} s later: land. A fresh setpoint takes over again. Guidance relies on it: it
    falls silent when nobody has commanded the vehicle for {ALONE:g} s in the air, and so does a guidance that has
    crashed. Say in `failsafe` what is being done; it goes to the timeline.
 5. **Overrule where you must.** Critical battery, lost navigation, a failed rotor, a fence of your own: act, and say

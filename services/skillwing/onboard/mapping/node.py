@@ -7,7 +7,6 @@ switched on and off.
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -16,27 +15,27 @@ import numpy as np
 from skillwing.onboard import topics
 from skillwing.onboard.axis import Axis
 from skillwing.onboard.frames.vectors import Vector, add, subtract
-from skillwing.onboard.geofence import COURTYARD_BOUNDS, Box
+from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
 from skillwing.onboard.mapping.mapper import Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
 from skillwing.onboard.messaging import answer_with, read_question, stream_reader
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.inertial import Inertial
-from skillwing.onboard.options import OptionsError, read_options
+from skillwing.onboard.options import OptionsError, Poses, read_options
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.onboard.sensor_data.scans import LidarScan
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.scenario import Poses, ScenarioError, read_scenario
-from skillwing.sim_mujoco.world.chosen import SiteOptions
 
 S = TypeVar("S")
 
 MISFITS = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
+VOXEL_SIZE = 0.4
+"""Usual edge of a voxel [m]."""
 BEYOND: Vector = (30.0, 30.0, 10.0)
 """So much farther than the map odometry holds on to what it sees, to each side [m]."""
 
@@ -194,32 +193,18 @@ class MappingNode:
 
 
 class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_mapping`: the corners of the box that is mapped, the size of its voxels [m], whence the poses,
-    and a scenario file that says so where this does not.
+    """Options of `make_mapping`: corners of the mapped box, size of its voxels [m], and source of the poses."""
 
-    Without corners the box is the `site` and what can be seen from there, without a site either the courtyard.
-    """
-
-    low: topics.Vector3 | None = None
-    high: topics.Vector3 | None = None
-    site: SiteOptions | None = None
-    voxel_size: float = 0.4
-    poses: Poses | None = None
-    scenario: str | None = None
-
-    @property
-    def box(self) -> Box:
-        """What is mapped. Raises OptionsError for a site that there is not."""
-        if self.low is not None and self.high is not None:
-            return Box(self.low, self.high)
-        bounds = COURTYARD_BOUNDS if self.site is None else self.site.site().bounds
-        return Box(self.low or bounds.low, self.high or bounds.high)
+    low: topics.Vector3
+    high: topics.Vector3
+    voxel_size: float = VOXEL_SIZE
+    poses: Poses = "odometry"
 
 
 def make_mapping(options: dict[str, Any]) -> MappingNode:
     """The mapping node. Raises OptionsError."""
     wanted = read_options(options, MappingOptions)
-    box = wanted.box
+    box = Box(wanted.low, wanted.high)
     try:
         shape = grid_shape(box.low, box.high, wanted.voxel_size)
     except ValueError as error:
@@ -227,17 +212,7 @@ def make_mapping(options: dict[str, Any]) -> MappingNode:
     if (count := shape[0] * shape[1] * shape[2]) > _LARGEST:
         raise OptionsError(f"a map of {count} voxels does not fit into memory; choose a smaller box or larger voxels")
     mapper = Mapper(OccupancyGrid(box.low, box.high, wanted.voxel_size))
-    return MappingNode(mapper, _localiser(_poses(wanted), box))
-
-
-def _poses(wanted: MappingOptions) -> Poses:
-    chosen = wanted.poses
-    if chosen is None and wanted.scenario is not None:
-        try:
-            chosen = read_scenario(Path(wanted.scenario)).poses
-        except ScenarioError as error:
-            raise OptionsError(str(error)) from error
-    return chosen or "odometry"
+    return MappingNode(mapper, _localiser(wanted.poses, box))
 
 
 def _localiser(poses: Poses, box: Box) -> Localiser:

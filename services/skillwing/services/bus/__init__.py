@@ -48,13 +48,13 @@ class Refused:
 
 
 @dataclass(frozen=True, slots=True)
-class Unanswered:
+class NoReply:
     """No reply: nobody there, or nobody in time. The request may still be executed; ask again with the same id."""
 
     timed_out: bool
 
 
-Answer = Answered | Refused | Unanswered
+Answer = Answered | Refused | NoReply
 
 
 class Request(Protocol):

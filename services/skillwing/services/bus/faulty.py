@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from skillwing.services.bus import Unanswered
+from skillwing.services.bus import NoReply
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Question, Robot, Traffic
 from skillwing.services.bus.keys import matches
 
@@ -231,7 +231,7 @@ class FaultyNetwork(InProcessNetwork):
         self._agenda.add(self._now + late, take)
 
     def _nobody_answers(self, question: Question) -> None:
-        settle = lambda: question.settle(Unanswered(timed_out=False))  # noqa: E731
+        settle = lambda: question.settle(NoReply(timed_out=False))  # noqa: E731
         self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
 
     def send(
@@ -277,11 +277,16 @@ class FaultyNetwork(InProcessNetwork):
             self._hold(source, message)
         elif target.cut:
             self._hold(target, message)
-        elif message.traffic is Traffic.REQUEST:
-            message.arrive()
         elif message.ordered:
             message.here = True
             self._deliver_in_order(message.channel)
+        else:
+            self._hand_over(message)
+
+    def _hand_over(self, message: _Message) -> None:
+        """Let a message in. Requests are routed first, and samples wait in the backlog of a stopped node."""
+        if message.traffic in (Traffic.REQUEST, Traffic.STREAM, Traffic.EVENT):
+            message.arrive()
         else:
             self.perform(message.target, message.arrive)
 
@@ -289,8 +294,7 @@ class FaultyNetwork(InProcessNetwork):
         """Hand over what waits for nothing that was sent before it."""
         lane = self._lanes[channel]
         while lane and lane[0].here:
-            message = lane.popleft()
-            self.perform(message.target, message.arrive)
+            self._hand_over(lane.popleft())
 
     def _drop(self, message: _Message) -> None:
         if message.ordered:

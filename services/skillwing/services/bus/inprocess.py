@@ -27,12 +27,13 @@ from skillwing.services.bus import (
     Bus,
     Handle,
     Node,
+    NoReply,
     Refused,
     Request,
     Sample,
-    Unanswered,
 )
 from skillwing.services.bus.agenda import Agenda, Entry
+from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, SampleBacklog
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import ErrorReply, encode
 
@@ -163,7 +164,7 @@ class InProcessNetwork:
             if services:
                 services[0].bus.take(question, services[0].on_request)
             else:
-                self.send(question.asker, question.asker, lambda: question.settle(Unanswered(timed_out=False)))
+                self.send(question.asker, question.asker, lambda: question.settle(NoReply(timed_out=False)))
 
         # Until it is known who serves the key, the link is the asker's own.
         self.send(question.asker, question.asker, arrive)
@@ -198,6 +199,8 @@ class InProcessBus:
         self.robot = robot
         self._name = name
         self._serving: dict[Question, None] = {}
+        self.streams = SampleBacklog(STREAMS)
+        self.events = SampleBacklog(EVENTS)
         self.closed = False
         self.given_up = False
         """It was cut off, or did not run, for so long that the network took its session for dead."""
@@ -245,7 +248,7 @@ class InProcessBus:
         events: bool = False,
         latest_only: bool = False,
     ) -> _Registration:
-        subscription = _Subscription(self._network, self, key_expression, on_sample, events, latest_only)
+        subscription = _Subscription(self, key_expression, on_sample, events=events, latest_only=latest_only)
         self.robot.add_subscription(subscription)
         if events:
             for publisher in self.robot.publishers:
@@ -269,7 +272,7 @@ class InProcessBus:
         attachment: bytes = b"",
     ) -> None:
         question = Question(self, key, payload, attachment, on_answer)
-        question.expiry = self.after(timeout, lambda: question.settle(Unanswered(timed_out=True)))
+        question.expiry = self.after(timeout, lambda: question.settle(NoReply(timed_out=True)))
         self._network.tell_tap(self, "ask", key, payload)
         self._network.forward(self.robot, question)
 
@@ -290,7 +293,7 @@ class InProcessBus:
                 self._network.tell_tap(self, "reply", question.key, answer.payload)
             case Refused():
                 self._network.tell_tap(self, "refuse", question.key, encode(answer.error))
-            case Unanswered():
+            case NoReply():
                 pass
         self._network.send(self, question.asker, lambda: question.settle(answer))
 
@@ -338,12 +341,16 @@ class InProcessBus:
         self.robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
-            settle = lambda q=question: q.settle(Unanswered(timed_out=False))  # noqa: E731
+            settle = lambda q=question: q.settle(NoReply(timed_out=False))  # noqa: E731
             self._network.send(self, question.asker, settle, Traffic.LIVELINESS)
+
+    def perform(self, action: Callable[[], None]) -> None:
+        """Run an action of this node now, unless it has left."""
+        self._network.perform(self, action)
 
     def _while_open(self, action: Callable[[], None]) -> Callable[[], None]:
         """The action, as long as this bus is not closed."""
-        return lambda: self._network.perform(self, action)
+        return lambda: self.perform(action)
 
 
 # --- what lives on the network ---------------------------------------------------------------------------------------
@@ -442,32 +449,40 @@ class _Publisher:
             subscription.send(self, sample)
 
 
-@dataclass(eq=False, slots=True)
 class _Subscription:
-    network: InProcessNetwork
-    bus: InProcessBus
-    key_expression: str
-    on_sample: Callable[[Sample], None]
-    events: bool
-    latest_only: bool
-    active: bool = True
-    newest: dict[str, Sample] = field(default_factory=dict)
+    """Samples on their way to one node, where they wait as long as it is stopped (`FaultyNetwork`)."""
+
+    def __init__(
+        self,
+        bus: InProcessBus,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool,
+        latest_only: bool,
+    ) -> None:
+        self.bus = bus
+        self.key_expression = key_expression
+        self.active = True
+        self._on_sample = on_sample
+        self._events = events
+        self._inbox = Inbox(
+            bus.events if events else bus.streams,
+            self._deliver,
+            # The newest of a key is delivered when everything that arrives at this instant has arrived.
+            bus.post if latest_only else bus.perform,
+            latest_only=latest_only,
+            label=f"{bus.name} on {key_expression}",
+        )
 
     def send(self, publisher: _Publisher, sample: Sample) -> None:
-        arrive = self._arrive_in_slot if self.latest_only else self._deliver
-        recovered = self.events and publisher.history is not None
+        recovered = self._events and publisher.history is not None
         traffic = Traffic.EVENT if recovered else Traffic.STREAM
-        self.network.send(publisher.bus, self.bus, lambda: arrive(sample), traffic, (publisher, self))
+        publisher.network.send(publisher.bus, self.bus, lambda: self._inbox.receive(sample), traffic, (publisher, self))
 
     def _deliver(self, sample: Sample) -> None:
         if self.active:
-            self.on_sample(sample)
-
-    def _arrive_in_slot(self, sample: Sample) -> None:
-        """Keep the sample, and hand over the newest one when all that arrives at this instant has arrived."""
-        if sample.key not in self.newest:
-            self.bus.post(lambda: self._deliver(self.newest.pop(sample.key)))
-        self.newest[sample.key] = sample
+            self._on_sample(sample)
 
 
 @dataclass(eq=False, slots=True)

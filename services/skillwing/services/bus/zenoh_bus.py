@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
-import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from queue import Empty, SimpleQueue
 
@@ -22,14 +20,14 @@ from skillwing.services.bus import (
     Answer,
     Answered,
     Handle,
+    NoReply,
     Refused,
     Request,
     Sample,
     Topology,
-    Unanswered,
 )
 from skillwing.services.bus.agenda import Agenda, Entry
-from skillwing.services.bus.backlog import Backlog
+from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
 from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_session
 from skillwing.services.ids import new_goal_id
@@ -48,8 +46,6 @@ from skillwing.services.protocol import (
 REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
 """Marks our own error replies; Zenoh makes error replies too, a query's timeout among them."""
 TIMEOUT_REPLY = b"Timeout"
-STREAM_BACKLOG = 256
-"""Samples of one stream that wait for a busy node; then the oldest go."""
 HEARTBEAT = 0.5
 """Seconds between an event publisher's heartbeats, by which subscribers notice that the last event was lost."""
 ANSWER_GRACE = 1.0
@@ -81,7 +77,9 @@ class ZenohBus:
         self._name = name
         self._clock = clock or WallClock()
         self._mailbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
-        self._backlog = Backlog()
+        self._requests = RequestBacklog()
+        self._streams = SampleBacklog(STREAMS)
+        self._events = SampleBacklog(EVENTS)
         self._robot_agenda = Agenda()
         self._wall_agenda = Agenda()
         self._declared: set[_Declared] = set()
@@ -150,8 +148,19 @@ class ZenohBus:
         latest_only: bool = False,
     ) -> Handle:
         handle = _Declared(self._declared)
-        inbox = _LatestInbox(self, handle, on_sample) if latest_only else _Inbox(self, handle, on_sample, events)
-        callback = zenoh.handlers.Callback(inbox.receive, indirect=False)
+        inbox = Inbox(
+            self._events if events else self._streams,
+            lambda sample: handle.while_declared(lambda: on_sample(sample)),
+            self.post,
+            latest_only=latest_only,
+            label=f"{self._name} on {key_expression}",
+        )
+
+        def receive(sample: zenoh.Sample) -> None:
+            # A copy waits. A sample of Zenoh's would keep alive the whole buffer that it was received in.
+            inbox.receive(_sample(sample))
+
+        callback = zenoh.handlers.Callback(receive, indirect=False)
         if not events:
             handle.hold(self._session.declare_subscriber(key_expression, callback))
             return handle
@@ -175,14 +184,14 @@ class ZenohBus:
 
         def receive(query: zenoh.Query) -> None:
             size = _size(query)
-            if not self._backlog.enter(size):
+            if not self._requests.enter(size):
                 text = f"`{self._name}` has not taken up the requests that came before this one."
                 reply = ErrorReply(code=ErrorCode.UNAVAILABLE, message=text, help="Ask again.")
                 query.reply_err(encode(reply), encoding=REFUSAL)
                 return
 
             def take_up() -> None:
-                self._backlog.leave(size)
+                self._requests.leave(size)
                 handle.while_declared(lambda: on_request(_Request(query)))
 
             self.post(take_up)
@@ -202,9 +211,7 @@ class ZenohBus:
     ) -> None:
         question = _Question(on_answer)
         expiry = time.monotonic() + timeout
-        question.expiry = self._wall_agenda.add(
-            expiry + ANSWER_GRACE, lambda: question.settle(Unanswered(timed_out=True))
-        )
+        question.expiry = self._wall_agenda.add(expiry + ANSWER_GRACE, lambda: question.settle(NoReply(timed_out=True)))
 
         def receive(reply: zenoh.Reply) -> None:
             question.answered = True
@@ -215,7 +222,7 @@ class ZenohBus:
                 return  # what would wake the node for nothing
             # The router's own timeout ends a query like an absent server does; only the time tells them apart.
             timed_out = time.monotonic() > expiry - TIMER_SLACK
-            self.post(lambda: question.settle(Unanswered(timed_out)))
+            self.post(lambda: question.settle(NoReply(timed_out)))
 
         self._session.get(
             key,
@@ -448,55 +455,6 @@ class _Publisher:
             self._publisher.put(payload, attachment=attachment or None)
 
 
-class _Inbox:
-    """Samples of one subscription on their way to the node. A stream's backlog is bounded, that of events is not."""
-
-    def __init__(self, bus: ZenohBus, handle: _Declared, on_sample: Callable[[Sample], None], events: bool) -> None:
-        self._bus = bus
-        self._handle = handle
-        self._on_sample = on_sample
-        self._bound = None if events else STREAM_BACKLOG
-        self._waiting: deque[zenoh.Sample] = deque()
-        self._lock = threading.Lock()
-
-    def receive(self, sample: zenoh.Sample) -> None:
-        with self._lock:
-            self._waiting.append(sample)
-            if len(self._waiting) == self._bound:
-                self._waiting.popleft()
-                return
-        self._bus.post(self._deliver)
-
-    def _deliver(self) -> None:
-        with self._lock:
-            sample = self._waiting.popleft()
-        self._handle.while_declared(lambda: self._on_sample(_sample(sample)))
-
-
-class _LatestInbox:
-    """The newest sample of each key on its way to the node."""
-
-    def __init__(self, bus: ZenohBus, handle: _Declared, on_sample: Callable[[Sample], None]) -> None:
-        self._bus = bus
-        self._handle = handle
-        self._on_sample = on_sample
-        self._newest: dict[str, zenoh.Sample] = {}
-        self._lock = threading.Lock()
-
-    def receive(self, sample: zenoh.Sample) -> None:
-        key = str(sample.key_expr)
-        with self._lock:
-            first = key not in self._newest
-            self._newest[key] = sample
-        if first:
-            self._bus.post(lambda: self._deliver(key))
-
-    def _deliver(self, key: str) -> None:
-        with self._lock:
-            sample = self._newest.pop(key)
-        self._handle.while_declared(lambda: self._on_sample(_sample(sample)))
-
-
 class _Question:
     """A query under way; the first answer settles it."""
 
@@ -568,10 +526,10 @@ def _answer(reply: zenoh.Reply) -> Answer:
         return Answered(sample.payload, sample.attachment)
     error = reply.err
     if error is None:
-        return Unanswered(timed_out=False)
+        return NoReply(timed_out=False)
     payload = error.payload.to_bytes()
     if error.encoding != REFUSAL:
-        return Unanswered(timed_out=payload == TIMEOUT_REPLY)
+        return NoReply(timed_out=payload == TIMEOUT_REPLY)
     try:
         return Refused(decode(payload, ErrorReply))
     except ProtocolError as problem:

@@ -18,12 +18,12 @@ from typing import Any, Generic, TypeVar
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.client.answers import accepted
 from skillwing.services.client.connection import find_target, open_connection, require_schema
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.network_thread import NetworkThread
 from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
+from skillwing.services.client.retry import accepted
 from skillwing.services.errors import SkillwingError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import DataReading, Keys, ProtocolError, QueryData, State, Terminal, decode, encode
@@ -118,7 +118,7 @@ class Client:
     async def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
         """Call `ask` with a callback on the bus's thread and return what that gets.
 
-        Raises RefusedError, UnansweredError.
+        Raises RefusedError, NoReplyError.
         """
         answers: list[Answer] = []
         problems: list[Exception] = []
@@ -140,7 +140,7 @@ class Client:
         return accepted(answers[0], key)
 
     async def fire(self, event: str) -> None:
-        """Fire an event of the skillset. Raises RefusedError where its guard says no, UnansweredError."""
+        """Fire an event of the skillset. Raises RefusedError where its guard says no, NoReplyError."""
         await self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
 
     def reading(self, datum: str) -> DataReading | None:
@@ -297,7 +297,7 @@ class Resource(Generic[S]):
         return self.state
 
     async def trigger(self, state: S) -> None:
-        """Drive an extern transition, in the functional layer's place. Raises RefusedError, UnansweredError."""
+        """Drive an extern transition, in the functional layer's place. Raises RefusedError, NoReplyError."""
         interface, key = self._client.interface, self._client.keys.resource_extern
         await self._client.answer(key, lambda take: interface.trigger(self.name, state, take))
 
@@ -311,7 +311,7 @@ class Datum(Generic[T]):
         self.name = name
 
     async def read(self) -> Reading[T]:
-        """Ask the data manager for the latest value. Raises UnansweredError."""
+        """Ask the data manager for the latest value. Raises NoReplyError."""
         client, key = self._client, self._client.keys.data(self.name)
         answer = await client.answer(key, lambda take: client.bus.ask(key, encode(QueryData()), take))
         return typed_reading(decode(answer.payload, DataReading), self._kind)

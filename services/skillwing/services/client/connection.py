@@ -15,9 +15,9 @@ from skillwing.services.bus import Answer, Answered, Topology
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.client.answers import wait_for_answer
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.errors import NoSystemError, SkillwingError, UnansweredError
+from skillwing.services.client.retry import wait_for_answer
+from skillwing.services.errors import NoReplyError, NoSystemError, SkillwingError
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, decode, encode
@@ -118,7 +118,7 @@ class Connection:
         self.keys = Keys(self.skillset.name)
 
     def ask(self, key: str, message: Message, reply: type[M]) -> M:
-        """Ask and wait for the reply. Raises RefusedError, or UnansweredError if there is none."""
+        """Ask and wait for the reply. Raises RefusedError, or NoReplyError if there is none."""
         return decode(self.wait_for_answer(key, lambda take: self.bus.ask(key, encode(message), take)).payload, reply)
 
     def wait_for_answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
@@ -126,10 +126,10 @@ class Connection:
         return wait_for_answer(self.bus, key, ask)
 
     def make_interface(self, client: str, *, owns_goals: bool = False) -> SkillsetInterface:
-        """The skillset's interface, its resource states known. Raises UnansweredError."""
+        """The skillset's interface, its resource states known. Raises NoReplyError."""
         interface = SkillsetInterface(self.bus, self.skillset, client=client, owns_goals=owns_goals)
         if not self.bus.run_until(lambda: interface.ready, READY_TIMEOUT):
-            raise UnansweredError(self.keys.resource_states)
+            raise NoReplyError(self.keys.resource_states)
         return interface
 
 

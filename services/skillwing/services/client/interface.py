@@ -13,11 +13,11 @@ import msgspec
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
-from skillwing.services.client.asking import ask_until_answered
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.client.goal_pursuit import SILENCES_OF_THE_LIVING, GoalPursuit
+from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
 from skillwing.services.client.resource_mirror import ResourceMirror
-from skillwing.services.core.latest import LatestData
+from skillwing.services.client.retry import ask_until_answered
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process
@@ -52,7 +52,7 @@ START_WITHIN = 30.0
 """Robot time in seconds after which a start that is still under way somewhere is no longer to be carried out."""
 PROBE_PERIOD = 5.0
 """Wall time in seconds between two questions how the unfinished goals are doing."""
-DISOWNED_LIMIT = 100
+ORPHANED_LIMIT = 100
 CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 """One chunk of a key: managers watch the alive tokens of owners as `client/*`, where they would not see `a/b`."""
 
@@ -83,9 +83,9 @@ class SkillsetInterface:
         self._resources = ResourceMirror()
         self._data = LatestData(skillset)
         self._alive: set[str] = set()
-        self._pursuits: dict[str, GoalPursuit] = {}
-        self._disowned: dict[str, str] = {}
-        self._interrupting_disowned: set[str] = set()
+        self._trackers: dict[str, GoalTracker] = {}
+        self._orphaned: dict[str, str] = {}
+        self._interrupting_orphaned: set[str] = set()
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
@@ -120,10 +120,10 @@ class SkillsetInterface:
         a wrong type or a missing one. Ranges are the manager's business: they end the goal NV.
         """
         fitted = self.fitted(skill, inputs)
-        pursuit = self._pursue(skill, goal_id or self._new_goal_id())
-        pursuit.start(
+        tracker = self._track(skill, goal_id or self._new_goal_id())
+        tracker.start(
             StartGoal(
-                goal_id=pursuit.handle.goal_id,
+                goal_id=tracker.handle.goal_id,
                 inputs=fitted,
                 client=self.client,
                 schema=self.skillset.schema_hash,
@@ -132,7 +132,7 @@ class SkillsetInterface:
                 owner=self._owner,
             )
         )
-        return pursuit.handle
+        return tracker.handle
 
     def fitted(self, skill: str, inputs: Mapping[str, Any] | None) -> dict[str, Any]:
         """The inputs of a skill as they are sent, defaults filled in; raises as `start` does. On any thread."""
@@ -148,15 +148,15 @@ class SkillsetInterface:
 
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
         """A handle on a goal that somebody else started. Raises UnknownNameError for an unknown skill."""
-        pursuit = self._pursue(self.skillset.skill(skill).name, goal_id)
-        pursuit.follow()
-        return pursuit.handle
+        tracker = self._track(self.skillset.skill(skill).name, goal_id)
+        tracker.follow()
+        return tracker.handle
 
     def interrupt(self, goal: GoalHandle, *, cause: str | None = None) -> None:
         """Ask for the end of a goal. Any number of times, before its start is acknowledged, after its end: no harm."""
-        pursuit = self._pursuits.get(goal.goal_id)
-        if pursuit is not None:
-            pursuit.interrupt(cause)
+        tracker = self._trackers.get(goal.goal_id)
+        if tracker is not None:
+            tracker.interrupt(cause)
 
     # --- resources and events --------------------------------------------------------------------------------------
 
@@ -217,11 +217,11 @@ class SkillsetInterface:
 
     # --- what comes in ---------------------------------------------------------------------------------------------
 
-    def _pursue(self, skill: str, goal_id: str) -> GoalPursuit:
-        known = self._pursuits.get(goal_id)
+    def _track(self, skill: str, goal_id: str) -> GoalTracker:
+        known = self._trackers.get(goal_id)
         if known is not None:
             return known
-        pursuit = self._pursuits[goal_id] = GoalPursuit(
+        tracker = self._trackers[goal_id] = GoalTracker(
             self._bus,
             self._keys,
             self._timeline,
@@ -232,73 +232,73 @@ class SkillsetInterface:
         )
         if self._probe_timer is None:
             self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True)
-        return pursuit
+        return tracker
 
     def _probe(self) -> None:
         """News may be lost while the network heals, and a hung manager says nothing: ask now and then."""
-        self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True) if self._pursuits else None
-        for pursuit in list(self._pursuits.values()):
-            if pursuit.handle.state is not None:
-                pursuit.probe()
+        self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True) if self._trackers else None
+        for tracker in list(self._trackers.values()):
+            if tracker.handle.state is not None:
+                tracker.probe()
 
     def _on_goal_change(self, goal: GoalHandle) -> None:
         if goal.terminal is not None:
-            self._pursuits.pop(goal.goal_id, None)
+            self._trackers.pop(goal.goal_id, None)
             if goal.terminal.detected_by == "client":
-                self._disown(goal)
+                self._orphan(goal)
         self._changed()
 
-    def _disown(self, goal: GoalHandle) -> None:
+    def _orphan(self, goal: GoalHandle) -> None:
         """A goal that we told the mission is over has to be over, also if its manager turns up again."""
-        if len(self._disowned) >= DISOWNED_LIMIT:
-            self._disowned.pop(next(iter(self._disowned)))
-        self._disowned[goal.goal_id] = goal.skill
+        if len(self._orphaned) >= ORPHANED_LIMIT:
+            self._orphaned.pop(next(iter(self._orphaned)))
+        self._orphaned[goal.goal_id] = goal.skill
 
-    def _interrupt_disowned(self, goal_id: str) -> None:
+    def _interrupt_orphaned(self, goal_id: str) -> None:
         """Ask until it is heard: a manager that has just turned up may not be within everybody's reach yet."""
-        if goal_id in self._interrupting_disowned:
+        if goal_id in self._interrupting_orphaned:
             return
-        self._interrupting_disowned.add(goal_id)
-        skill = self._disowned[goal_id]
+        self._interrupting_orphaned.add(goal_id)
+        skill = self._orphaned[goal_id]
 
-        def keep_asking(silences: int) -> bool:
+        def keep_retrying(silences: int) -> bool:
             worth_it = skill_process(skill) in self._alive and silences < SILENCES_OF_THE_LIVING
-            return goal_id in self._disowned and worth_it
+            return goal_id in self._orphaned and worth_it
 
         ask_until_answered(
             self._bus,
             self._keys.interrupt(skill),
             encode(InterruptGoal(goal_id=goal_id, client=self.client)),
-            lambda answer: self._interrupting_disowned.discard(goal_id),
-            keep_asking=keep_asking,
-            on_silence=lambda: self._interrupting_disowned.discard(goal_id),
+            lambda answer: self._interrupting_orphaned.discard(goal_id),
+            keep_retrying=keep_retrying,
+            on_silence=lambda: self._interrupting_orphaned.discard(goal_id),
         )
 
     def _on_status(self, sample: Sample) -> None:
         status = _decoded(sample.payload, GoalStatus)
         if status is None:
             return
-        pursuit = self._pursuits.get(status.goal_id)
-        if pursuit is not None:
-            pursuit.advance(status)
-        elif status.goal_id in self._disowned:
+        tracker = self._trackers.get(status.goal_id)
+        if tracker is not None:
+            tracker.advance(status)
+        elif status.goal_id in self._orphaned:
             if status.terminal is None:
-                self._interrupt_disowned(status.goal_id)
+                self._interrupt_orphaned(status.goal_id)
             else:
-                del self._disowned[status.goal_id]
+                del self._orphaned[status.goal_id]
 
     def _on_verdict(self, sample: Sample) -> None:
         try:
             verdict = decode(sample.payload, Violated | Lost)  # pyright: ignore[reportArgumentType] - a tagged union
         except ProtocolError:
             return
-        if (pursuit := self._pursuits.get(verdict.goal_id)) is not None:
-            pursuit.judged(verdict)
+        if (tracker := self._trackers.get(verdict.goal_id)) is not None:
+            tracker.judged(verdict)
 
     def _on_progress(self, sample: Sample) -> None:
         progress = _decoded(sample.payload, GoalProgress)
-        if progress is not None and (pursuit := self._pursuits.get(progress.goal_id)):
-            pursuit.handle.feed_back(progress.feedback)
+        if progress is not None and (tracker := self._trackers.get(progress.goal_id)):
+            tracker.handle.feed_back(progress.feedback)
             self._changed()
 
     def _on_alive(self, key: str, alive: bool) -> None:
@@ -311,13 +311,13 @@ class SkillsetInterface:
         if process == RESOURCE_MANAGER and alive and not known:
             self._resources.expect_new_manager()
             self._ask_states()
-        for pursuit in list(self._pursuits.values()):
-            if process == skill_process(pursuit.handle.skill) and pursuit.handle.state is not None:
-                pursuit.probe()
+        for tracker in list(self._trackers.values()):
+            if process == skill_process(tracker.handle.skill) and tracker.handle.state is not None:
+                tracker.probe()
         if alive:
-            for goal_id, skill in list(self._disowned.items()):
+            for goal_id, skill in list(self._orphaned.items()):
                 if process == skill_process(skill):
-                    self._interrupt_disowned(goal_id)
+                    self._interrupt_orphaned(goal_id)
 
     def _ask_states(self) -> None:
         ask_until_answered(self._bus, self._keys.resource_states, encode(QueryStates()), self._on_states)

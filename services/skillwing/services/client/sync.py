@@ -12,11 +12,11 @@ from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
 from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.client.answers import wait_for_answer
 from skillwing.services.client.connection import find_target, open_connection, require_schema
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
+from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.errors import SkillwingError, TimedOutError
 from skillwing.services.protocol import DataReading, Keys, QueryData, State, decode, encode
 
@@ -44,7 +44,7 @@ def connect(
     owns_goals: goals that still run at the end of the context, or of the script, are interrupted, unless their skill
     says `owner_lost=continue`; with False they go on. robot, endpoint, table: as for `find_target`. schema: hash of the
     skillset that the caller was written for. client: names who asks, in goals and in the timeline. Raises
-    NoSystemError, UnansweredError, and a SkillwingError where the system's skillset is another one.
+    NoSystemError, NoReplyError, and a SkillwingError where the system's skillset is another one.
     """
     target = find_target(robot, endpoint=endpoint, table=table, schema=schema)
     with open_connection(target, client=client) as connection:
@@ -90,11 +90,11 @@ class Client:
         self.bus.run_until(lambda: bool(reached))
 
     def fire(self, event: str) -> None:
-        """Fire an event of the skillset. Raises RefusedError where its guard says no, UnansweredError."""
+        """Fire an event of the skillset. Raises RefusedError where its guard says no, NoReplyError."""
         self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
 
     def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-        """Call `ask` with a callback and return what that gets. Raises RefusedError, UnansweredError."""
+        """Call `ask` with a callback and return what that gets. Raises RefusedError, NoReplyError."""
         return wait_for_answer(self.bus, key, ask)
 
 
@@ -184,7 +184,7 @@ class Resource(Generic[S]):
         return known(interface.state(self.name), self.name)
 
     def trigger(self, state: S) -> None:
-        """Drive an extern transition, in the functional layer's place. Raises RefusedError, UnansweredError."""
+        """Drive an extern transition, in the functional layer's place. Raises RefusedError, NoReplyError."""
         client = self._client
         client.answer(client.keys.resource_extern, lambda take: client.interface.trigger(self.name, state, take))
 
@@ -198,7 +198,7 @@ class Datum(Generic[T]):
         self.name = name
 
     def read(self) -> Reading[T]:
-        """Ask the data manager for the latest value. Raises UnansweredError."""
+        """Ask the data manager for the latest value. Raises NoReplyError."""
         client = self._client
         key = client.keys.data(self.name)
         answer = client.answer(key, lambda take: client.bus.ask(key, encode(QueryData()), take))

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.services.client.connection import find_target
-from skillwing.services.core.kept import Kept
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.errors import NoSystemError
 from skillwing.services.history.wording import time_text
 from skillwing.services.journal.journal import look_into
@@ -61,7 +61,7 @@ def _file(where: Path | None) -> Path:
     return where / JOURNAL_FILE if where.is_dir() else where
 
 
-def _facts(identity: Identity, kept: Kept, history: Sequence[Record]) -> dict[str, Any]:
+def _facts(identity: Identity, kept: Snapshot, history: Sequence[Record]) -> dict[str, Any]:
     return {
         "robot": identity.robot,
         "skillset": identity.skillset,
@@ -88,7 +88,7 @@ def _facts(identity: Identity, kept: Kept, history: Sequence[Record]) -> dict[st
     }
 
 
-def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[Record]) -> None:
+def _print(console: Console, identity: Identity, kept: Snapshot, history: Sequence[Record]) -> None:
     title = f"{identity.robot or identity.skillset} at {time_text(kept.t)}, revision {_revision(kept)}"
     console.print(Text(title, style="bold"), f"  skillset {identity.skillset}, version {identity.schema}")
     console.print()
@@ -114,7 +114,7 @@ def _print(console: Console, identity: Identity, kept: Kept, history: Sequence[R
         print_records(console, history, causes)
 
 
-def _revision(kept: Kept) -> int:
+def _revision(kept: Snapshot) -> int:
     return max((each.revision for each in kept.resources), default=0)
 
 
@@ -130,8 +130,8 @@ def _outcome(verdict: GoalVerdict) -> str:
             return f"{invariant} violated: {reason}"
         case Lost(reason=reason):
             return f"lost: {reason}"
-        case Ended(terminal=Terminal() as own_word):
-            return f"{own_word.label}, by its manager's own word: {own_word.reason}"
+        case Ended(terminal=Terminal() as outcome):
+            return f"{outcome.label}, local outcome of its manager: {outcome.reason}"
         case Ended(held=False, reason=reason):
             return f"ended, but did not hold: {reason}"
         case _:

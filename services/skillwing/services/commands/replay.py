@@ -29,11 +29,11 @@ def replay(
     as_json: JsonOption = False,
 ) -> None:
     """Repeat a run's requests to the resource manager with the present code, and compare the answers
-   . See docs/recordings.md.
+    . See docs/recordings.md.
 
-    It needs no running system. The skillset is that of the run, which has a copy of its source.
+     It needs no running system. The skillset is that of the run, which has a copy of its source.
 
-    Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
+     Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
     """
     if not (run / STEPS_FOLDER).is_dir():
         raise missing_run_file(run, STEPS_FOLDER)

@@ -28,10 +28,10 @@ def report(
 ) -> None:
     """Write and show the report of each mission of a run, with its pictures.
 
-    `up` and `demo` do this when a mission ends. Use it for a run that was cut short, or to write a report again
-   . See docs/recordings.md.
+     `up` and `demo` do this when a mission ends. Use it for a run that was cut short, or to write a report again
+    . See docs/recordings.md.
 
-    Exit codes: 0 written, 1 nothing could be written, 2 no such run, or one without a mission.
+     Exit codes: 0 written, 1 nothing could be written, 2 no such run, or one without a mission.
     """
     run_facts = read_facts(run)
     known = None if facts is None else msgspec.json.decode(facts.read_bytes(), type=OperatorFacts)

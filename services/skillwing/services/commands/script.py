@@ -10,9 +10,9 @@ import typer
 from rich.console import Console
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.errors import InvalidOptionError, RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.mocking.script_file import read_run
-from skillwing.services.mocking.telling import plan_texts
+from skillwing.services.mocking.wording import plan_texts
 from skillwing.services.protocol import (
     DirectMock,
     ErrorCode,
@@ -35,8 +35,9 @@ def script(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="SKILL|DATUM", help="Skill or datum to show or to change; all if left out.",
-            autocompletion=skills_and_data
+            metavar="SKILL|DATUM",
+            help="Skill or datum to show or to change; all if left out.",
+            autocompletion=skills_and_data,
         ),
     ] = None,
     words: Annotated[
@@ -175,7 +176,7 @@ def _ask(system: System, key: str, message: Message, reply: type[M]) -> M:
     """Ask a mock. A script that it cannot use is an error of the user, not a refusal of the robot."""
     try:
         return system.ask(key, message, reply)
-    except UnansweredError as error:
+    except NoReplyError as error:
         raise _NotMockedError(key) from error
     except RefusedError as error:
         if error.code is ErrorCode.BAD_REQUEST:

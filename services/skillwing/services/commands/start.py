@@ -12,7 +12,7 @@ from rich.console import Console
 from skillwing.services.bus import Bus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.inputs import parse_inputs
-from skillwing.services.errors import RefusedError, SkillwingError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Ending, State, Terminal
@@ -86,7 +86,7 @@ def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
         if terminal.ending is Ending.BUSY:
             running = running_skills(system, system.alive())
             return [busy_advice(skill, running[skill])] if skill in running else []
-    except (UnansweredError, RefusedError):
+    except (NoReplyError, RefusedError):
         pass
     return []
 

@@ -13,7 +13,7 @@ from rich.text import Text
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.unattended import Unattended, unattended_states
-from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
@@ -87,7 +87,7 @@ def _overview(system: System) -> SystemOverview:
     for skill in skills:
         try:
             goal = system.ask_for_goal(skill)
-        except UnansweredError:
+        except NoReplyError:
             if skill_process(skill) in alive:
                 silent.append(skill)
             continue
@@ -111,7 +111,7 @@ def _overview(system: System) -> SystemOverview:
 def _states(system: System) -> ResourceStates | None:
     try:
         return system.ask(system.keys.resource_states, QueryStates(), ResourceStates)
-    except (UnansweredError, RefusedError):
+    except (NoReplyError, RefusedError):
         return None
 
 

@@ -13,7 +13,7 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.services.bus import Answer, Answered, Unanswered
+from skillwing.services.bus import Answer, Answered, NoReply
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
@@ -151,7 +151,7 @@ class SystemTop:
     def _on_goal(self, skill: str, answer: Answer) -> None:
         """Find silent managers, and goals that began before this subscription."""
         self._unheard -= 1
-        silent = isinstance(answer, Unanswered) and answer.timed_out
+        silent = isinstance(answer, NoReply) and answer.timed_out
         (self._silent.add if silent else self._silent.discard)(skill)
         if isinstance(answer, Answered):
             with suppress(ProtocolError):  # `doctor` reports such processes

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import unknown_name
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.scribe import Scribe
 from skillwing.services.protocol import DataReading, DataSample, ErrorCode, Record, RecordKind
 
 
@@ -23,7 +23,7 @@ class DataCore:
         self._skillset = skillset
         self._latest = LatestData(skillset)
         self._fresh: set[str] = set()
-        self._scribe: Scribe[Record] = Scribe(source, new_record_id)
+        self._outbox: Outbox[Record] = Outbox(source, new_record_id)
 
     def update(self, sample: DataSample, now: float) -> tuple[Record, ...]:
         """Take a sample. Refuses one that does not fit the model; the value known before stays."""
@@ -47,13 +47,13 @@ class DataCore:
             fresh = self._latest.is_fresh(name, now)
             if fresh and name not in self._fresh:
                 self._fresh.add(name)
-                self._scribe.record(now, RecordKind.DATA, name, "STALE", "FRESH", "")
+                self._outbox.record(now, RecordKind.DATA, name, "STALE", "FRESH", "")
             elif not fresh and name in self._fresh:
                 self._fresh.discard(name)
                 age = self._latest.reading(name, now).age or 0.0
                 text = f"nothing new for {age:.2f} s"
-                self._scribe.record(now, RecordKind.DATA, name, "FRESH", "STALE", text)
-        return self._scribe.hand_over()
+                self._outbox.record(now, RecordKind.DATA, name, "FRESH", "STALE", text)
+        return self._outbox.drain()
 
     def _require(self, name: str) -> None:
         try:

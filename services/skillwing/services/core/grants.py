@@ -6,31 +6,31 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
-from skillwing.services.core.kept import GoalOver, GrantOpened, Keep, Shelf
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import FinishedGoal, GrantEntry, HistoryBucket, OnEntry
 from skillwing.services.protocol import (
     EndGoal,
     Ending,
+    EndKind,
     ErrorCode,
     GoalVerdict,
     Granted,
     Lost,
     ProtocolError,
+    RecordOutcome,
     RenewGoal,
     Terminal,
     require_sendable,
 )
 
 GOALS_REMEMBERED = 1000
-"""On each shelf."""
+"""In each history bucket."""
 NO_TOKEN = 0
 """Sent with an end by a manager that never learned whether its goal was granted, nor with which token."""
-UNGRANTED = "ungranted"
-"""How a goal ends that a manager ends by its own word, because it never asked for it to be granted."""
-OWN_WORDS = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
-LONGEST_OWN_WORD = 1 << 14
-"""Bytes of an answer that is kept for a manager; those of ours are shorter."""
+LOCAL_OUTCOMES = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
+LONGEST_LOCAL_OUTCOME = 1 << 14
+"""Bytes of a terminal answer that is stored for a manager; those of our own managers are shorter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,11 +62,13 @@ class Ledger:
     """
 
     def __init__(
-        self, keep: Keep, grants: Iterable[Grant] = (), past: Iterable[GoalOver] = (), last_token: int = NO_TOKEN
+        self, keep: OnEntry, grants: Iterable[Grant] = (), past: Iterable[FinishedGoal] = (), last_token: int = NO_TOKEN
     ) -> None:
         self._keep = keep
         self._grants = {grant.goal_id: grant for grant in grants}
-        self._past: dict[Shelf, Recent[str, GoalOver]] = {shelf: Recent(GOALS_REMEMBERED) for shelf in Shelf}
+        self._past: dict[HistoryBucket, BoundedDict[str, FinishedGoal]] = {
+            shelf: BoundedDict(GOALS_REMEMBERED) for shelf in HistoryBucket
+        }
         for over in past:
             self._note(over)
         self._last_token = last_token
@@ -87,24 +89,24 @@ class Ledger:
 
     def open(self, grant: Grant) -> None:
         self._grants[grant.goal_id] = grant
-        self._keep(GrantOpened(grant.skill.name, grant.inputs, grant.manager, grant.incarnation, grant.granted))
+        self._keep(GrantEntry(grant.skill.name, grant.inputs, grant.manager, grant.incarnation, grant.granted))
 
     def close(self, grant: Grant, verdict: GoalVerdict) -> None:
         """The goal is over, and this is what anybody is told who asks for it."""
         del self._grants[grant.goal_id]
-        self.remember(GoalOver(grant.goal_id, grant.skill.name, grant.token, verdict))
+        self.remember(FinishedGoal(grant.goal_id, grant.skill.name, grant.token, verdict))
 
-    def remember(self, over: GoalOver) -> None:
+    def remember(self, over: FinishedGoal) -> None:
         self._note(over)
         self._keep(over)
 
-    def _note(self, over: GoalOver) -> None:
-        self._past[over.shelf][over.goal_id] = over
+    def _note(self, over: FinishedGoal) -> None:
+        self._past[over.bucket][over.goal_id] = over
 
-    def in_force(self, goal_id: str) -> Grant | None:
+    def active(self, goal_id: str) -> Grant | None:
         return self._grants.get(goal_id)
 
-    def past(self, goal_id: str) -> GoalOver | None:
+    def finished(self, goal_id: str) -> FinishedGoal | None:
         return next((over for shelf in self._past.values() if (over := shelf.get(goal_id))), None)
 
     def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
@@ -113,7 +115,7 @@ class Ledger:
         Refuses with STALE_TOKEN where the goal was taken from its manager, with BAD_REQUEST where the id is another
         skill's.
         """
-        grant, past = self._grants.get(goal_id), self.past(goal_id)
+        grant, past = self._grants.get(goal_id), self.finished(goal_id)
         owner = grant.skill.name if grant else past.skill if past else skill
         if owner != skill:
             raise RefusedError(
@@ -129,14 +131,14 @@ class Ledger:
         return past.verdict if past else None
 
 
-def gives_up_unheard(request: EndGoal) -> bool:
+def abandons_unknown_grant(request: EndGoal) -> bool:
     """The manager gives a goal up of which it never heard whether it was granted, so that it has no token."""
-    return request.how == "error" and request.token == NO_TOKEN
+    return request.how is EndKind.ERROR and request.token == NO_TOKEN
 
 
 def check_fence(request: EndGoal, grant: Grant) -> None:
     """Refuse the end of another process's grant: that process has another token, or none and another incarnation."""
-    if not gives_up_unheard(request):
+    if not abandons_unknown_grant(request):
         check_token(request, grant.token)
     elif request.incarnation != grant.incarnation:
         raise RefusedError(
@@ -156,27 +158,26 @@ def check_token(request: EndGoal | RenewGoal, token: int) -> None:
         )
 
 
-def own_word(request: EndGoal) -> Terminal:
-    """The answer that a manager is about to give by its own word; refuses with BAD_REQUEST what cannot be one."""
-    word = request.terminal
-    if word is None or word.ending not in OWN_WORDS or request.token != NO_TOKEN or _tells_of_a_run(word):
+def check_local_outcome(request: RecordOutcome) -> None:
+    """Refuse with BAD_REQUEST a terminal answer that a goal without a grant cannot have."""
+    terminal = request.terminal
+    if terminal.ending not in LOCAL_OUTCOMES or _needs_a_run(terminal):
         raise RefusedError(
             ErrorCode.BAD_REQUEST,
-            "A goal that was never granted ends with a `terminal`, without token and without anything of a run.",
-            help=f"Let it be {', '.join(OWN_WORDS[:-1])} or {OWN_WORDS[-1]}.",
-            known=OWN_WORDS,
+            f"A goal that was never granted cannot end with {terminal.label}, nor with anything that needs a run.",
+            help=f"Let `terminal` be {', '.join(LOCAL_OUTCOMES[:-1])} or {LOCAL_OUTCOMES[-1]}, without a result.",
+            known=LOCAL_OUTCOMES,
         )
     try:
-        require_sendable(word, LONGEST_OWN_WORD)
+        require_sendable(terminal, LONGEST_LOCAL_OUTCOME)
     except ProtocolError as error:
-        text = f"The answer to the goal {request.goal_id} cannot be kept: {error}."
+        text = f"The outcome of the goal {request.goal_id} cannot be stored: {error}."
         raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give a shorter reason.") from error
-    return word
 
 
-def _tells_of_a_run(word: Terminal) -> bool:
-    """It claims what only a goal can have that has run."""
-    return word.result is not None or word.success or word.output is not None or word.forced
+def _needs_a_run(terminal: Terminal) -> bool:
+    """Only a goal that has run can have these fields."""
+    return terminal.result is not None or terminal.success or terminal.output is not None or terminal.forced
 
 
 def unknown_goal(goal_id: str) -> RefusedError:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from skillwing.services.core.kept import Keep, ManagerNoted
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import ManagerEntry, OnEntry
 from skillwing.services.protocol import ErrorCode
 
 INCARNATIONS_REMEMBERED = 1000
@@ -18,10 +18,10 @@ class Incarnations:
     keep: told of each new one; kept: those that a predecessor of this process has told of.
     """
 
-    def __init__(self, keep: Keep, kept: Iterable[ManagerNoted] = ()) -> None:
+    def __init__(self, keep: OnEntry, kept: Iterable[ManagerEntry] = ()) -> None:
         self._keep = keep
-        self._latest: Recent[str, str] = Recent(INCARNATIONS_REMEMBERED)
-        self._replaced: Recent[tuple[str, str], None] = Recent(INCARNATIONS_REMEMBERED)
+        self._latest: BoundedDict[str, str] = BoundedDict(INCARNATIONS_REMEMBERED)
+        self._replaced: BoundedDict[tuple[str, str], None] = BoundedDict(INCARNATIONS_REMEMBERED)
         for noted in kept:
             self._take(noted)
 
@@ -41,11 +41,11 @@ class Incarnations:
     def note(self, manager: str, incarnation: str) -> None:
         """Take it for the latest."""
         if self._latest.get(manager) != incarnation:
-            noted = ManagerNoted(manager, incarnation)
+            noted = ManagerEntry(manager, incarnation)
             self._take(noted)
             self._keep(noted)
 
-    def _take(self, noted: ManagerNoted) -> None:
+    def _take(self, noted: ManagerEntry) -> None:
         before = self._latest.get(noted.manager)
         if before is not None:
             self._replaced[noted.manager, before] = None

@@ -16,22 +16,21 @@ from skillwing.dsl.model import Invariant, Skill, Skillset, UnknownNameError
 from skillwing.services.core.checks import check_goal_id, check_schema, unknown_name
 from skillwing.services.core.grants import (
     NO_TOKEN,
-    UNGRANTED,
     Grant,
     Ledger,
+    abandons_unknown_grant,
     check_fence,
+    check_local_outcome,
     check_token,
-    gives_up_unheard,
-    own_word,
     unknown_goal,
 )
+from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.incarnations import Incarnations
-from skillwing.services.core.judge import why_not
-from skillwing.services.core.kept import DatumKept, Entry, GoalOver, Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_table import Event, ResourceTable
-from skillwing.services.core.scribe import Scribe
+from skillwing.services.core.snapshot import DatumEntry, Entry, FinishedGoal, Snapshot
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import (
     AttachManager,
@@ -39,6 +38,7 @@ from skillwing.services.protocol import (
     DataSample,
     Ended,
     EndGoal,
+    EndKind,
     ErrorCode,
     FireEvent,
     FireExtern,
@@ -48,9 +48,9 @@ from skillwing.services.protocol import (
     NotReady,
     Record,
     RecordKind,
+    RecordOutcome,
     RenewGoal,
     ResourceStates,
-    Terminal,
     Violated,
 )
 
@@ -58,7 +58,9 @@ Publication: TypeAlias = Event | Record
 SAID_AGAIN = 10.0
 """Seconds before its last step for which the network may have failed to pass on what a process said."""
 R = TypeVar("R")
-NOTHING_KEPT = Kept(resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0)
+EMPTY_SNAPSHOT = Snapshot(
+    resources=(), grants=(), goals=(), managers=(), data=(), last_token=NO_TOKEN, records=(), t=0.0
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +87,16 @@ class ResourceCore:
         source: str,
         new_record_id: Callable[[], str],
         found: Mapping[str, str] | None = None,
-        kept: Kept | None = None,
+        kept: Snapshot | None = None,
         data: LatestData | None = None,
     ) -> None:
-        kept = kept or NOTHING_KEPT
+        kept = kept or EMPTY_SNAPSHOT
         self._skillset = skillset
         self._source = source
         self._entries: list[Entry] = []
         keep = self._entries.append
-        self._scribe: Scribe[Event] = Scribe(source, new_record_id)
-        self._table = ResourceTable(skillset, self._scribe, keep, found=found, kept=kept.resources)
+        self._outbox: Outbox[Event] = Outbox(source, new_record_id)
+        self._table = ResourceTable(skillset, self._outbox, keep, found=found, kept=kept.resources)
         grants = (
             Grant(skillset.skill(each.skill), each.inputs, each.manager, each.incarnation, each.granted)
             for each in kept.grants
@@ -142,24 +144,24 @@ class ResourceCore:
         """The latest values, for a core that takes this one's place."""
         return self._data
 
-    def inventory(self) -> tuple[Entry, ...]:
+    def initial_entries(self) -> tuple[Entry, ...]:
         """The entries that a new journal begins with."""
-        return self._table.inventory()
+        return self._table.initial_entries()
 
-    def resume(self, kept: Kept, now: float) -> Step[tuple[Publication, ...]]:
+    def resume(self, kept: Snapshot, now: float) -> Step[tuple[Publication, ...]]:
         """Go on from what was kept. The reply is to be published first: what the predecessor may not have got out.
 
         Of the data nothing is known at first. Each is taken for as fresh as its last value may have been.
         """
-        self._data.set_back(now)
-        self._data.await_news(now)
+        self._data.clamp_timestamps(now)
+        self._data.mark_unknown(now)
         goals = f"{len(self.grants)} goal{'' if len(self.grants) == 1 else 's'}"
         text = f"went on from its journal at revision {self.revision} with {goals}"
         since = kept.t - SAID_AGAIN
         again: list[Publication] = [record for record in kept.records if record.t >= since]
         verdicts = (over.verdict for over in kept.goals)
         again += [each for each in verdicts if isinstance(each, (Violated, Lost)) and each.t >= since]
-        self._scribe.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
+        self._outbox.record(now, RecordKind.PROCESS, self._source, None, "RESUMED", text)
         return self._finish(tuple(again))
 
     # --- from the functional layer and operators ---------------------------------------------------------------------
@@ -194,7 +196,7 @@ class ResourceCore:
         except UnknownNameError as error:
             raise unknown_name(error) from error
         self._require_news(event.guard, now)
-        obstacle = None if event.guard is None else why_not(event.guard, self._environment({}, now))
+        obstacle = None if event.guard is None else explain_failure(event.guard, self._environment({}, now))
         obstacle = obstacle or self._table.obstacle(event.effect.transitions, extern=True)
         if obstacle is not None:
             text = f"The event `{event.name}` cannot happen now: {obstacle}"
@@ -211,8 +213,8 @@ class ResourceCore:
             problem = self._data.accept(sample, now)
             if problem is not None:
                 raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="The sample was dropped.")
-            if self._data.lasts(sample.name) and self._data.value(sample.name) != before:
-                self._entries.append(DatumKept(sample.name, self._data.value(sample.name), now))
+            if self._data.never_expires(sample.name) and self._data.value(sample.name) != before:
+                self._entries.append(DatumEntry(sample.name, self._data.value(sample.name), now))
             self._enforce_invariants(now)
         return self._finish(None)
 
@@ -236,7 +238,7 @@ class ResourceCore:
         check_schema(self._skillset, request.schema)
         skill = self._skill(request.skill)
         known = self._ledger.verdict(request.goal_id, skill.name)
-        grant = self._ledger.in_force(request.goal_id)
+        grant = self._ledger.active(request.goal_id)
         if grant is not None and _is_of_predecessor(grant, request):
             return self._take_from_predecessor(grant, request, now)
         if known is not None:
@@ -264,11 +266,9 @@ class ResourceCore:
         """Apply the effect of an end. For a goal that is over already the reply says how it ended."""
         check_goal_id(request.goal_id)
         skill = self._skill(request.skill)
-        if request.how == UNGRANTED:
-            return self._end_ungranted(request, own_word(request))
         effect, post = _effect_of_end(skill, request)
         known = self._ledger.verdict(request.goal_id, skill.name)
-        grant = self._ledger.in_force(request.goal_id)
+        grant = self._ledger.active(request.goal_id)
         if grant is None:
             return self._end_without_grant(request, skill, known, now)
         check_fence(request, grant)
@@ -276,7 +276,7 @@ class ResourceCore:
         record = self._record(skill, "ENDED", now, grant.goal_id, request.cause, request.result or request.how)
         reason = self._apply(skill, effect, record, grant.goal_id, now)
         if not reason and post is not None:
-            broken = why_not(post, self._environment(grant.inputs, now))
+            broken = explain_failure(post, self._environment(grant.inputs, now))
             reason = f"The postcondition {broken}" if broken else ""
         ended = Ended(
             goal_id=grant.goal_id,
@@ -292,12 +292,40 @@ class ResourceCore:
         self._enforce_invariants(now)
         return self._finish(ended)
 
+    def record_outcome(self, request: RecordOutcome, now: float) -> Step[GoalVerdict]:
+        """Commit the outcome of a goal without a grant, unless another process of the manager has done something
+        with it.
+
+        A successor that is asked for the goal gives the same answer, and does not run it.
+        """
+        del now
+        check_goal_id(request.goal_id)
+        skill = self._skill(request.skill)
+        check_local_outcome(request)
+        self._incarnations.check_attached(request.manager, request.incarnation)
+        verdict = self._ledger.verdict(request.goal_id, skill.name)
+        if self._ledger.active(request.goal_id) is not None:
+            text = f"The goal {request.goal_id} holds a grant."
+            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="Leave it to the process that runs it.")
+        if verdict is not None:
+            return Step(verdict)
+        ended = Ended(
+            goal_id=request.goal_id,
+            held=False,
+            reason="",
+            revision=self.revision,
+            record=request.cause or "",
+            terminal=request.terminal,
+        )
+        self._ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, ended))
+        return self._finish(ended)
+
     def renew(self, request: RenewGoal) -> Step[GoalVerdict]:
         """Tell a manager whether its goal still stands: `Granted`, or what has happened to it."""
         verdict = self._ledger.verdict(request.goal_id, self._skill(request.skill).name)
         if verdict is None:
             raise unknown_goal(request.goal_id)
-        grant = self._ledger.in_force(request.goal_id)
+        grant = self._ledger.active(request.goal_id)
         if grant is not None:
             check_token(request, grant.token)
         return Step(verdict)
@@ -309,7 +337,7 @@ class ResourceCore:
 
     def goal_lost(self, goal_id: str, now: float, reason: str) -> Step[None]:
         """Take one goal from a manager that says nothing about it any more; a goal that is over stays as it is."""
-        grant = self._ledger.in_force(goal_id)
+        grant = self._ledger.active(goal_id)
         self._lose_all([] if grant is None else [grant], reason, now)
         return self._finish(None)
 
@@ -318,7 +346,7 @@ class ResourceCore:
     def _failing_preconditions(self, skill: Skill, inputs: Mapping[str, object], now: float) -> dict[str, str]:
         """Every check that fails, and why. A start effect that cannot be applied counts as one."""
         environment = self._environment(inputs, now)
-        reasons = {check.name: why_not(check.expression, environment) for check in skill.preconditions.checks}
+        reasons = {check.name: explain_failure(check.expression, environment) for check in skill.preconditions.checks}
         failing = {name: reason for name, reason in reasons.items() if reason is not None}
         start = skill.preconditions.success
         if not failing and (obstacle := self._table.obstacle(skill.transitions(start))) is not None:
@@ -333,15 +361,15 @@ class ResourceCore:
         record = self._record(skill, "NOT_READY", now, request.goal_id, request.cause, text)
         self._apply(skill, effect, record, request.goal_id, now)
         verdict = NotReady(goal_id=request.goal_id, failing=failing, record=record)
-        self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, verdict))
+        self._ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, verdict))
         self._enforce_invariants(now)
         return verdict
 
     def _end_without_grant(
         self, request: EndGoal, skill: Skill, known: GoalVerdict | None, now: float
     ) -> Step[GoalVerdict]:
-        past = self._ledger.past(request.goal_id)
-        given_up = gives_up_unheard(request)
+        past = self._ledger.finished(request.goal_id)
+        given_up = abandons_unknown_grant(request)
         if known is not None and past is not None:
             if not given_up:
                 check_token(request, past.token)
@@ -352,38 +380,14 @@ class ResourceCore:
         text = "The manager gave the goal up before it was granted."
         record = self._record(skill, "ENDED", now, request.goal_id, request.cause, text)
         ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=self.revision, record=record)
-        self._ledger.remember(GoalOver(request.goal_id, skill.name, NO_TOKEN, ended))
-        return self._finish(ended)
-
-    def _end_ungranted(self, request: EndGoal, terminal: Terminal) -> Step[GoalVerdict]:
-        """A manager ends a goal by its own word, unless another process of its name has done something with it.
-
-        Kept, so that a successor which is asked for the goal gives the same answer, and does not run it.
-        """
-        self._incarnations.check_attached(request.manager, request.incarnation)
-        verdict = self._ledger.verdict(request.goal_id, request.skill)
-        grant = self._ledger.in_force(request.goal_id)
-        if grant is not None:
-            check_token(request, grant.token)
-        if verdict is not None:
-            return Step(verdict)
-        ended = Ended(
-            goal_id=request.goal_id,
-            held=False,
-            reason="",
-            revision=self.revision,
-            record=request.cause or "",
-            how=request.how,
-            terminal=terminal,
-        )
-        self._ledger.remember(GoalOver(request.goal_id, request.skill, NO_TOKEN, ended))
+        self._ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, ended))
         return self._finish(ended)
 
     def _take_from_predecessor(self, grant: Grant, request: BeginGoal, now: float) -> Step[GoalVerdict]:
         """A process asks for a goal that was granted to another one of its name: it must not run a second time."""
         self._incarnations.check(request.manager, request.incarnation)
         self._replace(request.manager, request.incarnation, now)
-        over = self._ledger.past(grant.goal_id)
+        over = self._ledger.finished(grant.goal_id)
         return self._finish(over.verdict if over is not None else grant.granted)
 
     def _replace(self, manager: str, incarnation: str, now: float) -> None:
@@ -394,7 +398,7 @@ class ResourceCore:
 
     def _lose_all(self, grants: Sequence[Grant], reason: str, now: float) -> None:
         for grant in grants:
-            if self._ledger.in_force(grant.goal_id):  # and not violated by what an earlier one gave back
+            if self._ledger.active(grant.goal_id):  # and not violated by what an earlier one gave back
                 self._lose(grant, f"The manager `{grant.manager}` was lost: {reason}.", now)
                 self._enforce_invariants(now)
 
@@ -411,7 +415,7 @@ class ResourceCore:
             token=grant.token,
         )
         self._ledger.close(grant, lost)
-        self._scribe.add(lost)
+        self._outbox.add(lost)
 
     # --- invariants --------------------------------------------------------------------------------------------------
 
@@ -430,15 +434,15 @@ class ResourceCore:
         for grant in self.grants:
             environment = self._environment(grant.inputs, now)
             for invariant in grant.skill.invariants:
-                why = why_not(invariant.expression, environment)
-                if why is not None and not self._data.awaited(names_used(invariant.expression, "data"), now):
+                why = explain_failure(invariant.expression, environment)
+                if why is not None and not self._data.freshness_unknown(names_used(invariant.expression, "data"), now):
                     return grant, invariant, why
         return None
 
     def _violate(self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float) -> None:
         skill = grant.skill
         subject, cause = self._culprit(grant, invariant, why, data_records, now)
-        record = self._scribe.record(
+        record = self._outbox.record(
             now,
             RecordKind.GOAL,
             f"{skill.name}.{invariant.name}",
@@ -460,7 +464,7 @@ class ResourceCore:
             token=grant.token,
         )
         self._ledger.close(grant, violated)
-        self._scribe.add(violated)
+        self._outbox.add(violated)
 
     def _culprit(
         self, grant: Grant, invariant: Invariant, why: str, data_records: dict[str, str], now: float
@@ -477,15 +481,15 @@ class ResourceCore:
         if datum not in data_records:
             reading = self._data.reading(datum, now)
             after = "STALE" if reading.stale else str(reading.value)
-            data_records[datum] = self._scribe.record(now, RecordKind.DATA, datum, None, after, why)
+            data_records[datum] = self._outbox.record(now, RecordKind.DATA, datum, None, after, why)
         return datum, data_records[datum]
 
     def _keep_what_lasts(self, kept: Mapping[str, object]) -> None:
         """Keep, with the next step, the lasting values that a step knew which was never written down."""
         for name in self._data.names:
             value, t = self._data.value(name), self._data.reading(name, 0.0).t
-            if t is not None and self._data.lasts(name) and kept.get(name) != value:
-                self._entries.append(DatumKept(name, value, t))
+            if t is not None and self._data.never_expires(name) and kept.get(name) != value:
+                self._entries.append(DatumEntry(name, value, t))
 
     # --- parts of a step ---------------------------------------------------------------------------------------------
 
@@ -503,7 +507,7 @@ class ResourceCore:
 
     def _require_news(self, guard: Expression | None, now: float) -> None:
         """Refuse to judge on data that may be fresh, but are not known here yet."""
-        if guard is not None and self._data.awaited(names_used(guard, "data"), now):
+        if guard is not None and self._data.freshness_unknown(names_used(guard, "data"), now):
             text = "The resource manager has just been restarted and does not know all data yet."
             raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
 
@@ -518,12 +522,12 @@ class ResourceCore:
             raise unknown_name(error) from error
 
     def _record(self, skill: Skill, after: str, now: float, goal_id: str, cause: str | None, text: str) -> str:
-        return self._scribe.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
+        return self._outbox.record(now, RecordKind.GOAL, skill.name, None, after, text, cause=cause, goal_id=goal_id)
 
     def _finish(self, reply: R) -> Step[R]:
         entries = tuple(self._entries)
         self._entries.clear()
-        return Step(reply, self._scribe.hand_over(), entries)
+        return Step(reply, self._outbox.drain(), entries)
 
 
 def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:
@@ -534,22 +538,22 @@ def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:
 def _effect_of_end(skill: Skill, request: EndGoal) -> tuple[str | None, Expression | None]:
     """The effect to apply at an end, and the postcondition to judge after it."""
     match request.how, request.result:
-        case "result", str(name):
+        case EndKind.RESULT, str(name):
             try:
                 result = skill.result(name)
             except UnknownNameError as error:
                 raise unknown_name(error) from error
             return result.apply, result.post
-        case "interrupt", _:
+        case EndKind.INTERRUPT, _:
             return skill.interrupt.apply, None
-        case "error", _:
+        case EndKind.ERROR, _:
             return _lost_effect(skill), None
         case _:
             raise RefusedError(
                 ErrorCode.BAD_REQUEST,
-                f"A goal cannot end by `{request.how}`.",
-                help="Use `result` with the name of one, `interrupt`, `error`, or `ungranted` with `terminal`.",
-                known=("result", "interrupt", "error", UNGRANTED),
+                "A goal that ends with a result needs the name of one.",
+                help=f"Name the `result` of `{skill.name}` that it ended with.",
+                known=tuple(result.name for result in skill.results),
             )
 
 

@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import Keep, ResourceStands
-from skillwing.services.core.scribe import Scribe
+from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.snapshot import OnEntry, ResourceEntry
 from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
 
 Event: TypeAlias = ResourceChange | Violated | Lost
@@ -25,15 +25,15 @@ class ResourceTable:
     def __init__(
         self,
         skillset: Skillset,
-        scribe: Scribe[Event],
-        keep: Keep,
+        scribe: Outbox[Event],
+        keep: OnEntry,
         *,
         found: Mapping[str, str] | None = None,
-        kept: Iterable[ResourceStands] = (),
+        kept: Iterable[ResourceEntry] = (),
     ) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}
         self._states = {resource.name: resource.initial for resource in skillset.resources} | dict(found or {})
-        self._scribe = scribe
+        self._outbox = scribe
         self._keep = keep
         self._last_change: dict[str, tuple[int, str]] = {}
         for stands in kept:
@@ -48,9 +48,9 @@ class ResourceTable:
         """A live view."""
         return MappingProxyType(self._states)
 
-    def inventory(self) -> tuple[ResourceStands, ...]:
+    def initial_entries(self) -> tuple[ResourceEntry, ...]:
         """Every resource as it stands."""
-        return tuple(self._standing(name) for name in self._states)
+        return tuple(self._entry_of(name) for name in self._states)
 
     def obstacle(self, transitions: Transitions, *, extern: bool = False) -> str | None:
         """None if all transitions may be taken now, else a sentence on the first that may not."""
@@ -76,12 +76,12 @@ class ResourceTable:
         self.revision += 1
         for name, target in changing:
             before, self._states[name] = self._states[name], target
-            record = self._scribe.record(
+            record = self._outbox.record(
                 now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
             )
             self._last_change[name] = (self.revision, record)
-            self._keep(self._standing(name))
-            self._scribe.add(
+            self._keep(self._entry_of(name))
+            self._outbox.add(
                 ResourceChange(
                     resource=name,
                     before=before,
@@ -104,5 +104,5 @@ class ResourceTable:
         latest = max(changed, key=lambda name: self._last_change[name][0])
         return latest, self._last_change[latest][1]
 
-    def _standing(self, name: str) -> ResourceStands:
-        return ResourceStands(name, self._states[name], *self._last_change.get(name, (0, "")))
+    def _entry_of(self, name: str) -> ResourceEntry:
+        return ResourceEntry(name, self._states[name], *self._last_change.get(name, (0, "")))

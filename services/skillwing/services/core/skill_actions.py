@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, TypeAlias
 
-from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, State, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RecordOutcome, State, Terminal
 
 
 class Hook(Enum):
@@ -36,7 +36,7 @@ class AskResources:
     """Ask the resource manager, after a pause if it has been silent `silences` times; the answer, or None for another
     silence, goes to `SkillCore.answered`."""
 
-    call: BeginGoal | EndGoal
+    call: BeginGoal | EndGoal | RecordOutcome
     silences: int = 0
 
 

@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping
 from msgspec.structs import replace
 
 from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
-from skillwing.services.core.grants import NO_TOKEN, UNGRANTED
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.scribe import Scribe
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Ending, GoalRun, Hook
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.core.verdicts import terminal_of
@@ -26,6 +26,7 @@ from skillwing.services.protocol import (
     BeginGoal,
     Ended,
     EndGoal,
+    EndKind,
     ErrorCode,
     ErrorReply,
     GoalStatus,
@@ -36,6 +37,7 @@ from skillwing.services.protocol import (
     NotReady,
     ProtocolError,
     RecordKind,
+    RecordOutcome,
     RenewGoal,
     StartGoal,
     State,
@@ -47,7 +49,7 @@ from skillwing.services.protocol import Ending as End
 
 GOALS_REMEMBERED = 1000
 SILENCES_UNTIL_ERROR = 10
-"""Unanswered questions to the resource manager after which a goal gets its terminal answer all the same. Where nobody
+"""NoReply questions to the resource manager after which a goal gets its terminal answer all the same. Where nobody
 is there to be asked that is 5.6 s, so that it may be started again meanwhile; one that hangs lets each question run
 into its timeout of 2 s, which makes 26 s."""
 SILENCES_UNTIL_SETTLED = 600
@@ -82,13 +84,13 @@ class SkillCore:
         self.skill = skillset.skill(skill)
         self._source = source
         self._incarnation = incarnation
-        self._scribe: Scribe[Action] = Scribe(source, new_record_id)
+        self._outbox: Outbox[Action] = Outbox(source, new_record_id)
         self._run: GoalRun | None = None
         # Goals that this process did not run, until the resource manager has taken down how it ends them.
         self._in_doubt: dict[str, GoalRun] = {}
-        self._ended: Recent[str, GoalStatus] = Recent(GOALS_REMEMBERED)
+        self._ended: BoundedDict[str, GoalStatus] = BoundedDict(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
-        self._interrupted_early: Recent[str, None] = Recent(GOALS_REMEMBERED)
+        self._interrupted_early: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
         self.dropped_calls = 0
         """Terminations and confirmations for goals that were over, or not to be ended."""
 
@@ -193,7 +195,7 @@ class SkillCore:
                     cause=run.record,
                     incarnation=self._incarnation,
                 )
-                self._scribe.add(AskResources(run.begin))
+                self._outbox.add(AskResources(run.begin))
         return self._actions()
 
     def dispatched(self, goal_id: str, now: float) -> tuple[Action, ...]:
@@ -210,7 +212,7 @@ class SkillCore:
         if run is not None and run.begin is None:
             self._conclude(run, Terminal(ending=End.ERROR, reason=sendable_text(reason)), now)
         elif run is not None and run.stoppable:
-            self._end(run, "error", reason)
+            self._end(run, EndKind.ERROR, reason)
         return self._actions()
 
     def terminated(
@@ -227,18 +229,18 @@ class SkillCore:
             try:
                 self.skill.result(result)
             except UnknownNameError as error:
-                self._end(run, "error", str(error))
+                self._end(run, EndKind.ERROR, str(error))
                 return self._actions()
             given = {name: value for name, value in (output or {}).items() if value is not None}
             fitted, problems = fit_fields(self.skill.outputs, given)
             wrong = [problem.sentence for problem in problems if problem.kind in ("type", "unknown")]
             if wrong:
-                self._end(run, "error", f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
+                self._end(run, EndKind.ERROR, f"The output of {result} does not fit the skillset: {' '.join(wrong)}")
             elif (obstacle := _obstacle_to_sending(fitted)) is not None:
-                self._end(run, "error", f"The output of {result} cannot be sent: {obstacle}.")
+                self._end(run, EndKind.ERROR, f"The output of {result} cannot be sent: {obstacle}.")
             else:
                 told = fitted if output is not None else None
-                self._end(run, "result", f"The skill ended with {result}.", result=result, output=told)
+                self._end(run, EndKind.RESULT, f"The skill ended with {result}.", result=result, output=told)
         return self._actions()
 
     def interrupted(self, goal_id: str, now: float) -> tuple[Action, ...]:
@@ -246,7 +248,7 @@ class SkillCore:
         del now
         run = self._run_to_end(goal_id, only=State.INTERRUPTING)
         if run is not None:
-            self._end(run, "interrupt", run.stop_reason)
+            self._end(run, EndKind.INTERRUPT, run.stop_reason)
         return self._actions()
 
     def failed(self, goal_id: str, reason: str, now: float, cause: str | None = None) -> tuple[Action, ...]:
@@ -255,7 +257,7 @@ class SkillCore:
         run = self._run_to_end(goal_id)
         if run is not None:
             _note_cause(run, cause)
-            self._end(run, "error", reason)
+            self._end(run, EndKind.ERROR, reason)
         return self._actions()
 
     # --- from the resource manager -----------------------------------------------------------------------------------
@@ -268,7 +270,7 @@ class SkillCore:
         """
         if isinstance(answer, ErrorReply) and answer.code in AS_GOOD_AS_SILENCE:
             answer = None
-        if isinstance(asked.call, EndGoal) and asked.call.how == UNGRANTED:
+        if isinstance(asked.call, RecordOutcome):
             self._doubt_answered(asked, answer, now)
             return self._actions()
         run = self._run_of(asked.call.goal_id)
@@ -324,7 +326,7 @@ class SkillCore:
             if run.state is State.INTERRUPTING:
                 limit = f"{self.skill.interrupt.timeout:g} s"
                 reason = f"{run.stop_reason} The skill did not confirm within {limit} that it has stopped."
-                self._end(run, "interrupt", reason, forced=True)
+                self._end(run, EndKind.INTERRUPT, reason, forced=True)
             else:
                 self._stop(run, f"Its deadline of {self.skill.deadline:g} s passed.", None, now)
         return self._actions()
@@ -357,17 +359,15 @@ class SkillCore:
         else:
             self._enter(run, State.VALIDATING, now, f"asked by {run.client}")
         self._in_doubt[run.goal_id] = run
-        call = EndGoal(
+        call = RecordOutcome(
             goal_id=run.goal_id,
             skill=self.skill.name,
-            token=NO_TOKEN,
-            how=UNGRANTED,
-            cause=run.record,
-            incarnation=self._incarnation,
-            manager=self._source,
             terminal=terminal,
+            manager=self._source,
+            incarnation=self._incarnation,
+            cause=run.record,
         )
-        self._scribe.add(AskResources(call))
+        self._outbox.add(AskResources(call))
 
     def _doubt_answered(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None, now: float) -> None:
         run = self._in_doubt.get(asked.call.goal_id)
@@ -388,13 +388,13 @@ class SkillCore:
     def _bear_doubt(self, run: GoalRun, asked: AskResources, now: float) -> None:
         """The client gets an answer after a while, and the resource manager hears of it as soon as it listens."""
         call, silences = asked.call, asked.silences + 1
-        if silences == SILENCES_UNTIL_ERROR and isinstance(call, EndGoal) and call.terminal is not None:
+        if silences == SILENCES_UNTIL_ERROR and isinstance(call, RecordOutcome):
             reason = f"The resource manager does not answer. {call.terminal.reason}"
             terminal = Terminal(ending=End.ERROR, reason=reason)
             call = replace(call, terminal=terminal)
             self._finish(run, terminal, now)
         if silences < SILENCES_UNTIL_SETTLED:
-            self._scribe.add(AskResources(call, silences))
+            self._outbox.add(AskResources(call, silences))
         else:
             del self._in_doubt[run.goal_id]
 
@@ -402,7 +402,7 @@ class SkillCore:
         match answer:
             case Granted() if run.state is State.INTERRUPTING:
                 run.token = answer.token
-                self._end(run, "interrupt", run.stop_reason)
+                self._end(run, EndKind.INTERRUPT, run.stop_reason)
             case Granted():
                 run.token, run.record, run.dispatched = answer.token, answer.record, True
                 if self.skill.deadline is not None:
@@ -435,7 +435,7 @@ class SkillCore:
         terminal = self._terminal_of_end(answer, ending.call.how, ending.call.result, reason)
         self._finish(run, replace(terminal, output=ending.output, forced=ending.forced), now)
 
-    def _terminal_of_end(self, ended: Ended, how: str, result: str | None, reason: str) -> Terminal:
+    def _terminal_of_end(self, ended: Ended, how: EndKind | None, result: str | None, reason: str) -> Terminal:
         if result is not None:
             return Terminal(
                 ending=End.SUCCEEDED if ended.held else End.NOT_HELD,
@@ -443,7 +443,7 @@ class SkillCore:
                 result=result,
                 success=ended.held and self.skill.result(result).success,
             )
-        return Terminal(ending=End.INTERRUPTED if how == "interrupt" else End.ERROR, reason=reason)
+        return Terminal(ending=End.INTERRUPTED if how is EndKind.INTERRUPT else End.ERROR, reason=reason)
 
     def _taken_away(self, run: GoalRun, verdict: GoalVerdict | ErrorReply, now: float) -> None:
         """The goal is over in the resource manager's judgement, or was never in its books."""
@@ -475,7 +475,7 @@ class SkillCore:
     def _end(
         self,
         run: GoalRun,
-        how: str,
+        how: EndKind,
         reason: str,
         *,
         result: str | None = None,
@@ -493,12 +493,12 @@ class SkillCore:
             incarnation=self._incarnation,
         )
         run.ending = Ending(call, sendable_text(reason), output, forced)
-        self._scribe.add(AskResources(call))
+        self._outbox.add(AskResources(call))
 
     def _bear_silence(self, run: GoalRun, asked: AskResources, now: float) -> None:
         silences = asked.silences + 1
         if silences < SILENCES_UNTIL_ERROR:
-            self._scribe.add(AskResources(asked.call, silences))
+            self._outbox.add(AskResources(asked.call, silences))
             return
         # The client gets its answer now; what the goal may hold is given back as soon as anybody listens.
         how = f" {run.ending.reason}" if run.ending else ""
@@ -510,16 +510,16 @@ class SkillCore:
                 goal_id=run.goal_id,
                 skill=self.skill.name,
                 token=NO_TOKEN,
-                how="error",
+                how=EndKind.ERROR,
                 cause=run.record,
                 incarnation=self._incarnation,
             )
-        self._scribe.add(AskResources(call, silences))
+        self._outbox.add(AskResources(call, silences))
 
     def _settle(self, asked: AskResources, answer: GoalVerdict | ErrorReply | None) -> None:
         """The goal has its terminal answer: go on until the resource manager has heard that it is over."""
         if answer is None and isinstance(asked.call, EndGoal) and asked.silences < SILENCES_UNTIL_SETTLED:
-            self._scribe.add(AskResources(asked.call, asked.silences + 1))
+            self._outbox.add(AskResources(asked.call, asked.silences + 1))
 
     # --- parts of a step ---------------------------------------------------------------------------------------------
 
@@ -541,13 +541,13 @@ class SkillCore:
         before = run.state or "IDLE"
         after = terminal.label if terminal else state
         run.state = state
-        run.record = self._scribe.record(
+        run.record = self._outbox.record(
             now, RecordKind.GOAL, self.skill.name, before, after, text, cause=run.record, goal_id=run.goal_id
         )
         run.status = GoalStatus(
             goal_id=run.goal_id, skill=self.skill.name, state=state, t=now, terminal=terminal, record=run.record
         )
-        self._scribe.add(run.status)
+        self._outbox.add(run.status)
 
     def _finish(self, run: GoalRun, terminal: Terminal, now: float) -> None:
         if self._run is run:
@@ -559,10 +559,10 @@ class SkillCore:
             self._call(Hook.ENDED, run, terminal)
 
     def _call(self, hook: Hook, run: GoalRun, terminal: Terminal | None = None) -> None:
-        self._scribe.add(CallHook(hook, run.goal_id, run.inputs, run.token, run.started_at, terminal))
+        self._outbox.add(CallHook(hook, run.goal_id, run.inputs, run.token, run.started_at, terminal))
 
     def _actions(self) -> tuple[Action, ...]:
-        return self._scribe.hand_over()
+        return self._outbox.drain()
 
 
 def _note_cause(run: GoalRun, cause: str | None) -> None:

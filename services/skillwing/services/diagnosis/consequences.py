@@ -7,20 +7,16 @@ postcondition, or from the script of the robot's mock.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from itertools import product
-from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skillwing.dsl.expressions import Expression, names_used
-from skillwing.dsl.guards import holds, sufficient_changes
+from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Result, Skill, Skillset
+from skillwing.dsl.queries import wanted_states
 from skillwing.services.errors import InvalidOptionError
 
 if TYPE_CHECKING:
     from skillwing.services.mocking.script import Reaction, When
-
-_MOST_COMBINATIONS = 4096
 
 
 def causes(
@@ -42,19 +38,6 @@ def causes(
         if any(_is_begin_or_success(skill, moment) for moment in moments)
         or any(_promises(skillset, result, resource, targets, states) for result in skill.results)
     ]
-
-
-def states_wanted(skillset: Skillset, guard: Expression, states: Mapping[str, str]) -> dict[str, list[str]]:
-    """States in which a guard would hold, for each resource that could make it hold alone; else for all it names."""
-    names = sorted(names_used(guard, "resource"))
-    every = {name: skillset.resource(name).states for name in names}
-    alone = sufficient_changes(guard, skillset, states)
-    if alone or prod(map(len, every.values())) > _MOST_COMBINATIONS:
-        return alone
-    together = [dict(zip(names, chosen, strict=True)) for chosen in product(*every.values())]
-    good = [each for each in together if holds(guard, {**states, **each})]
-    found = {name: sorted({each[name] for each in good}, key=every[name].index) for name in names}
-    return {name: targets for name, targets in found.items() if targets and states[name] not in targets}
 
 
 def reactions_known(file: Path, skillset: Skillset) -> tuple[Reaction, ...]:
@@ -82,5 +65,5 @@ def _promises(
     """True for a success whose postcondition puts this resource into one of these states."""
     if not result.success or result.post is None or names_used(result.post, "data") | names_used(result.post, "input"):
         return False
-    promised = states_wanted(skillset, result.post, states).get(resource, [])
+    promised = wanted_states(result.post, skillset, states).get(resource, [])
     return bool(promised) and set(promised) <= set(targets)

@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping
 
 import msgspec
 
-from skillwing.dsl.guards import holds
-from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import could_start
 from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.consequences import causes, reactions_known
 from skillwing.services.names import CLIENT, MISSION
@@ -57,19 +57,10 @@ def unattended_states(
             continue
         others = [each for each in resource.states if each not in words]
         ways = causes(skillset, name, others, states, reactions_known(target.skillset, skillset))
-        ready = [way for way in ways if way not in running and _could_start(skillset, skillset.skill(way), states)]
+        ready = [way for way in ways if way not in running and could_start(skillset.skill(way), skillset, states)]
         if ready or not (ways or running):
             where = words[state]
             found.append(
                 Unattended(robot=target.robot, resource=name, state=state, where=where, ends_with=tuple(ready))
             )
     return tuple(found)
-
-
-def _could_start(skillset: Skillset, skill: Skill, states: Mapping[str, str]) -> bool:
-    """True for a skill whose preconditions and start effect allow a start, as far as resources decide."""
-    taken = skill.transitions(skill.preconditions.success)
-    checks = [check.expression for check in skill.preconditions.checks if check.kind == "resource"]
-    return all(holds(check, states) for check in checks) and all(
-        skillset.resource(name).allows(states[name], state, extern=False) for name, state in taken
-    )

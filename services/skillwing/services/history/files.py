@@ -13,8 +13,8 @@ from typing import Generic, Self, TypeVar
 
 import msgspec
 
-from skillwing.services.errors import PassingError
-from skillwing.services.protocol import GoalStatus, Message, Record
+from skillwing.services.errors import PassingError, SkillwingError
+from skillwing.services.protocol import PROTOCOL_VERSION, GoalStatus, Message, Record
 
 TIMELINE_FILE = "timeline.jsonl"
 GOALS_FILE = "goals.jsonl"
@@ -66,7 +66,10 @@ def read_goals(run_dir: Path) -> list[GoalStatus]:
 
 
 def read_lines(path: Path, kind: type[M]) -> list[M]:
-    """All messages of the file, without an incomplete last line."""
+    """All messages of the file, without an incomplete last line.
+
+    Raises SkillwingError for messages of another protocol version.
+    """
     if not path.exists():
         return []
     *lines, unfinished = path.read_bytes().split(b"\n")
@@ -74,4 +77,8 @@ def read_lines(path: Path, kind: type[M]) -> list[M]:
     if unfinished:
         with suppress(msgspec.DecodeError):
             messages.append(msgspec.json.decode(unfinished, type=kind))
+    other = next((message.v for message in messages if message.v != PROTOCOL_VERSION), None)
+    if other is not None:
+        text = f"{path} was recorded with protocol {other}, and this Skillwing reads protocol {PROTOCOL_VERSION}."
+        raise SkillwingError(f"{text} Read it with the version that recorded it.")
     return messages

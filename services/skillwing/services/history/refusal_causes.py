@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping
 from typing import TypeAlias
 
 from skillwing.dsl.expressions import Expression, names_used
-from skillwing.dsl.guards import holds, sufficient_changes
-from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import blocked_at_start, holds, sufficient_changes
 from skillwing.services.protocol import RecordKind
 
 Subject: TypeAlias = tuple[RecordKind, str]
@@ -29,7 +29,7 @@ def refusal_causes(
     model = skillset.skill(skill)
     guards = [check.expression for check in model.preconditions.checks]
     by_guards = frozenset[Subject]().union(*(_causes_in_guard(guard, skillset, states, stale) for guard in guards))
-    return by_guards or _causes_in_start_effect(model, skillset, states)
+    return by_guards or frozenset((RecordKind.RESOURCE, name) for name in blocked_at_start(model, skillset, states))
 
 
 def _causes_in_guard(
@@ -43,12 +43,3 @@ def _causes_in_guard(
         return frozenset()
     found = sufficient_changes(guard, skillset, states) or names_used(guard, "resource")
     return frozenset((RecordKind.RESOURCE, name) for name in found)
-
-
-def _causes_in_start_effect(skill: Skill, skillset: Skillset, states: Mapping[str, str]) -> frozenset[Subject]:
-    """Resources from whose state the start effect has no transition."""
-    return frozenset(
-        (RecordKind.RESOURCE, name)
-        for name, target in skill.transitions(skill.preconditions.success)
-        if not skillset.resource(name).allows(states[name], target, extern=False)
-    )

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from skillwing.services.core.kept import Entry, Kept
+from skillwing.services.core.snapshot import Entry, Snapshot
 from skillwing.services.journal.errors import (
     JournalError,
     JournalTakenError,
@@ -19,7 +19,7 @@ from skillwing.services.journal.errors import (
     JournalWriteError,
     NoJournalError,
 )
-from skillwing.services.journal.rows import HISTORY_KEPT, insert_entry, insert_record, select_identity, select_kept
+from skillwing.services.journal.rows import HISTORY_KEPT, insert_entry, insert_record, select_identity, select_snapshot
 from skillwing.services.journal.schema import Identity, check_form, check_owner, create, damaged, is_empty
 from skillwing.services.protocol import Record
 
@@ -64,10 +64,10 @@ class Journal:
         self._durable = durable
         self._connection = self._open()
 
-    def kept(self) -> Kept | None:
+    def snapshot(self) -> Snapshot | None:
         """What was written so far; None if nothing was. Raises JournalRefusedError and JournalUnreadableError."""
         with _reading(self.path):
-            return select_kept(self._connection, RECORDS_TO_RESUME)
+            return select_snapshot(self._connection, RECORDS_TO_RESUME)
 
     def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
         """Write what one step must not forget, and its timeline records, all or nothing.
@@ -195,7 +195,7 @@ def _take_room(connection: sqlite3.Connection) -> None:
     connection.execute("DROP TABLE room")
 
 
-def look_into(path: Path) -> tuple[Identity, Kept]:
+def look_into(path: Path) -> tuple[Identity, Snapshot]:
     """Whose journal it is and what it holds, with all of its history, also while it is written to.
 
     Raises NoJournalError, JournalRefusedError and JournalUnreadableError.
@@ -210,7 +210,7 @@ def look_into(path: Path) -> tuple[Identity, Kept]:
         check_form(connection, path)
         # One transaction, for the journal may be written to while it is read.
         connection.execute("BEGIN")
-        kept = select_kept(connection, HISTORY_KEPT)
+        kept = select_snapshot(connection, HISTORY_KEPT)
         if kept is None:
             raise NoJournalError(path, f"Nothing has been written to {path} yet.")
         return select_identity(connection), kept

@@ -9,15 +9,15 @@ import msgspec
 
 from skillwing.services.core.grants import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
-from skillwing.services.core.kept import (
-    DatumKept,
+from skillwing.services.core.snapshot import (
+    DatumEntry,
     Entry,
-    GoalOver,
-    GrantOpened,
-    Kept,
-    ManagerNoted,
-    ResourceStands,
-    Shelf,
+    FinishedGoal,
+    GrantEntry,
+    HistoryBucket,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
 )
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import GoalVerdict, Granted, Record
@@ -40,25 +40,25 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
     """Bring the tables to where the entry says, and take the oldest rows out of those that would grow for ever."""
     execute = connection.execute
     match entry:
-        case ResourceStands():
+        case ResourceEntry():
             row = (entry.resource, entry.state, entry.revision, entry.record)
             execute("INSERT OR REPLACE INTO resources VALUES (?, ?, ?, ?)", row)
-        case GrantOpened(granted=granted):
+        case GrantEntry(granted=granted):
             row = (granted.goal_id, entry.skill, _text(entry.inputs), entry.manager, entry.incarnation, _text(granted))
             execute("INSERT INTO grants VALUES (NULL, ?, ?, ?, ?, ?, ?)", row)
             execute("UPDATE journal SET last_token = max(last_token, ?)", (granted.token,))
-        case GoalOver():
+        case FinishedGoal():
             execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
-            row = (entry.goal_id, entry.skill, entry.token, entry.shelf, _text(entry.verdict))
+            row = (entry.goal_id, entry.skill, entry.token, entry.bucket, _text(entry.verdict))
             number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?, ?)", row).lastrowid or 0
             if number % TRIM_EVERY == 0:
-                for shelf in Shelf:
+                for shelf in HistoryBucket:
                     execute(_TRIM_GOALS, {"shelf": shelf, "kept": GOALS_REMEMBERED})
-        case ManagerNoted():
+        case ManagerEntry():
             row = (entry.manager, entry.incarnation)
             number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0
             execute("DELETE FROM managers WHERE n <= ?", (number - MANAGERS_KEPT,))
-        case DatumKept():
+        case DatumEntry():
             execute("INSERT OR REPLACE INTO data VALUES (?, ?, ?)", (entry.name, _text(entry.value), entry.t))
 
 
@@ -72,7 +72,7 @@ def select_identity(connection: sqlite3.Connection) -> Identity:
     return Identity(*connection.execute("SELECT robot, skillset, schema FROM journal").fetchone())
 
 
-def select_kept(connection: sqlite3.Connection, records: int) -> Kept | None:
+def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | None:
     """What the tables hold, with the latest `records` of the history; None if nothing was ever written.
 
     Raises sqlite3.DatabaseError and msgspec.MsgspecError where they hold what was never written.
@@ -82,20 +82,20 @@ def select_kept(connection: sqlite3.Connection, records: int) -> Kept | None:
     if t is None:
         return None
     history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
-    return Kept(
-        resources=tuple(ResourceStands(*row) for row in select("SELECT * FROM resources")),
+    return Snapshot(
+        resources=tuple(ResourceEntry(*row) for row in select("SELECT * FROM resources")),
         grants=tuple(
-            GrantOpened(skill, _value(inputs, dict[str, Any]), manager, incarnation, _value(granted, Granted))
+            GrantEntry(skill, _value(inputs, dict[str, Any]), manager, incarnation, _value(granted, Granted))
             for skill, inputs, manager, incarnation, granted in select(
                 "SELECT skill, inputs, manager, incarnation, granted FROM grants ORDER BY n"
             )
         ),
         goals=tuple(
-            GoalOver(goal_id, skill, token, _value(verdict, GoalVerdict))
+            FinishedGoal(goal_id, skill, token, _value(verdict, GoalVerdict))
             for goal_id, skill, token, verdict in select("SELECT goal_id, skill, token, verdict FROM goals ORDER BY n")
         ),
-        managers=tuple(ManagerNoted(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
-        data=tuple(DatumKept(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
+        managers=tuple(ManagerEntry(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
+        data=tuple(DatumEntry(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
         last_token=last_token,
         records=tuple(_value(record, Record) for (record,) in reversed(history)),
         t=t,

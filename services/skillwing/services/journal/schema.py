@@ -8,7 +8,7 @@ from pathlib import Path
 
 from skillwing.services.journal.errors import JournalRefusedError
 
-FORMAT = 2
+FORMAT = 3
 """Raised whenever an older process could not read what a newer one writes, or the other way round."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`, by which tools know the file."""

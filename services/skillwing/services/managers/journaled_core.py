@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeAlias, TypeVar
 
-from skillwing.services.core.kept import Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import NOTHING_KEPT, ResourceCore, Step
+from skillwing.services.core.resource_core import EMPTY_SNAPSHOT, ResourceCore, Step
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record
@@ -18,7 +18,7 @@ from skillwing.services.protocol import ErrorCode, Record
 R = TypeVar("R")
 TakeStep: TypeAlias = Callable[[ResourceCore, float], Step[R]]
 """Has a core take one step at a robot time."""
-MakeCore: TypeAlias = Callable[[Kept | None, LatestData | None], ResourceCore]
+MakeCore: TypeAlias = Callable[[Snapshot | None, LatestData | None], ResourceCore]
 """Makes a core that goes on from what was kept, and from these data."""
 LARGEST_SETBACK = 1.0
 """Seconds by which the latest tick may lie before the time of the latest step."""
@@ -45,9 +45,9 @@ class JournaledCore:
 
     def begin(self, now: float) -> None:
         """Begin an empty journal. Raises JournalWriteError."""
-        self._journal.write(self.core.inventory(), (), now)
+        self._journal.write(self.core.initial_entries(), (), now)
 
-    def resume(self, kept: Kept, now: float, *, follows_time: bool) -> bool:
+    def resume(self, kept: Snapshot, now: float, *, follows_time: bool) -> bool:
         """Go on from what the journal holds; the core's own `resume` is to be its first step.
 
         follows_time: as `Bus` says. Where it does, robot time before the journal's has begun anew: nothing is as it was
@@ -58,7 +58,7 @@ class JournaledCore:
         if follows_time and now < kept.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
             log.warning("robot time has begun anew; the journal until %.1f s is now %s", kept.t, moved)
-            self.core = self._make_core(replace(NOTHING_KEPT, last_token=kept.last_token), None)
+            self.core = self._make_core(replace(EMPTY_SNAPSHOT, last_token=kept.last_token), None)
             self.begin(now)
             return False
         self.core = self._make_core(kept, None)
@@ -98,7 +98,7 @@ class JournaledCore:
 
     def _go_back(self) -> None:
         """To where the last step has led that was written down. Raises JournalError."""
-        self.core = self._make_core(self._journal.kept(), self.core.data)
+        self.core = self._make_core(self._journal.snapshot(), self.core.data)
 
     def _complain(self, error: JournalError) -> None:
         if not self._failing:

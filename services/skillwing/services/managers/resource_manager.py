@@ -12,20 +12,20 @@ from typing import Any, NoReturn, TypeVar
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
-from skillwing.services.core.kept import Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.journaled_core import JournaledCore, TakeStep, UnwrittenError
+from skillwing.services.managers.leader_election import LeaderElection
 from skillwing.services.managers.lease_watch import LeaseWatch
-from skillwing.services.managers.presence import Presence
+from skillwing.services.managers.liveliness_monitor import LivelinessMonitor
 from skillwing.services.managers.serving import serve
-from skillwing.services.managers.sole_judge import SoleJudge
 from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
@@ -45,6 +45,7 @@ from skillwing.services.protocol import (
     QueryData,
     QueryStates,
     Record,
+    RecordOutcome,
     ResourceChange,
     ResourceStates,
     Violated,
@@ -102,7 +103,7 @@ class ResourceManagerNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         if self._contended:
-            SoleJudge(bus, self._keys, self._begin, self._make_way)
+            LeaderElection(bus, self._keys, self._begin, self._make_way)
         else:
             self._begin()
 
@@ -127,7 +128,7 @@ class ResourceManagerNode:
         self._alarm = Alarm(bus, self._judge_anew)
         self._leases = LeaseWatch(bus, self._on_silent)
         self._journaled = JournaledCore(self._journal, self._make_core)
-        kept = self._journal.kept()
+        kept = self._journal.snapshot()
         if kept is None:
             self._journaled.begin(bus.now())
             self._open()
@@ -139,14 +140,14 @@ class ResourceManagerNode:
     def _core(self) -> ResourceCore:
         return self._journaled.core
 
-    def _make_core(self, kept: Kept | None, data: LatestData | None) -> ResourceCore:
+    def _make_core(self, kept: Snapshot | None, data: LatestData | None) -> ResourceCore:
         make = ResourceCore
         if self._steps is not None:
             make = partial(RecordedCore, writer=self._steps, remembered=self._journal.kept, now=self._bus.now())
         new_id = self._timeline.new_id
         return make(self._skillset, source=self.name, new_record_id=new_id, found=self._found, kept=kept, data=data)
 
-    def _resume(self, kept: Kept) -> None:
+    def _resume(self, kept: Snapshot) -> None:
         resumed = self._journaled.resume(kept, self._bus.now(), follows_time=self._bus.follows_time)
         self._open()
         if not resumed:
@@ -154,14 +155,14 @@ class ResourceManagerNode:
         step = self._take(lambda core, now: core.resume(kept, now))
         self._publish((*step.reply, *step.publications))
         for grant in self._core.grants:
-            self._presence.expect(grant.manager)
+            self._liveliness.expect(grant.manager)
         for datum in self._core.data_names:
             self._bus.ask(self._keys.data(datum), encode(QueryData()), self._on_reading)
 
     def _open(self) -> None:
         """Follow the world, and answer whoever asks."""
         bus, keys = self._bus, self._keys
-        self._presence = Presence(bus, keys, "**", self._on_gone)
+        self._liveliness = LivelinessMonitor(bus, keys, "**", self._on_gone)
         for each in self._core.data_names:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
@@ -219,6 +220,8 @@ class ResourceManagerNode:
                 return self._perform(lambda core, now: core.begin(call, now))
             case EndGoal():
                 return self._perform(lambda core, now: core.end(call, now))
+            case RecordOutcome():
+                return self._perform(lambda core, now: core.record_outcome(call, now))
             case _:
                 verdict = self._perform(lambda core, _: core.renew(call))
                 self._leases.renew(call.goal_id, GRANT_LEASE)
@@ -248,7 +251,7 @@ class ResourceManagerNode:
             self._perform(lambda core, now: core.manager_lost(process, now))
         except RefusedError:
             # Once more, if it does not come back until then.
-            self._presence.expect(process)
+            self._liveliness.expect(process)
 
     def _on_silent(self, lease: Expired) -> None:
         reason = f"silent for {lease.silence:.1f} s"
@@ -349,6 +352,6 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
     journal = Journal(None if path is None else Path(path), identity, durable=bool(options.get("durable")))
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
-    journal.kept()
+    journal.snapshot()
     steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
     return ResourceManagerNode(skillset, journal=journal, steps=steps, contended=options.get("contended", True))

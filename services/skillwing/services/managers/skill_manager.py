@@ -12,8 +12,8 @@ import msgspec
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Refused, Sample, Unanswered
-from skillwing.services.client.asking import CUT_OFF_DELAY, retry_delay
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
+from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.values import fit_fields
@@ -21,9 +21,9 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.alarm import Alarm
 from skillwing.services.managers.hook_bus import HookBus
 from skillwing.services.managers.hooks import Goal, SkillHooks
-from skillwing.services.managers.presence import Presence
+from skillwing.services.managers.liveliness_monitor import LivelinessMonitor
+from skillwing.services.managers.registration import Registration
 from skillwing.services.managers.serving import serve
-from skillwing.services.managers.standing import Standing
 from skillwing.services.names import BLOCKED, CLIENT, skill_process
 from skillwing.services.options import imported, required
 from skillwing.services.protocol import (
@@ -100,14 +100,14 @@ class SkillManagerNode:
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
         self._hooks.setup()
         bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
-        self._owners = Presence(bus, keys, f"{CLIENT}*", self._on_owner_gone, from_outside=True)
+        self._owners = LivelinessMonitor(bus, keys, f"{CLIENT}*", self._on_owner_gone, from_outside=True)
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
         attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
-        self._standing = Standing(bus, keys, attach, self._make_way)
-        self._standing.ask()
+        self._registration = Registration(bus, keys, attach, self._make_way)
+        self._registration.ask()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
     def detach(self) -> None:
@@ -118,7 +118,7 @@ class SkillManagerNode:
             self._leave(goal, Terminal(ending=Ending.LOST, reason=reason, detected_by=self.name))
         if self._core.dropped_calls:
             log.info("%d calls came for goals that were over, and were dropped.", self._core.dropped_calls)
-        self._standing.give_up()
+        self._registration.give_up()
         self._alive.cancel()
 
     # --- what comes in -----------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ class SkillManagerNode:
 
     def _make_way(self, refusal: ErrorReply) -> None:
         """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""
-        self._standing.give_up()
+        self._registration.give_up()
         log.error("%s This one ends.", refusal.message)
         self._bus.post(self._end)
 
@@ -160,10 +160,10 @@ class SkillManagerNode:
     def _look_for_successor(self, answer: GoalVerdict | ErrorReply | None) -> None:
         """Who is told that his goal is another's, or lost, asks whether he still counts; that asks for nothing else."""
         if isinstance(answer, Lost) or (isinstance(answer, ErrorReply) and answer.code is ErrorCode.STALE_TOKEN):
-            self._standing.ask()
+            self._registration.ask()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
-        if isinstance(answer, Unanswered) and not self._bus.connected:
+        if isinstance(answer, NoReply) and not self._bus.connected:
             # Nobody's silence but ours.
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
@@ -250,7 +250,7 @@ class SkillManagerNode:
         self._keep_renewing()
 
     def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
-        if isinstance(answer, Unanswered) and not self._bus.connected:
+        if isinstance(answer, NoReply) and not self._bus.connected:
             return  # Nobody's silence but ours.
         verdict = _verdict(answer)
         self._perform(self._core.renewed(renewal, verdict, self._bus.now()))

@@ -1,7 +1,8 @@
-"""Mocks: skills and a world that follow a script, between real managers, so that missions can be tried without a robot.
+"""Mocks: skills and a world that follow a script, between real managers, to try missions without a robot.
 
-A script (`script.py`, read from a file by `script_file.py`) is fitted to a skillset (`fitting.py`); players
-(`player.py`, `stage.py`) decide from it what happens next, and nodes (`skill.py`, `world.py`) do it on a bus.
+A script (`script.py`, read from a file by `script_file.py`) is fitted to a skillset (`fitting.py`). Pure cores
+(`player.py`, `world_core.py`) decide the next step, and nodes (`skill.py`, `world.py`) do it on a bus. The names below
+are the public API.
 """
 
 from __future__ import annotations

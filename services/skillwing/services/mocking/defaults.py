@@ -1,4 +1,4 @@
-"""Values where a script gives none: valid ones for outputs and feedback, and data that satisfy the skills' guards."""
+"""Default values: valid ones for outputs and feedback, and data that satisfy the guards of the skills."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from skillwing.dsl.expressions import (
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, Skillset, StructType
 
 MARGIN = 0.1
-"""A number that has to be above or below a threshold is so by 1, or by this share of it if that is more."""
+"""Distance of a number from a threshold: 1, or this share of the threshold if that is more."""
 MOST_CANDIDATES = 60
 PASSES = 2
-"""Guards that compare two data may need the first datum once more when the second is chosen."""
+"""Number of passes. A guard on two data may need the first again when the second is chosen."""
 
 
 def default_value(target: Field) -> Any:
-    """The declared default, else zero, brought into the range; false, the first of an enum, an empty text or list."""
+    """The declared default; else zero moved into the range, false, the first of an enum, an empty text or list."""
     if target.default is not None:
         return target.default
     return _zero(target)
@@ -74,7 +74,7 @@ def _clamped(value: float, kind: ScalarType, target: Field) -> int | float:
 
 @dataclass(frozen=True, slots=True)
 class _Guard:
-    """A predicate over data, with what stands for the inputs of its skill."""
+    """A predicate on data, with default inputs of its skill."""
 
     expression: Expression
     inputs: Mapping[str, Any]
@@ -82,7 +82,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Leaf:
-    """A datum, or a field inside it, that is one value."""
+    """A datum with a single value, or such a field inside of one."""
 
     datum: str
     path: tuple[str, ...]
@@ -92,7 +92,7 @@ class _Leaf:
 def default_data(skillset: Skillset) -> dict[str, Any]:
     """A valid value for each datum, such that as many guards of the skills as possible hold.
 
-    Each value is chosen among zero and the neighbours of what guards compare it with, one datum after the other.
+    Candidates are zero and the neighbours of thresholds in guards. One datum is chosen after the other.
     """
     values = {item.name: default_value(Field(item.name, item.type)) for item in skillset.data}
     guards = tuple(_data_guards(skillset))
@@ -131,7 +131,7 @@ def _leaves(datum: str, path: tuple[str, ...], target: Field) -> Iterator[_Leaf]
 
 
 def _choose(leaf: _Leaf, values: dict[str, Any], guards: Sequence[_Guard]) -> None:
-    """Give a leaf the first of its candidates with which most guards hold."""
+    """Give a leaf the first of the candidates with which most guards hold."""
 
     def held(candidate: Any) -> int:
         tried = {**values, leaf.datum: _with(values[leaf.datum], leaf.path, candidate)}
@@ -167,7 +167,7 @@ def _candidates(target: Field, thresholds: Sequence[Any]) -> Iterator[Any]:
 
 
 def _thresholds(expression: Expression, leaf: _Leaf) -> Iterator[Any]:
-    """What an expression compares a leaf with."""
+    """The values that an expression compares a leaf with."""
     match expression:
         case Comparison(left=Name() as name, right=Literal(value=value)) if _is(name, leaf):
             yield value
@@ -193,7 +193,7 @@ def _at(value: Any, path: Sequence[str]) -> Any:
 
 
 def _with(value: Any, path: Sequence[str], inner: Any) -> Any:
-    """A copy of a nested value with another one at the end of a path."""
+    """A copy of a nested value with another value at the end of a path."""
     if not path:
         return inner
     fields = cast(dict[str, Any], value)

@@ -1,4 +1,4 @@
-"""Whether a mock script fits a skillset, and what it means there. Pure."""
+"""Fitting of a mock script to a skillset. Pure."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ HOWS: tuple[How, ...] = ("result", "forever", "invalid", "error", "hang", "crash
 
 @dataclass(frozen=True, slots=True)
 class FittedRun:
-    """A run of one skill, with everything that it leaves open decided but its delay.
+    """A run of one skill, complete except for its drawn delay.
 
     text: the result's name, or the sentence of `invalid` and `error`. delay: bounds in seconds. stop_delay: None for
-    never. said: the run as its author wrote it.
+    never. said: the run as written by its author.
     """
 
     how: How
@@ -38,7 +38,7 @@ class FittedRun:
 
 @dataclass(frozen=True, slots=True)
 class FittedRuns:
-    """The runs of one skill: one after the other, or drawn by weight."""
+    """The runs of one skill, in sequence or drawn by weight."""
 
     runs: tuple[FittedRun, ...]
     drawn: bool = False
@@ -56,7 +56,7 @@ class FittedReaction:
 
 @dataclass(frozen=True, slots=True)
 class FittedScript:
-    """What a script means for a skillset: runs for every skill, signals for the data that it names."""
+    """A script fitted to a skillset: runs for every skill, signals for the data in it."""
 
     skills: Mapping[str, FittedRuns]
     seed: int
@@ -66,7 +66,7 @@ class FittedScript:
 
 
 def fit_script(script: MockScript, skillset: Skillset) -> FittedScript:
-    """Fit a script to a skillset; raises ScriptError with everything that does not fit."""
+    """Fit a script to a skillset. Raises ScriptError with all problems."""
     problems: list[str] = []
     fitted = _fit(script, skillset, problems.append)
     if problems:
@@ -75,14 +75,14 @@ def fit_script(script: MockScript, skillset: Skillset) -> FittedScript:
 
 
 def problems_of(script: MockScript, skillset: Skillset) -> list[str]:
-    """A sentence for each thing in which a script does not fit a skillset."""
+    """A sentence for each problem of a script with a skillset."""
     problems: list[str] = []
     _fit(script, skillset, problems.append)
     return problems
 
 
 def fit_run(run: MockRun, skill: Skill, report: Report, where: str = "The run") -> FittedRun:
-    """Fit one run to its skill; what does not fit is reported, and the run is worth nothing then."""
+    """Fit one run to its skill. Problems are reported, and the run is not usable then."""
     given: dict[How, Any] = {how: getattr(run, how) for how in HOWS if getattr(run, how) not in (None, False)}
     if len(given) > 1:
         report(f"{where} says {' and '.join(f'`{how}`' for how in given)}. Say one of them.")
@@ -113,11 +113,11 @@ def fit_run(run: MockRun, skill: Skill, report: Report, where: str = "The run") 
 def fit_datum(
     raw: Any, datum: str, skillset: Skillset, report: Report, inputs: tuple[Field, ...] | None = None
 ) -> Signal | None:
-    """A datum's signal; None where something was reported. inputs: of the goal that it is set for, if it is."""
+    """The signal of a datum; None if a problem was reported. inputs: of the goal that sets it, if any."""
     item = _look_up(lambda: skillset.datum(datum), f"data.{datum}", report)
     if item is None:
         return None
-    return SignalReader(report, inputs, lasts=False).read(raw, Field(item.name, item.type), f"data.{datum}")
+    return SignalReader(report, inputs, has_duration=False).read(raw, Field(item.name, item.type), f"data.{datum}")
 
 
 def _fit(script: MockScript, skillset: Skillset, report: Report) -> FittedScript:
@@ -179,7 +179,7 @@ def _fit_reaction(reaction: Reaction, skillset: Skillset, where: str, report: Re
 def _fit_when(
     when: When | None, skillset: Skillset, where: str, report: Report
 ) -> tuple[tuple[Field, ...] | None, frozenset[str]]:
-    """The inputs of the goal that a reaction belongs to, if it does, and the endings that it waits for."""
+    """The inputs of the goal that a reaction belongs to, if any, and the endings that it waits for."""
     if when is None:
         return None, frozenset()
     endings = frozenset((when.ending,) if isinstance(when.ending, str) else when.ending)
@@ -219,7 +219,7 @@ def _check_state(skillset: Skillset, name: str, state: str, where: str, report: 
 def _check_trigger(
     skillset: Skillset, name: str, state: str, where: str, report: Report, *, from_initial: bool = False
 ) -> None:
-    """Whether the functional layer may bring a resource to a state: from its first one, or at least from some."""
+    """True if the functional layer may bring a resource to a state, from its initial one or at least from some."""
     resource = _check_state(skillset, name, state, where, report)
     if resource is None:
         return
@@ -230,7 +230,7 @@ def _check_trigger(
 
 
 def _look_up(find: Callable[[], Any], where: str, report: Report) -> Any:
-    """What `find` finds; None where it is reported that there is no such name."""
+    """The result of `find`; None, with a report, for an unknown name."""
     try:
         return find()
     except UnknownNameError as error:

@@ -1,4 +1,4 @@
-"""Who plays a skill: which of the script's runs each goal takes. Pure; randomness comes from the script's seed."""
+"""The player of a mocked skill: the run of the script for each goal. Pure; randomness comes from the script's seed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from skillwing.services.mocking.signals import Moment, value_at
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """How one goal goes, its delay drawn."""
+    """A run with its drawn delay."""
 
     run: FittedRun
     delay: float
@@ -24,8 +24,8 @@ class PlannedRun:
 class SkillPlayer:
     """The runs of one skill's goals.
 
-    A run that was given for the next goal comes first, then the script's. A run is used up by the goal that it is
-    dispatched for or refuses; a goal that was not ready leaves it to the next one.
+    A run given for the next goal comes first, then the script's. A goal consumes its run when it is dispatched or
+    refused as invalid. A goal that was not ready leaves it to the next one.
     """
 
     def __init__(self, skill: Skill, runs: FittedRuns, seed: int) -> None:
@@ -39,14 +39,14 @@ class SkillPlayer:
         self._planned: PlannedRun | None = None
 
     def peek(self) -> PlannedRun:
-        """The run of the next goal; the same until it is taken."""
+        """The run of the next goal. It stays the same until it is taken."""
         if self._planned is None:
             run = self._next[0] if self._next else self._drawn()
             self._planned = PlannedRun(run, self._random.uniform(*run.delay))
         return self._planned
 
     def take(self) -> PlannedRun:
-        """Use the next goal's run up."""
+        """Take the next goal's run."""
         planned, self._planned = self.peek(), None
         if self._next:
             self._next.popleft()
@@ -55,27 +55,27 @@ class SkillPlayer:
         return planned
 
     def give_next(self, run: FittedRun) -> None:
-        """Let the next goal go so, or the one after those that have been given before."""
+        """Give a run to the next goal, or to the one after those with given runs."""
         if not self._next:
             self._planned = None
         self._next.append(run)
 
     def give_always(self, run: FittedRun) -> None:
-        """Let every goal from now on go so."""
+        """Give a run to all goals from now on."""
         self._start(FittedRuns((run,)))
 
     def reset(self) -> None:
-        """Start the script anew."""
+        """Restart the script."""
         self._start(self._script)
 
     @property
     def given(self) -> tuple[FittedRun, ...]:
-        """The runs that were given for the next goals."""
+        """The given runs of the next goals."""
         return tuple(self._next)
 
     @property
     def rest(self) -> FittedRuns:
-        """What comes after those: the runs that the script has left, or those that it draws from."""
+        """The runs after the given ones: those left in the script, or those to draw from."""
         if self._runs.drawn:
             return self._runs
         return FittedRuns(self._runs.runs[min(self._used, len(self._runs.runs) - 1) :])
@@ -87,7 +87,7 @@ class SkillPlayer:
         return value_at(run.output, Moment(default_fields(self._skill.outputs), inputs=inputs, span=0.0))
 
     def feedback(self, planned: PlannedRun, inputs: dict[str, Any], elapsed: float, number: int) -> dict[str, Any]:
-        """The feedback with that number, from 0, `elapsed` seconds after the dispatch."""
+        """The feedback of that number, from 0, `elapsed` seconds after the dispatch."""
         before = default_fields(self._skill.feedback)
         moment = Moment(before, elapsed=elapsed, sample=number, inputs=inputs, span=planned.delay)
         return value_at(planned.run.progress, moment)

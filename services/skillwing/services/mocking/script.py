@@ -1,7 +1,7 @@
-"""What a mock script says: how the goals of each skill go, what the world around them reports, and what it reacts to.
+"""The data model of a mock script: runs of each skill's goals, the reports of the world, and its reactions.
 
-The classes are what a script file holds and what a test writes in Python (docs/mocks.md). Whether a script fits a
-skillset is for `fitting.py` to judge.
+The classes are the contents of a script file, and tests in Python use them (docs/mocks.md). `fitting.py` fits a script
+to a skillset.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ DEFAULT_DELAY = 1.0
 LONGEST = 1e9
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=LONGEST)]
-"""Robot time."""
+"""Seconds of robot time."""
 Weight: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST)]
 
 
 class ScriptError(InvalidOptionError):
-    """A mock script cannot be played. where: the script; problems: a sentence for each thing that is wrong in it."""
+    """A mock script cannot be played. where: the script; problems: a sentence for each problem."""
 
     def __init__(self, where: str, problems: Sequence[str]) -> None:
         self.where = where
@@ -33,15 +33,16 @@ class ScriptError(InvalidOptionError):
 
 
 class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """How one goal goes.
+    """The course of one goal.
 
-    delay: robot time in seconds from the dispatch to the end, or the two bounds of a random one. At most one of these
-    says what the end is; by default it is the skill's first success, and a skill without one runs until interrupted:
-    result: a result's name; forever: it runs until interrupted; invalid: a sentence with which the goal is refused as
-    NV; error: a sentence with which it ends ERROR; hang: the manager never answers again; crash: its process dies.
-    output: of the result, by field; what is left out gets a valid value. progress: feedback by field, each a value or
-    one that changes with time (`signals.py`). stop_delay: robot time from an interrupt to its confirmation.
-    weight: how likely this run is among `Choices`.
+    delay: robot time in seconds from the dispatch to the end, or the two bounds of a random delay. output: of the
+    result, by field; missing fields get a valid value. progress: feedback by field, each a value or a signal
+    (`signals.py`). stop_delay: robot time from an interrupt to its confirmation. weight: relative probability among
+    `Choices`.
+
+    At most one of these fields determines the end. The default is the skill's first success; a skill without one runs
+    until it is interrupted. result: a result's name; forever: until interrupted; invalid: refused as NV with this
+    sentence; error: ERROR with this sentence; hang: the manager never answers again; crash: its process dies.
     """
 
     # Without the bounds of `Seconds`: msgspec 0.22 crashes where a bounded number may also be a tuple.
@@ -59,15 +60,15 @@ class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Choices(tuple[MockRun, ...]):
-    """Runs among which each goal's is drawn by weight, rather than one after the other."""
+    """Runs to draw from by weight, one for each goal, instead of a sequence."""
 
     __slots__ = ()
 
 
 class When(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, rename={"ending": "with"}):
-    """What a reaction waits for: a resource that becomes a state, a skill that starts to run, or one that ends.
+    """The trigger of a reaction: a resource that becomes a state, a skill that starts to run, or one that ends.
 
-    ending: with these results (`ARRIVED`) or ways to end (`RI`, `N_ARRIVED`) only; in a file it is called `with`.
+    ending: only these results (`ARRIVED`) or kinds of end (`RI`, `N_ARRIVED`); in a file it is called `with`.
     """
 
     resource: str | None = None
@@ -78,10 +79,10 @@ class When(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, rename
 
 
 class Reaction(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Something that the mocked world does: when something happens, or without `when` once, when it begins.
+    """An action of the mocked world after an event, or once at its start if there is no `when`.
 
-    after: seconds later. once: the first time only. trigger: extern transitions, as states by resource; fire: events;
-    set: data from now on, as signals by name; end: results by skill with which their running goals end.
+    after: delay in seconds. once: the first time only. trigger: extern transitions, as states by resource; fire:
+    events; set: data from now on, as signals by name; end: results with which running goals end, by skill.
     """
 
     when: When | None = None
@@ -96,9 +97,9 @@ class Reaction(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 class MockScript(msgspec.Struct, frozen=True, kw_only=True):
     """A whole script.
 
-    skills: for each skill its runs, one after the other, the last of which repeats, or `Choices`; a skill that is not
-    named does what `MockRun()` says. seed: of choices and random delays, 0 unless given. data: signals by name; others
-    keep a valid value. resources: the states to which extern transitions bring resources at the beginning.
+    skills: by skill, its runs in sequence, the last of which repeats, or `Choices`; other skills follow `MockRun()`.
+    seed: of choices and random delays, by default 0. data: signals by name; other data keep a valid value. resources:
+    initial states, reached by extern transitions.
     """
 
     skills: Mapping[str, Sequence[MockRun]] = {}

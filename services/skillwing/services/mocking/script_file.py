@@ -1,4 +1,4 @@
-"""Reading a mock script from a TOML file.
+"""Mock scripts in TOML files.
 
 seed = 1
 [skill.goto]
@@ -50,7 +50,7 @@ RUN_FIELDS = tuple(each.encode_name for each in msgspec.structs.fields(MockRun))
 def load_script(path: str | Path, skillset: Skillset) -> MockScript:
     """Read a script for a skillset.
 
-    Raises OSError if the file cannot be read, and ScriptError with everything that is wrong in it.
+    Raises OSError if the file cannot be read, and ScriptError with all problems.
     """
     file = Path(path)
     try:
@@ -70,7 +70,7 @@ def load_script(path: str | Path, skillset: Skillset) -> MockScript:
 
 
 def load_scripts(paths: Iterable[str | Path], skillset: Skillset) -> MockScript:
-    """Read scripts that add to one another: of what two of them say the later one counts. Raises as `load_script`."""
+    """Read scripts and join them. Entries of later scripts replace those of earlier ones. Raises as `load_script`."""
     script = MockScript()
     for path in paths:
         more = load_script(path, skillset)
@@ -85,7 +85,7 @@ def load_scripts(paths: Iterable[str | Path], skillset: Skillset) -> MockScript:
 
 
 def read_script(table: Mapping[str, Any], report: Report) -> MockScript:
-    """The script that a table says; what cannot be read is reported and left out."""
+    """The script in a table. Unreadable parts are reported and left out."""
     for name in table:
         if name not in PARTS:
             report(f"There is no `{name}` at the top{_hint(name, PARTS)}")
@@ -109,7 +109,7 @@ def read_script(table: Mapping[str, Any], report: Report) -> MockScript:
 
 
 def read_run(raw: Any, where: str, report: Report) -> MockRun:
-    """One run; what cannot be read is reported and left out."""
+    """One run. Unreadable parts are reported and left out."""
     return _read(MockRun, raw, where, report)
 
 
@@ -160,7 +160,7 @@ def _read_reaction(raw: Any, where: str, report: Report) -> Reaction:
 
 
 def _read(kind: type[S], raw: Any, where: str, report: Report, also: tuple[str, ...] = ()) -> S:
-    """Read a structure field by field, so that all of its problems are found."""
+    """Read a structure field by field, so that all its problems are found."""
     if not isinstance(raw, Mapping):
         report(f"{where} is `{raw}`; it takes a table.")
         return kind()

@@ -1,12 +1,12 @@
-"""Values that change with time: constant, one after the other, from here to there, or taken from a goal's inputs.
+"""Signals: constants, sequences, ramps, and values from a goal's inputs.
 
-Written with plain values, as they come out of a script file, and read by the type that they have to be of:
+In a script file they are plain values, interpreted by the type of the field:
 
     12.5                            constant; also `{value: 12.5}`
     {each: [10, 8, 5]}              one per sample, the last one stays
-    {from: 10, to: 0, over: 5}      from here to there within 5 s; without `from` from the value before
-    {input: "target.x"}             what the goal was given
-    {x: 1, z: {input: "height"}}    of a structure some fields; the others keep the value before
+    {from: 10, to: 0, over: 5}      a ramp of 5 s; without `from` it starts at the value before
+    {input: "target.x"}             an input of the goal
+    {x: 1, z: {input: "height"}}    some fields of a structure; the others keep the value before
 
 Pure: no clock, no I/O.
 """
@@ -27,10 +27,10 @@ KEYS = ("value", "each", "from", "to", "over", "input")
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """When and for whom a signal is evaluated.
+    """The context of an evaluation.
 
-    elapsed: seconds since it began; sample: how many values it has given; inputs: of the goal that it belongs to;
-    before: the value before it began; span: seconds that it is to take if it does not say so itself.
+    elapsed: seconds since the signal began; sample: number of its values so far; inputs: of its goal; before: the value
+    before it began; span: duration in seconds of a ramp without its own.
     """
 
     before: Any
@@ -46,13 +46,13 @@ class Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Each:
+class ListOf:
     values: tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """start: None for the value before. over: seconds, None for the moment's span."""
+    """A ramp. start: None for the value before. over: seconds, None for the span of the moment."""
 
     kind: Type
     start: Signal | None
@@ -70,15 +70,15 @@ class Fields:
     parts: Mapping[str, Signal]
 
 
-Signal: TypeAlias = "Constant | Each | Ramp | FromInput | Fields"
+Signal: TypeAlias = "Constant | ListOf | Ramp | FromInput | Fields"
 
 
 def value_at(signal: Signal, moment: Moment) -> Any:
-    """The signal's value, as plain values. Raises KeyError where the moment's inputs lack one that it names."""
+    """The signal's value, as plain values. Raises KeyError if it names an input that the moment lacks."""
     match signal:
         case Constant(value):
             return value
-        case Each(values):
+        case ListOf(values):
             return values[min(moment.sample, len(values) - 1)]
         case FromInput(path):
             value: Any = moment.inputs
@@ -96,12 +96,12 @@ def value_at(signal: Signal, moment: Moment) -> Any:
 
 
 def _inside(moment: Moment, name: str) -> Moment:
-    """The moment as a field of a structure sees it."""
+    """The moment for a field of a structure."""
     return Moment(moment.before[name], moment.elapsed, moment.sample, moment.inputs, moment.span)
 
 
 def _between(start: Any, end: Any, share: float, kind: Type) -> Any:
-    """Numbers on the straight line; whatever is not a number jumps at the end."""
+    """Linear interpolation for numbers. Other values jump at the end."""
     match kind:
         case ScalarType() if kind.is_number:
             value = start + (end - start) * share
@@ -119,18 +119,18 @@ def _between(start: Any, end: Any, share: float, kind: Type) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class SignalReader:
-    """Reads signals and reports what is wrong with them.
+    """A reader of signals that reports their problems.
 
-    inputs: fields of the goal that a signal may refer to, None where there is no goal. report: gets the sentences.
-    lasts: what the signal belongs to has a length of its own, which a ramp that names none takes.
+    inputs: fields of the goal that a signal may refer to, None if there is no goal. report: receives the sentences.
+    has_duration: the owner of the signal has a duration, which is the default of a ramp.
     """
 
     report: Callable[[str], None]
     inputs: tuple[Field, ...] | None = None
-    lasts: bool = True
+    has_duration: bool = True
 
     def read(self, raw: Any, target: Field, where: str) -> Signal | None:
-        """The signal for a field, or None if it was reported. where: what sentences call the place."""
+        """The signal for a field, or None if it was reported. where: name of the place in sentences."""
         match target.type, raw:
             case StructType(fields=fields), Mapping() if not self._is_signal(raw, fields):
                 return self._read_fields(cast(Mapping[str, Any], raw), fields, where)
@@ -140,11 +140,11 @@ class SignalReader:
                 return self._constant(raw, target, where)
 
     def read_fields(self, raw: Mapping[str, Any], fields: Sequence[Field], where: str) -> Fields:
-        """Signals for the fields that are named; unknown ones are reported."""
+        """Signals for the given fields. Unknown ones are reported."""
         return self._read_fields(raw, fields, where)
 
     def _is_signal(self, raw: Mapping[Any, Any], fields: Sequence[Field]) -> bool:
-        """A structure's own fields come first: one may be called `from`."""
+        """True if a table is a signal. Fields of a structure have priority, because one may be called `from`."""
         names = {each.name for each in fields}
         return not names & raw.keys() and bool(raw) and set(raw) <= set(KEYS)
 
@@ -171,7 +171,7 @@ class SignalReader:
                 return self._constant(value, target, where)
             case {"each": [*values], **rest} if not rest and values:
                 fitted = [self._constant(value, target, f"{where}.each[{n}]") for n, value in enumerate(values)]
-                return Each(tuple(each.value for each in fitted if each is not None))
+                return ListOf(tuple(each.value for each in fitted if each is not None))
             case {"input": str() as path, **rest} if not rest:
                 return self._from_input(path, target, where)
             case {"to": _, **rest} if rest.keys() <= {"from", "over"}:
@@ -186,7 +186,7 @@ class SignalReader:
         if over is not None and not (_is_number(over) and math.isfinite(over) and over >= 0.0):
             self.report(f"{where}.over is `{over}`; it takes a number of seconds.")
             return None
-        if over is None and "from" in raw and not self.lasts:
+        if over is None and "from" in raw and not self.has_duration:
             self.report(f"{where} does not say how long it takes. Add `over`, in seconds.")
             return None
         start = self.read(raw["from"], target, f"{where}.from") if "from" in raw else None

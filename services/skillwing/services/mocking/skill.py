@@ -1,4 +1,4 @@
-"""A mocked skill: the real skill manager around hooks that follow a script."""
+"""A mocked skill: the real skill manager with hooks that follow a script."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
     """Hooks that follow a script.
 
-    hang: makes the manager deaf and mute; crash: ends its process.
+    hang: stops all answers of the manager; crash: ends its process.
     """
 
     def __init__(
@@ -100,9 +100,8 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         self._planned = None
 
     def end_now(self, run: FittedRun) -> None:
-        """Let the running goal end as a run says, after the run's delay, unless it has stopped by then.
-
-        Refuses if none is running.
+        """End the running goal by a run, after the run's delay, unless it stops before. Raises RefusedError if none is
+        running.
         """
         goal = self.current
         if goal is None or self._planned is None:
@@ -134,9 +133,9 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
 
 
 class MockSkillNode(SkillManagerNode):
-    """The manager of a mocked skill, which can be directed while it runs.
+    """The manager of a mocked skill. Clients can direct it while it runs.
 
-    crash: ends the process that it lives in; by default it leaves its bus as a process does that dies.
+    crash: ends its process; by default it leaves the bus as a dying process does.
     """
 
     def __init__(
@@ -157,7 +156,7 @@ class MockSkillNode(SkillManagerNode):
     # --- hanging and crashing ----------------------------------------------------------------------------------------
 
     def _hear(self, name: str, callback: Callable[[], None]) -> None:
-        """Run a callback, unless the manager hangs: then it waits for ever, and whoever asked gets no answer."""
+        """Run a callback, unless the manager hangs. Then its clients get no answer."""
         if self._listening:
             callback()
         else:

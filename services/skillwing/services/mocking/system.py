@@ -1,10 +1,11 @@
-"""The processes of a mocked robot: its managers, with mocks for its skills, and a world below them."""
+"""Processes and robots with mocks: real managers, mocked skills, and a mocked world below them."""
 
 from __future__ import annotations
 
 import os
 import signal
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -29,9 +30,9 @@ FACTORIES = "skillwing.services.mocking.system"
 
 
 def scripts_for(skillset: Path, given: Path | None = None) -> tuple[Path, ...]:
-    """What mocks of a skillset file play: `m600.mock.toml` beside `m600.skillset`, if it is there, and what is given.
+    """The scripts of a skillset file: `m600.mock.toml` beside `m600.skillset`, if it exists, and the given one.
 
-    A script that is given adds to the one beside the file.
+    A given script adds to the one beside the file.
     """
     beside = skillset.with_suffix(".mock.toml")
     found = (beside,) if beside.is_file() else ()
@@ -42,7 +43,7 @@ def scripts_for(skillset: Path, given: Path | None = None) -> tuple[Path, ...]:
 
 
 def make_mock_skill(skillset: Skillset, skill: str, script: MockScript | None = None) -> MockSkillNode:
-    """The mocked manager of one skill. Raises ScriptError, and UnknownNameError for a skill that there is not."""
+    """The mocked manager of one skill. Raises ScriptError, and UnknownNameError for an unknown skill."""
     skillset.skill(skill)
     return MockSkillNode(skillset, skill, fit_script(script or MockScript(), skillset))
 
@@ -65,10 +66,10 @@ def mock_processes(
     skills: Collection[str] | None = None,
     run: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[ProcessSpec, ...]:
-    """The processes of a robot with mocks: all skills of its skillset and the world, or only these skills.
+    """The processes of a robot with mocks: for all its skills and the world, or only for the given skills.
 
-    With `skills` the other skills keep their managers; what is below all of them is for the caller to add. scripts:
-    files that add to one another; seed: instead of the one in them; run: options of the run, for the managers.
+    With `skills`, other skills keep their managers, and the caller adds the processes below. scripts: files that add to
+    one another; seed: replaces the one in them; run: options of the run, for the managers.
     """
     options: dict[str, Any] = {"skillset": str(robot.skillset), "scripts": [str(each.absolute()) for each in scripts]}
     options |= {} if seed is None else {"seed": seed}
@@ -87,13 +88,13 @@ def mock_processes(
 
 
 def make_mock_skill_process(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the skillset file; `skill`, which one to play; `scripts` and `seed`, if any."""
+    """Options: `skillset`, the path of the skillset file; `skill`, the mocked one; `scripts`, `seed` (optional)."""
     skillset, script = _skillset_and_script(options)
     return MockSkillNode(skillset, required(options, "skill"), fit_script(script, skillset), crash=_kill_this_process)
 
 
 def make_mock_world_process(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the skillset file; `scripts` and `seed`, if any."""
+    """Options: `skillset`, the path of the skillset file; `scripts` and `seed`, both optional."""
     return MockWorld(*_skillset_and_script(options))
 
 
@@ -106,3 +107,21 @@ def _skillset_and_script(options: dict[str, Any]) -> tuple[Skillset, MockScript]
 
 def _kill_this_process() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+# --- as a robot of its own ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class MockedRobot(Robot):
+    """A robot with the managers of another one, mocked skills, and a mocked world."""
+
+    def managers(self, run: Mapping[str, Any] = MappingProxyType({})) -> tuple[ProcessSpec, ...]:
+        """As `mock_processes`, with the script beside the skillset and the seed of the run."""
+        robot = Robot(self.name, self.skillset, self.hooks, clock=self.clock)
+        return mock_processes(robot, scripts=scripts_for(self.skillset), seed=run.get("seed"), run=run)
+
+
+def mocked(robot: Robot) -> MockedRobot:
+    """A mocked copy of a robot, named after it, such as `m600-mocks`. Its clock is wall time."""
+    return MockedRobot(f"{robot.name}-mocks", robot.skillset, robot.hooks, clock="wall")

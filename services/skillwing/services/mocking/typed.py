@@ -1,4 +1,4 @@
-"""What generated `mocks.py` stand on: runs of mocked goals from typed messages."""
+"""The runtime of generated `mocks.py`: runs of mocked goals from typed messages."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ F = TypeVar("F")
 Delay: TypeAlias = float | tuple[float, float]
 """Robot time in seconds, or the bounds between which it is drawn."""
 StopDelay: TypeAlias = float | Literal["never"]
-"""Robot time in seconds from an interrupt to its confirmation, or none ever."""
+"""Robot time in seconds from an interrupt to its confirmation, or "never"."""
 Runs: TypeAlias = Sequence[MockRun]
 
 
 class SkillMock(Generic[O, F]):
-    """How one goal of a mocked skill goes. What is left out of outputs and feedback gets a valid value."""
+    """The course of one goal of a mocked skill. Missing outputs and feedback get a valid value."""
 
     @classmethod
     def ended(
@@ -32,7 +32,7 @@ class SkillMock(Generic[O, F]):
         delay: Delay = 1.0,
         stop_delay: StopDelay = 0.0,
     ) -> MockRun:
-        """End with a result; the generated `ended_<RESULT>` call this."""
+        """End with a result. Generated `ended_<RESULT>` methods call this."""
         return MockRun(
             result=result, output=_fields(output), progress=_fields(feedback), delay=delay, stop_delay=stop_delay
         )

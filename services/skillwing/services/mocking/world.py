@@ -1,4 +1,4 @@
-"""A mocked world: the process that stands where a robot's bridge to its functional layer would stand."""
+"""The mocked world: a process in place of a robot's bridge to its functional layer."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import msgspec
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.client.asking import ask_until_answered
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.serving import serve
 from skillwing.services.mocking.fitting import fit_datum, fit_script
 from skillwing.services.mocking.script import MockRun, MockScript
 from skillwing.services.mocking.signals import Signal
-from skillwing.services.mocking.stage import Due, EndGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
+from skillwing.services.mocking.world_core import Due, EndMockedGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
 from skillwing.services.names import MOCKED_WORLD
 from skillwing.services.protocol import (
     DataSample,
@@ -40,12 +40,12 @@ from skillwing.services.protocol import (
 )
 
 DEFAULT_PERIOD = 1.0
-"""For data whose model promises no period [s]."""
+"""Publishing period of data without a promised one [s]."""
 log = logging.getLogger(__name__)
 
 
 class MockWorld:
-    """Publishes the data of a mocked robot and fires its extern transitions and events, as a script says.
+    """A publisher of mocked data that also fires extern transitions and events, as a script says.
 
     Raises ScriptError if the script does not fit the skillset.
     """
@@ -87,9 +87,9 @@ class MockWorld:
             self._alive.cancel()
 
     def _begin(self) -> None:
-        """Bring the world to the state the script begins with, and find out whether those hear it who judge its data.
+        """Bring the world to its initial state, and check that the managers receive its data.
 
-        Then only it is there, and skills may start: none is refused for a state or a datum that is still on its way.
+        Only then is the world ready: no start is refused because of a state or a datum that is still on its way.
         """
         self._unanswered = 0  # of the questions and requests that belong to the beginning
         self._take(self._reactions.begin())
@@ -113,7 +113,7 @@ class MockWorld:
                 self._do(due)
 
     def _do(self, due: Due) -> None:
-        match due.deed:
+        match due.action:
             case Trigger(resource, state):
                 request = FireExtern(resource=resource, target=state, source=self.name, cause=due.cause)
                 self._ask(self._keys.resource_extern, encode(request), f"bring {resource} to {state}")
@@ -125,7 +125,7 @@ class MockWorld:
                     self._set(datum, signal, dict(inputs))
                 except KeyError as error:
                     log.warning("%s stays as it is: the goal has no input %s", datum, error)
-            case EndGoal(skill, result):
+            case EndMockedGoal(skill, result):
                 run = msgspec.to_builtins(MockRun(result=result, delay=0.0))
                 request = encode(DirectMock(run=run, when="now"))
                 self._bus.ask(self._keys.mocked_skill(skill), request, lambda answer: _complain(f"end {skill}", answer))

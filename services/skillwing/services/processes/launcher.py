@@ -200,7 +200,7 @@ class Launcher:
 
     def _command(self, group: ProcessGroup) -> list[str]:
         words = ["skillwing.services.processes.node_host"]
-        for spec in group.nodes:
+        for spec in (node.resolved() for node in group.nodes):
             words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
             words += ["--alive", self._keys.alive(spec.name)]
         words += ["--connect", self.endpoint, "--robot", self.robot, "--topology", self._topology]

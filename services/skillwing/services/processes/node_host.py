@@ -85,7 +85,7 @@ def make_node(spec: ProcessSpec) -> Node:
     """
     factory = imported({"factory": spec.factory}, "factory")
     try:
-        return factory(spec.options)
+        return factory(spec.resolved().options)
     except ValueError as error:
         raise InvalidOptionError("options", f"`{spec.factory}` cannot use its options: {error}") from error
 

@@ -9,9 +9,9 @@ from typing import Any
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.kept import DatumKept, Kept
-from skillwing.services.core.latest import LatestData
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import DatumEntry, Snapshot
 from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import (
     AttachManager,
@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     EndGoal,
     FireEvent,
     FireExtern,
+    RecordOutcome,
     RenewGoal,
 )
 from skillwing.services.replay.files import StepWriter
@@ -35,6 +36,7 @@ from skillwing.services.replay.steps import (
     GoalSilent,
     Made,
     ManagerGone,
+    Outcome,
     Question,
     Renew,
     Resume,
@@ -58,10 +60,10 @@ class RecordedCore(ResourceCore):
         source: str,
         new_record_id: Callable[[], str],
         writer: StepWriter,
-        remembered: Callable[[], Kept | None],
+        remembered: Callable[[], Snapshot | None],
         now: float,
         found: Mapping[str, str] | None = None,
-        kept: Kept | None = None,
+        kept: Snapshot | None = None,
         data: LatestData | None = None,
     ) -> None:
         self._writer = writer
@@ -75,7 +77,7 @@ class RecordedCore(ResourceCore):
 
     # --- the steps ---------------------------------------------------------------------------------------------------
 
-    def resume(self, kept: Kept, now: float) -> Step[Any]:
+    def resume(self, kept: Snapshot, now: float) -> Step[Any]:
         return self._noted(Resume(kept), now, super())
 
     def fire_extern(self, request: FireExtern, now: float) -> Step[Any]:
@@ -98,6 +100,9 @@ class RecordedCore(ResourceCore):
 
     def end(self, request: EndGoal, now: float) -> Step[Any]:
         return self._noted(End(request), now, super())
+
+    def record_outcome(self, request: RecordOutcome, now: float) -> Step[Any]:
+        return self._noted(Outcome(request), now, super())
 
     def renew(self, request: RenewGoal) -> Step[Any]:
         return self._noted(Renew(request), self._t, super())
@@ -134,7 +139,7 @@ class RecordedCore(ResourceCore):
     def _begin_file(self) -> None:
         """Begin a file with a core that behaves as this one, unless none such can be made just now."""
         names, now = self.data_names, self._t
-        if self.data.awaited(names, now):
+        if self.data.freshness_unknown(names, now):
             return
         try:
             kept = self._remembered()
@@ -142,5 +147,5 @@ class RecordedCore(ResourceCore):
             return
         if kept is not None:
             readings = (self.data.reading(name, now) for name in names)
-            data = tuple(DatumKept(each.name, each.value, each.t) for each in readings if each.t is not None)
+            data = tuple(DatumEntry(each.name, each.value, each.t) for each in readings if each.t is not None)
             self._writer.begin_file(Made(now, None, replace(kept, data=data), same_data=False))

@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from skillwing.services.core.kept import Kept
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import (
     AttachManager,
@@ -20,10 +20,11 @@ from skillwing.services.protocol import (
     ErrorReply,
     FireEvent,
     FireExtern,
+    RecordOutcome,
     RenewGoal,
 )
 
-FORMAT = 2
+FORMAT = 3
 """Raised whenever what is written below changes its form."""
 
 
@@ -77,6 +78,13 @@ class End(msgspec.Struct, frozen=True, tag="end"):
         return core.end(self.request, t)
 
 
+class Outcome(msgspec.Struct, frozen=True, tag="outcome"):
+    request: RecordOutcome
+
+    def put_to(self, core: ResourceCore, t: float) -> Step[Any]:
+        return core.record_outcome(self.request, t)
+
+
 class Renew(msgspec.Struct, frozen=True, tag="renew"):
     request: RenewGoal
 
@@ -102,13 +110,15 @@ class GoalSilent(msgspec.Struct, frozen=True, tag="goal_silent"):
 
 
 class Resume(msgspec.Struct, frozen=True, tag="resume"):
-    kept: Kept
+    kept: Snapshot
 
     def put_to(self, core: ResourceCore, t: float) -> Step[Any]:
         return core.resume(self.kept, t)
 
 
-Question: TypeAlias = Extern | Event | Datum | Tick | Attach | Begin | End | Renew | ManagerGone | GoalSilent | Resume
+Question: TypeAlias = (
+    Extern | Event | Datum | Tick | Attach | Begin | End | Outcome | Renew | ManagerGone | GoalSilent | Resume
+)
 
 
 # --- answers ---------------------------------------------------------------------------------------------------------
@@ -171,7 +181,7 @@ class Made(msgspec.Struct, frozen=True, tag="made"):
 
     t: float
     found: dict[str, str] | None
-    kept: Kept | None
+    kept: Snapshot | None
     same_data: bool
 
 

@@ -15,6 +15,7 @@ from skillwing.services.replay.steps import (
     Extern,
     GoalSilent,
     ManagerGone,
+    Outcome,
     Question,
     Renew,
     Resume,
@@ -39,6 +40,8 @@ def asked_in_words(question: Question) -> str:
             text = f"{request.manager} asked to begin `{request.skill}`, goal {request.goal_id}"
         case End(request):
             text = f"`{request.skill}` was to end by {_way(request)}, goal {request.goal_id}"
+        case Outcome(request):
+            text = f"{request.manager} ended the goal {request.goal_id} locally as {request.terminal.label}"
         case Renew(request):
             text = f"`{request.skill}` asked whether its goal {request.goal_id} still stands"
         case ManagerGone(manager, reason):
@@ -64,8 +67,6 @@ def answer_in_words(answer: Mapping[str, Any]) -> str:
 
 
 def _way(request: EndGoal) -> str:
-    if request.terminal is not None:
-        return f"its own word, {request.terminal.label}: {request.terminal.reason}"
     return f"the result {request.result}" if request.result else request.how
 
 
@@ -88,7 +89,7 @@ def _reply(reply: Any) -> str:
 def _end(reply: Mapping[str, Any]) -> str:
     match reply:
         case {"terminal": {"ending": ending, "reason": reason}}:
-            return f"{ending}, by the manager's own word: {reason}"
+            return f"{ending}, local outcome of the manager: {reason}"
         case {"held": False, "reason": reason}:
             return f"ended, but did not hold: {reason}"
         case _:

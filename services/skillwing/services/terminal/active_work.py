@@ -69,7 +69,7 @@ class ActiveWork:
         self._notify()
 
     def _on_mission(self, status: MissionStatus) -> None:
-        self._mission = None if status.over or status.phase == "IDLE" else status.mission
+        self._mission = None if status.phase.over or status.phase == "IDLE" else status.mission
         self._notify()
 
     def _on_alive(self, _key: str, alive: bool) -> None:

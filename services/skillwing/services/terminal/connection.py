@@ -17,7 +17,7 @@ import typer
 from skillwing.dsl import UnknownNameError
 from skillwing.services.client.connection import DEFAULT_ROBOT, Connection, Target, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.errors import RefusedError, UnansweredError
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_monitor import ProcessStatus, process_statuses
 from skillwing.services.processes.process_state import ProcessState
@@ -50,11 +50,11 @@ class System(Connection):
         """Status of a skill's goal: that one, or the running, else the latest. None without such a goal or answer."""
         try:
             return self.ask_for_goal(skill, goal_id)
-        except UnansweredError:
+        except NoReplyError:
             return None
 
     def ask_for_goal(self, skill: str, goal_id: str | None = None) -> GoalStatus | None:
-        """The same, None without such a goal. Raises UnansweredError for a manager that does not answer."""
+        """The same, None without such a goal. Raises NoReplyError for a manager that does not answer."""
         try:
             return self.ask(self.keys.goal(skill), QueryGoal(goal_id=goal_id), GoalStatus)
         except RefusedError as error:
@@ -88,7 +88,7 @@ class System(Connection):
         names: set[str] = set()
         watch = self.bus.watch_alive(self.keys.alive("**"), lambda key, alive: names.add(key.removeprefix(prefix)))
         # The router delivers its tokens before the next question. An answer to that question does not matter.
-        with contextlib.suppress(UnansweredError, RefusedError):
+        with contextlib.suppress(NoReplyError, RefusedError):
             self.ask(self.keys.resource_states, QueryStates(), ResourceStates)
         watch.cancel()
         return names

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from skillwing.services.core.memory import Recent
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.history.wording import headline
 from skillwing.services.names import BLOCKED, skill_process
 from skillwing.services.protocol import (
@@ -68,8 +68,8 @@ class LiveState:
         self._progress: dict[str, GoalProgress] = {}
         self._changes: dict[str, Record] = {}
         self._blocked: dict[str, Record] = {}
-        self._lost: Recent[str, Record] = Recent(RECORDS_REMEMBERED)
-        self._records: Recent[str, Record] = Recent(RECORDS_REMEMBERED)
+        self._lost: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
+        self._records: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
 
     def add_status(self, status: GoalStatus) -> None:
         skill = status.skill

@@ -80,7 +80,7 @@ class MissionReporter:
         if self._waiting is not None:
             self._waiting.cancel()
             self._start()
-        if status.over:
+        if status.phase.over:
             self._stop_watch()
             self._last_status, self._over_at = None, status.t
             self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from skillwing.dsl.expressions import names_used
-from skillwing.dsl.guards import holds
 from skillwing.dsl.model import Skill, Skillset
+from skillwing.dsl.queries import can_bring, holds, taken_by, wanted_states
 from skillwing.dsl.suggest import listed
-from skillwing.services.diagnosis.consequences import causes, states_wanted
+from skillwing.services.diagnosis.consequences import causes
 from skillwing.services.terminal.system_state import SystemState
 
 
@@ -24,7 +24,7 @@ def start_advice(skillset: Skillset, skill: Skill, failing: Sequence[str], now: 
         if check.kind == "resource" and holds(check.expression, now.states):
             yield f"{check.name}: holds by now. Start it again."
             continue
-        wanted = states_wanted(skillset, check.expression, now.states) if check.kind == "resource" else {}
+        wanted = wanted_states(check.expression, skillset, now.states) if check.kind == "resource" else {}
         for resource, targets in wanted.items():
             yield f"{check.name}: {_way_to_state(skillset, resource, targets, now)}"
         for name in sorted(names_used(check.expression, "data")):
@@ -49,8 +49,8 @@ def _way_to_state(skillset: Skillset, resource: str, targets: Sequence[str], now
     """The skill that holds a resource, or the ways to bring the resource to one of these states."""
     for name, mission in now.running.items():
         skill = skillset.skill(name)
-        taken = dict(skill.transitions(skill.preconditions.success))
-        if resource in taken and _leads(skill, resource, targets):
+        taken = taken_by(skill)
+        if resource in taken and can_bring(skill, resource, targets):
             return f"`{name}` holds `{resource}`{_started_by(mission)}; {_way_to_end(name, mission)}"
     present = now.states[resource]
     edges = skillset.resource(resource).transitions
@@ -59,7 +59,7 @@ def _way_to_state(skillset: Skillset, resource: str, targets: Sequence[str], now
     ways: list[str] = []
     if reported:
         ways.append(_way_to_report(skillset, resource, reported, now))
-    if skills := [skill.name for skill in skillset.skills if _leads(skill, resource, targets)]:
+    if skills := [skill.name for skill in skillset.skills if can_bring(skill, resource, targets)]:
         ways.append(f"so it does by {'an effect' if len(skills) == 1 else 'effects'} of {listed(skills)}")
     if not ways:
         return f"{aim}; nothing leads there from {present} at once."
@@ -74,12 +74,6 @@ def _way_to_end(skill: str, mission: str | None) -> str:
     if mission is None:
         return f"`skillwing interrupt {skill}` ends it."
     return "`skillwing mission abort` calls it off, which lands a drone."
-
-
-def _leads(skill: Skill, resource: str, targets: Sequence[str]) -> bool:
-    return any(
-        name == resource and target in targets for effect in skill.effects for name, target in effect.transitions
-    )
 
 
 def _way_to_report(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:

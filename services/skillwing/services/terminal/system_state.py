@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from skillwing.dsl import UnknownNameError
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.diagnosis.consequences import reactions_known
-from skillwing.services.errors import InvalidOptionError, RefusedError, UnansweredError
+from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError
 from skillwing.services.names import CLIENT, DATA_MANAGER, MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.protocol import (
@@ -54,7 +54,7 @@ class SystemState:
 
 
 def system_state(system: System) -> SystemState:
-    """The present state of a system. Raises UnansweredError and RefusedError without states of the resources."""
+    """The present state of a system. Raises NoReplyError and RefusedError without states of the resources."""
     states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
     alive = system.alive()
     unheard = _unheard(system)
@@ -98,7 +98,7 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, str | No
 def _unheard(system: System) -> list[str]:
     try:
         readings = [system.ask(system.keys.data(item.name), QueryData(), DataReading) for item in system.skillset.data]
-    except (UnansweredError, RefusedError):
+    except (NoReplyError, RefusedError):
         return []
     return [reading.name for reading in readings if reading.t is None]
 

@@ -1,8 +1,9 @@
 """The test kit: skill managers and whole skillsets under test, without a robot (docs/testing.md).
 
-`SkillTest` runs the manager of one skill, `SkillsetInProcess` all managers of a skillset; both in one process and in
-virtual time, on the real managers and a fake functional layer. `SkillsetProcesses` starts real processes. All three
-are a `Bench`, so a test reads the same on each. The fixtures for pytest are in `fixtures.py`.
+`SkillTest` runs the manager of one skill, `SkillsetInProcess` all managers of a skillset. Both run in one process and
+in virtual time, with the real managers and a fake functional layer. `SkillsetProcesses` starts real processes. All
+three are a `Bench`, so a test reads the same on each. Fixtures for pytest are in `fixtures.py`. The names below are the
+public API.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The bench: a skillset with all its managers, in the hands of one test.
+"""The bench: a skillset with all its managers, controlled by one test.
 
-Calls are synchronous. What has to happen between two of them happens while a call waits, in virtual time on the
-in-process benches and in wall time with real processes.
+Calls are synchronous. Time passes while a call waits: virtual time on the in-process benches, wall time with real
+processes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Self
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Bus, Refused, Sample, Unanswered
+from skillwing.services.bus import Answer, Bus, NoReply, Refused, Sample
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.history.history import History
@@ -28,15 +28,15 @@ from skillwing.services.testing.story import tell
 
 CLIENT = "test"
 SETTLE = 0.01
-"""Seconds after which what one call has set going has reached everybody."""
+"""Seconds until the effects of one call have reached all nodes."""
 START_WITHIN = 10.0
 ANSWER_WITHIN = 5.0
 
 
 class Bench:
-    """A client of a running skillset that starts goals, plays the functional layer, and writes everything down.
+    """A client of a running skillset that starts goals, acts as the functional layer, and records the timeline.
 
-    layer: the fake functional layer, to publish and answer as. types: hooks classes by skill, for typed outputs.
+    layer: the fake functional layer. types: hooks classes by skill, for typed outputs.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Bench:
         return self._layer
 
     def close(self) -> None:
-        """Shut everything down in good order. Idempotent."""
+        """Shut down all nodes in order. Idempotent."""
         self.bus.close()
 
     def __enter__(self) -> Self:
@@ -80,10 +80,10 @@ class Bench:
     def start_skill(
         self, skill: str, inputs: Mapping[str, Any] | msgspec.Struct | None = None, /, **fields: Any
     ) -> GoalUnderTest[Any, Any]:
-        """Start a skill, and return when its goal runs or is over.
+        """Start a skill, and return when its goal runs or has ended.
 
-        inputs: as a mapping, as the struct generated for the skill, or as keywords.
-        Raises UnknownNameError and InvalidInputError as `SkillsetInterface.start` does.
+        inputs: a mapping, the struct generated for the skill, or keywords. Raises UnknownNameError and
+        InvalidInputError as `SkillsetInterface.start` does.
         """
         goal = self.send_start(skill, inputs, **fields)
         started = (State.RUNNING, State.TERMINATED)
@@ -94,7 +94,7 @@ class Bench:
     def send_start(
         self, skill: str, inputs: Mapping[str, Any] | msgspec.Struct | None = None, /, **fields: Any
     ) -> GoalUnderTest[Any, Any]:
-        """Send the start of a skill and return at once, before anybody can have heard of it."""
+        """Send the start of a skill and return at once, before any node receives it."""
         given: dict[str, Any] = msgspec.to_builtins(inputs or {}) | fields
         handle = self.client.start(skill, given)
         hooks = self._types.get(skill)
@@ -112,7 +112,7 @@ class Bench:
         self.client.interrupt(goal)
 
     def wait_for(self, goal: GoalHandle, within: float) -> bool:
-        """Wait for a goal's end, and a moment for what its manager's `on_ended` sends. False if there was no end."""
+        """Wait for a goal's end, and for the messages of its manager's `on_ended`. False if there was no end."""
         done = self.bus.run_until(lambda: goal.done, within)
         self.run(SETTLE)
         return done
@@ -124,7 +124,7 @@ class Bench:
         return self.bus.now()
 
     def run(self, seconds: float) -> None:
-        """Let so much time pass."""
+        """Let this much time pass."""
         self.bus.run_until(lambda: False, seconds)
 
     def run_until(self, condition: Callable[[], bool], within: float = WITHIN, what: str = "it") -> None:
@@ -140,9 +140,9 @@ class Bench:
         return self.client.states
 
     def set_states(self, **states: str) -> None:
-        """Bring resources to states as the functional layer can: by extern transitions, the shortest way.
+        """Bring resources to states by the shortest chain of extern transitions.
 
-        Raises ContextError where there is no such way, before anything is moved.
+        Raises ContextError if there is none, before anything is moved.
         """
         wanted = checked_states(self.skillset, states)
         ways = {name: extern_way(self.skillset.resource(name), self.states[name], wanted[name]) for name in wanted}
@@ -154,31 +154,31 @@ class Bench:
                 self.trigger(name, state)
 
     def trigger(self, resource: str, target: str) -> None:
-        """Drive one extern transition. Raises RefusedError if the model has none, UnknownNameError."""
+        """Take one extern transition. Raises RefusedError if the model has none, and UnknownNameError."""
         self._ask(lambda on_answer: self.client.trigger(resource, target, on_answer))
 
     def fire(self, event: str) -> None:
-        """Fire an event. Raises RefusedError if its guard or a transition forbids it, UnknownNameError."""
+        """Fire an event. Raises RefusedError if its guard or a transition forbids it, and UnknownNameError."""
         self._ask(lambda on_answer: self.client.fire(event, on_answer))
 
     def reading(self, datum: str) -> DataReading:
-        """The latest value of a datum as clients know it. Raises UnknownNameError."""
+        """The latest value of a datum as clients see it. Raises UnknownNameError."""
         return self.client.reading(datum)
 
     def set_data(self, **values: object) -> None:
-        """Publish data from now on, each at its promised period. Raises ContextError where they do not fit."""
+        """Publish data from now on, each at its promised period. Raises ContextError if they do not fit."""
         self._feed.set(values)
         self.run(SETTLE)
 
     def stop_data(self, *names: str) -> None:
-        """Publish data no longer: after three of its periods each is stale. Raises UnknownNameError."""
+        """Stop publishing data. After three of its periods each is stale. Raises UnknownNameError."""
         for name in names:
             self._feed.stop(name)
 
     # --- judging -----------------------------------------------------------------------------------------------------
 
     def assert_states(self, *, within: float = 1.0, **states: str) -> None:
-        """Resources have to be in these states, or get there in a moment."""
+        """Assert that resources are in these states, or reach them within that time."""
         wanted = checked_states(self.skillset, states)
         if not self.bus.run_until(lambda: all(self.states[name] == state for name, state in wanted.items()), within):
             wrong = [
@@ -189,11 +189,11 @@ class Bench:
             self.fail(f"{'; '.join(wrong)}.")
 
     def chain(self, record_id: str | None) -> list[str]:
-        """What led to a record of the timeline, the root first, in the fewest words."""
+        """The chain of causes of a record of the timeline, the root first, as short texts."""
         return headlines(self.history.chain(record_id))
 
     def story(self, goal_id: str | None = None) -> str:
-        """What happened, from the first sign of a goal on or from the beginning, and how things stand."""
+        """The timeline, from the first record of a goal on or whole, and the present states."""
         return tell(
             self.history,
             now=self.now(),
@@ -204,7 +204,7 @@ class Bench:
         )
 
     def fail(self, sentence: str) -> NoReturn:
-        """Fail the test, and tell the story with it."""
+        """Fail the test, with the story in its message."""
         raise AssertionError(f"{sentence}\n{self.story()}")
 
     # --- inside ------------------------------------------------------------------------------------------------------
@@ -219,7 +219,7 @@ class Bench:
         match answers[0]:
             case Refused(error):
                 raise RefusedError(error.code, error.message, help=error.help, known=error.known)
-            case Unanswered():
+            case NoReply():
                 self.fail("The resource manager does not answer.")
             case _:
                 self.run(SETTLE)

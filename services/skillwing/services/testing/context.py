@@ -1,19 +1,22 @@
-"""The context of a test, held to the model: in which states resources may be, and which values data may have."""
+"""The context of a test, checked against the model: states of resources, values of data."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
 
 import msgspec
 
+from skillwing.dsl import load
 from skillwing.dsl.model import Resource, Skillset, UnknownNameError
 from skillwing.services.core.values import fit
 from skillwing.services.errors import SkillwingError
 
 
 class ContextError(SkillwingError):
-    """A test asks for a context that the skillset does not know. problems: a sentence for each thing that is wrong."""
+    """A context does not fit the skillset. problems: a sentence for each problem."""
 
     def __init__(self, skillset: str, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)
@@ -21,7 +24,7 @@ class ContextError(SkillwingError):
 
 
 def checked_states(skillset: Skillset, states: Mapping[str, str]) -> dict[str, str]:
-    """States by resource, all of them declared. Raises ContextError with every problem."""
+    """States by resource. Raises ContextError with all problems."""
     problems: list[str] = []
     for name, state in states.items():
         try:
@@ -36,7 +39,7 @@ def checked_states(skillset: Skillset, states: Mapping[str, str]) -> dict[str, s
 
 
 def checked_data(skillset: Skillset, data: Mapping[str, object]) -> dict[str, object]:
-    """Values by datum, fitted to the types of the model; structs become mappings. Raises ContextError."""
+    """Values by datum, fitted to the types of the model. Structs become mappings. Raises ContextError."""
     problems: list[str] = []
     values: dict[str, object] = {}
     for name, value in data.items():
@@ -53,10 +56,7 @@ def checked_data(skillset: Skillset, data: Mapping[str, object]) -> dict[str, ob
 
 
 def extern_way(resource: Resource, source: str, target: str) -> tuple[str, ...] | None:
-    """The states that the functional layer has to drive a resource through, the target last; None if it cannot.
-
-    The shortest way, by breadth-first search over the extern transitions.
-    """
+    """The shortest chain of extern transitions, as states, the target last; None if there is none."""
     ways: dict[str, tuple[str, ...]] = {source: ()}
     open_states = deque([source])
     while open_states and target not in ways:
@@ -66,3 +66,20 @@ def extern_way(resource: Resource, source: str, target: str) -> tuple[str, ...] 
                 ways[edge.target] = (*ways[here], edge.target)
                 open_states.append(edge.target)
     return ways.get(target)
+
+
+def model_of(skillset: Skillset | str | Path) -> Skillset:
+    """A model as it is, or that of a file. Raises OSError and SkillsetError as `load` does.
+
+    An unchanged file is read once for all tests of a process.
+    """
+    if isinstance(skillset, Skillset):
+        return skillset
+    path = Path(skillset).resolve()
+    return _read(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, modified: int) -> Skillset:
+    del modified
+    return load(path)

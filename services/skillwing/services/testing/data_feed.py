@@ -1,4 +1,4 @@
-"""The data of a test's context: published again and again, as a robot does, so that they stay fresh."""
+"""The data of a test's context, published periodically so that they stay fresh."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from skillwing.services.testing.context import checked_data
 
 
 class DataFeed:
-    """Publishes each datum at once and then at its promised period, until it is stopped."""
+    """A publisher of data: at once, and then at the promised period, until it is stopped."""
 
     def __init__(self, bus: Bus, skillset: Skillset) -> None:
         self._bus = bus
@@ -22,7 +22,7 @@ class DataFeed:
         self._values: dict[str, object] = {}
 
     def set(self, values: Mapping[str, object]) -> None:
-        """Publish these values from now on. Raises ContextError where they do not fit the model."""
+        """Publish these values from now on. Raises ContextError if they do not fit the model."""
         for name, value in checked_data(self._skillset, values).items():
             self._values[name] = value
             self._publish(name)
@@ -31,7 +31,7 @@ class DataFeed:
                 self._timers[name] = self._bus.every(period, lambda name=name: self._publish(name))
 
     def stop(self, name: str) -> None:
-        """Publish a datum no longer: after three of its periods it is stale. Raises UnknownNameError."""
+        """Stop publishing a datum. After three of its periods it is stale. Raises UnknownNameError."""
         timer = self._timers.pop(self._skillset.datum(name).name, None)
         if timer is not None:
             timer.cancel()

@@ -1,4 +1,4 @@
-"""A functional layer for tests: real code against a fake peer at the edge of the protocol."""
+"""A functional layer for tests: a fake peer on the real bus."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ M = TypeVar("M", bound=Message)
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class ReceivedRequest:
     """A request that reached the layer. t: robot time [s]."""
 
     t: float
@@ -23,8 +23,8 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
-    """A publication that the layer listens to. t: robot time [s]."""
+class ReceivedMessage:
+    """A received publication. t: robot time [s]."""
 
     t: float
     key: str
@@ -38,23 +38,23 @@ class _Answer:
 
 
 class FakeLayer:
-    """Publishes, answers requests, and remembers what it was asked and what it heard.
+    """A layer that publishes, answers requests, and records what it receives.
 
-    Use it as it is and tell it what to do from the test, or derive a robot's own from it and declare that in `setup`.
-    Two switches make it misbehave: `refusal`, a sentence with which it refuses every request while it is set, and
-    `deaf`, the number of requests to come that it does not hear.
+    A test can use it directly, or derive a robot's own layer and declare its answers in `setup`. Two switches cause
+    faults. `refusal` is a sentence with which it refuses every request while it is set. `deaf` is the number of next
+    requests that it does not receive.
     """
 
     name = "functional_layer"
     owns_clock = False
     listens: ClassVar[tuple[str, ...]] = ("fl/**",)
-    """Key expressions of what is remembered for `heard`."""
+    """Key expressions of the publications that `heard` returns."""
 
     def __init__(self) -> None:
         self.refusal: str | None = None
         self.deaf = 0
-        self.requests: list[Asked] = []
-        self.publications: list[Heard] = []
+        self.requests: list[ReceivedRequest] = []
+        self.publications: list[ReceivedMessage] = []
         self._answers: dict[str, _Answer] = {}
         self._publishers: dict[str, Publisher] = {}
         self._bus: Bus | None = None
@@ -62,13 +62,13 @@ class FakeLayer:
     # --- to override -------------------------------------------------------------------------------------------------
 
     def setup(self) -> None:
-        """Runs once, when the layer is on the bus: `answer` requests, subscribe, start timers."""
+        """Called once on the bus, to `answer` requests, subscribe and start timers."""
 
     # --- the node ----------------------------------------------------------------------------------------------------
 
     @property
     def bus(self) -> Bus:
-        """The network. A RuntimeError before the layer is attached to it."""
+        """The bus. Raises RuntimeError before the layer is attached."""
         if self._bus is None:
             raise RuntimeError("The layer is on no bus yet. Use it after the test bench was made with it, or in setup.")
         return self._bus
@@ -82,17 +82,17 @@ class FakeLayer:
         self.setup()
 
     def detach(self) -> None:
-        """Nothing outlives it."""
+        """Called at the end."""
 
     # --- publishing --------------------------------------------------------------------------------------------------
 
     def publish(self, key: str, message: Message | bytes, *, events: bool = False) -> None:
-        """Publish one message. events: as in `Bus.advertise`, decided by the first publication on a key."""
+        """Publish one message. events: as in `Bus.advertise`, set by the first publication on a key."""
         payload = message if isinstance(message, bytes) else encode(message)
         self._publisher(key, events=events).put(payload)
 
     def publish_array(self, key: str, header: Message, payload: bytes) -> None:
-        """Publish one array of a stream: raw bytes and what they mean."""
+        """Publish one array of a stream: raw bytes and their description."""
         self._publisher(key, events=False).put(payload, encode(header))
 
     def _publisher(self, key: str, *, events: bool) -> Publisher:
@@ -103,9 +103,9 @@ class FakeLayer:
     # --- answering ---------------------------------------------------------------------------------------------------
 
     def answer(self, key: str, kind: type[M], reply: Message | Callable[[M], Message]) -> None:
-        """Answer every request of `kind` on a key with `reply`, or with what it returns for the request.
+        """Answer every request of `kind` on a key with `reply`, or with the result of calling it.
 
-        It may raise RefusedError to refuse one. A later call for the same key replaces the earlier one.
+        It may raise RefusedError to refuse a request. A later call for the same key replaces the earlier one.
         """
         known = key in self._answers
         self._answers[key] = _Answer(kind, reply if callable(reply) else lambda _: reply)
@@ -118,7 +118,7 @@ class FakeLayer:
             return
         answer = self._answers[request.key]
         message = decode(request.payload, answer.kind)
-        self.requests.append(Asked(self.bus.now(), request.key, message))
+        self.requests.append(ReceivedRequest(self.bus.now(), request.key, message))
         if self.refusal is not None:
             request.refuse(ErrorReply(code=ErrorCode.NOT_ALLOWED, message=self.refusal))
             return
@@ -132,7 +132,7 @@ class FakeLayer:
     # --- what came in ------------------------------------------------------------------------------------------------
 
     def asked(self, key: str, kind: type[M]) -> list[M]:
-        """The requests on a key that were heard, the refused ones included, the oldest first."""
+        """The received requests on a key, refused ones included, the oldest first."""
         return [each.message for each in self.requests if each.key == key and isinstance(each.message, kind)]
 
     @overload
@@ -140,10 +140,10 @@ class FakeLayer:
     @overload
     def heard(self, key: str, kind: type[M]) -> list[M]: ...
     def heard(self, key: str, kind: type[M] | None = None) -> list[M] | list[bytes]:
-        """What was published on a key, the oldest first: as messages of `kind`, or as it came without one."""
+        """The received publications on a key, the oldest first: as messages of `kind`, or raw without one."""
         payloads = [each.sample.payload for each in self.publications if each.key == key]
         return payloads if kind is None else [decode(payload, kind) for payload in payloads]
 
     def _hear(self, sample: Sample) -> None:
         if sample.key not in self._publishers:
-            self.publications.append(Heard(self.bus.now(), sample.key, sample))
+            self.publications.append(ReceivedMessage(self.bus.now(), sample.key, sample))

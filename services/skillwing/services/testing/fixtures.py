@@ -1,7 +1,7 @@
-"""Fixtures for pytest: each makes benches, as many as a test asks for, and closes them when the test is over.
+"""Fixtures for pytest. Each makes benches for a test and closes them at its end.
 
-Ask for them with `pytest_plugins = ["skillwing.services.testing.fixtures"]`, in a test module or the topmost
-conftest. They are no installed plugin on purpose: whoever does not use them pays nothing.
+Activate them by `pytest_plugins = ["skillwing.services.testing.fixtures"]`, in a test module or the topmost conftest.
+They are not an installed plugin, so that other test runs do not load them.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ P = ParamSpec("P")
 
 @pytest.fixture
 def benches() -> Iterator[ExitStack]:
-    """Closes, in reverse order, the benches that were entered into it."""
+    """An exit stack that closes its benches in reverse order."""
     with ExitStack() as stack:
         yield stack
 
 
 @pytest.fixture
 def skill_test(benches: ExitStack) -> Callable[..., SkillTest[Any, Any, Any]]:
-    """Call it as you would call `SkillTest`."""
+    """A fixture with the arguments of `SkillTest`."""
     return _entering(benches, SkillTest[Any, Any, Any])
 
 
 @pytest.fixture
 def skillset_in_process(benches: ExitStack) -> Callable[..., SkillsetInProcess]:
-    """Call it as you would call `SkillsetInProcess`."""
+    """A fixture with the arguments of `SkillsetInProcess`."""
     return _entering(benches, SkillsetInProcess)
 
 
@@ -47,9 +47,9 @@ def skillset_in_process(benches: ExitStack) -> Callable[..., SkillsetInProcess]:
 def skillset_processes(
     benches: ExitStack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., SkillsetProcesses]:
-    """Call it as you would call `SkillsetProcesses`, without `run_dir`: the logs are in the test's `tmp_path`.
+    """A fixture with the arguments of `SkillsetProcesses` except `run_dir`: logs are in the test's `tmp_path`.
 
-    The processes can import what the test can, so that hooks may stand in a test module.
+    The processes can import all modules that the test can, so hooks may be in a test module.
     """
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(path for path in sys.path if path))
 
@@ -60,7 +60,7 @@ def skillset_processes(
 
 
 def _entering(benches: ExitStack, kind: Callable[P, B]) -> Callable[P, B]:
-    """`kind`, with everything that it makes entered."""
+    """`kind`, with all its benches entered into the stack."""
 
     def make(*args: P.args, **kwargs: P.kwargs) -> B:
         return benches.enter_context(kind(*args, **kwargs))

@@ -1,4 +1,4 @@
-"""A goal under test: how it is doing, and what it has to come to."""
+"""A goal under test: its state, and assertions on its end."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ O = TypeVar("O")  # noqa: E741
 F = TypeVar("F")
 
 WITHIN = 60.0
-"""Seconds that an assertion waits unless it is told otherwise."""
+"""Default waiting time of assertions, in seconds."""
 ASSERTABLE = frozenset(Terminal.__struct_fields__) - {"ending"}
 
 
 class GoalBench(Protocol):
-    """What a goal needs of the bench that it runs on."""
+    """The part of a bench that a goal uses."""
 
     def wait_for(self, goal: GoalHandle, within: float) -> bool: ...
     def interrupt(self, goal: GoalHandle) -> None: ...
@@ -29,7 +29,7 @@ class GoalBench(Protocol):
 
 
 class GoalUnderTest(Generic[O, F]):
-    """A goal of a skill whose outputs are O and whose feedback is F; None in place of a type leaves them mappings."""
+    """A goal of a skill with outputs O and feedback F. Without a type, these are mappings."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class GoalUnderTest(Generic[O, F]):
         self.handle = handle
         self.inputs = inputs
         self.feedback: list[F] = []
-        """Everything that was fed back so far, the oldest first."""
+        """All feedback so far, the oldest first."""
         self._bench = bench
         self._model = model
         self._outputs = outputs
@@ -60,7 +60,7 @@ class GoalUnderTest(Generic[O, F]):
 
     @property
     def state(self) -> State | None:
-        """None until the manager's first answer."""
+        """The state; None until the manager's first answer."""
         return self.handle.state
 
     @property
@@ -69,14 +69,14 @@ class GoalUnderTest(Generic[O, F]):
 
     @property
     def terminal(self) -> Terminal:
-        """The one terminal answer. Fails the test if the goal is not over."""
+        """The terminal answer. Fails the test if the goal has not ended."""
         if self.handle.terminal is None:
             self._fail(f"The goal of `{self._model.name}` is {self.state or 'SENT'}, not over.")
         return self.handle.terminal
 
     @property
     def output(self) -> O:
-        """The output of the result. Fails the test if the goal is not over or came without one."""
+        """The output of the result. Fails the test if the goal has not ended or has none."""
         output = self.terminal.output
         if output is None:
             self._fail(f"The goal of `{self._model.name}` ended {self.terminal.label} without an output.")
@@ -84,25 +84,25 @@ class GoalUnderTest(Generic[O, F]):
 
     @property
     def progress(self) -> F:
-        """The latest feedback. Fails the test if there was none yet."""
+        """The latest feedback. Fails the test if there is none."""
         if not self.feedback:
             self._fail(f"The goal of `{self._model.name}` has not fed anything back.")
         return self.feedback[-1]
 
     @property
     def causes(self) -> list[str]:
-        """What led to the goal's present state, the root first: `["zed_status FAILED", "zed_depthmap RI"]`."""
+        """The causes of the goal's present state, the root first: `["zed_status FAILED", "zed_depthmap RI"]`."""
         return self._bench.chain(self.handle.record)
 
     # --- doing -------------------------------------------------------------------------------------------------------
 
     def interrupt(self) -> Self:
-        """Ask for the goal's end and return at once: `goal.interrupt().assert_ended("IT")`."""
+        """Interrupt the goal and return at once: `goal.interrupt().assert_ended("IT")`."""
         self._bench.interrupt(self.handle)
         return self
 
     def wait(self, within: float = WITHIN) -> Terminal:
-        """The terminal answer, whatever it is. Fails the test if there is none in so many seconds."""
+        """The terminal answer, of any kind. Fails the test if there is none in that time."""
         if not self._bench.wait_for(self.handle, within):
             self._fail(f"The goal of `{self._model.name}` has not ended within {within:g} s; it is {self.state}.")
         return self.terminal
@@ -110,17 +110,17 @@ class GoalUnderTest(Generic[O, F]):
     # --- asserting ---------------------------------------------------------------------------------------------------
 
     def assert_running(self) -> None:
-        """The goal was granted and has neither ended nor been interrupted."""
+        """Assert that the goal was granted and has neither ended nor been interrupted."""
         if self.state is not State.RUNNING:
             end = f": {self.terminal.label}. {self.terminal.reason}" if self.done else "."
             self._fail(f"The goal of `{self._model.name}` should be running; it is {self.state or 'SENT'}{end}")
 
     def assert_ended(self, label: str, *, within: float = WITHIN, **expected: Any) -> Terminal:
-        """Wait for the end, which has to have this label (`S_ARRIVED`, `N_ARRIVED`, `RI`, ...) and these attributes.
+        """Wait for the end, and assert this label (`S_ARRIVED`, `N_ARRIVED`, `RI`, ...) and these attributes.
 
-        expected: attributes of `Terminal`. `reason` has to be contained, whatever its case; `failing` is compared as a
-        set; of an `output` given as a mapping the fields that it names, of a struct all of them.
-        Raises UnknownNameError for a label that no goal of this skill can have, TypeError for any other attribute.
+        expected: attributes of `Terminal`. `reason` has to be contained, in any letter case; `failing` is compared as a
+        set. Of an `output`, a mapping compares the fields that it names, a struct all fields. Raises UnknownNameError
+        for a label that no goal of this skill can have, TypeError for any other attribute.
         """
         self._check_label(label)
         if unknown := expected.keys() - ASSERTABLE:

@@ -1,4 +1,4 @@
-"""All managers of a skillset in one process and virtual time, where a minute costs what its callbacks cost."""
+"""All managers of a skillset in one process and in virtual time."""
 
 from __future__ import annotations
 
@@ -19,25 +19,24 @@ from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.mocking import MockScript, make_mock_skill
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.testing.bench import CLIENT, Bench
-from skillwing.services.testing.context import checked_states
+from skillwing.services.testing.context import checked_states, model_of
 from skillwing.services.testing.fake_layer import FakeLayer
-from skillwing.services.testing.model import model_of
 
 HooksFactory: TypeAlias = Callable[[], SkillHooks[Any, Any, Any]]
-"""A class derived from SkillHooks, or any callable that makes such hooks: `lambda: DriveManager(fake_motor)`."""
+"""A class derived from SkillHooks, or a callable that makes such hooks: `lambda: DriveManager(fake_motor)`."""
 
 
 class SkillsetInProcess(Bench):
-    """A whole skillset: real managers around the hooks that are given, mocks for all other skills.
+    """A whole skillset: real managers with the given hooks, mocks for all other skills.
 
-    skillset: the model, or the path of its file. hooks: what makes them, of any skills. mocks: False leaves the other
-    skills without a manager; script: what the mocks do (docs/mocks.md). states: where resources are found at the
-    start; they are placed there directly, whoever may drive them later. data: values that are published from the
-    start, each at its promised period. layer: the fake functional layer. nodes: what else the robot needs. seed,
-    jitter: of the time that messages take; with the same ones everything happens again.
+    skillset: the model, or the path of its file. hooks: classes or functions that make them, of any skills. mocks:
+    False leaves the other skills without a manager; script: of the mocks (docs/mocks.md). states: initial states of
+    resources, set directly, also those that only skills may change. data: values that are published from the start,
+    each at its promised period. layer: the fake functional layer. nodes: further nodes of the robot. seed, jitter: of
+    the transport delay; with the same values a run repeats exactly.
 
     Raises SkillsetError for a file with errors, ContextError for a context that does not fit the model, TypeError for
-    hooks that are made already.
+    instances of hooks.
     """
 
     def __init__(
@@ -60,7 +59,7 @@ class SkillsetInProcess(Bench):
         journal = Journal(None, Identity("", model.name, model.schema_hash))
         self.network = InProcessNetwork(seed=seed, jitter=jitter)
         self.hooks: dict[str, SkillHooks[Any, Any, Any]] = {}
-        """By skill: the hooks that its manager runs."""
+        """By skill: the hooks of its manager."""
         self._running: dict[str, tuple[Node, Bus]] = {}
         self._makers: dict[str, Callable[[], Node]] = {
             DATA_MANAGER: lambda: DataManagerNode(model),
@@ -85,7 +84,7 @@ class SkillsetInProcess(Bench):
         self.set_data(**(data or {}))
 
     def close(self) -> None:
-        """Shut every node down in good order: a goal that still runs is told that it has ended. Idempotent."""
+        """Shut down every node in order. A running goal is ended first. Idempotent."""
         for name, (node, bus) in reversed(list(self._running.items())):
             node.detach()
             bus.close()
@@ -93,14 +92,14 @@ class SkillsetInProcess(Bench):
         super().close()
 
     def kill(self, process: str) -> None:
-        """Have a node die on the spot, as by kill -9. Raises UnknownNameError for one that does not run."""
+        """Kill a node at once, as by kill -9. Raises UnknownNameError for one that does not run."""
         if process not in self._running:
             raise UnknownNameError("running node", process, self._running)
         _, bus = self._running.pop(process)
         bus.close()
 
     def restart(self, process: str) -> None:
-        """Have a manager that was killed come back. The resource manager goes on from its journal, others know nothing.
+        """Restart a killed manager. The resource manager continues from its journal, others lose their memory.
 
         Raises UnknownNameError for any other node.
         """
@@ -110,7 +109,7 @@ class SkillsetInProcess(Bench):
         self.run(0.1)
 
     def _manage(self, model: Skillset, make_hooks: HooksFactory) -> None:
-        """Run the manager of the skill whose hooks these are; each restart makes new ones."""
+        """Run the manager of the skill with these hooks. Each restart makes new ones."""
         if isinstance(make_hooks, SkillHooks):
             kind = type(make_hooks).__name__
             raise TypeError(f"These hooks of {kind} are made already. Give the class, or a function that makes them.")

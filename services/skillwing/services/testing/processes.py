@@ -1,4 +1,4 @@
-"""A skillset as real processes: router and managers on loopback, every one of them ended with the bench."""
+"""A skillset as real processes: router and managers on loopback, all of them ended with the bench."""
 
 from __future__ import annotations
 
@@ -20,22 +20,21 @@ from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing.bench import CLIENT, Bench
+from skillwing.services.testing.context import model_of
 from skillwing.services.testing.fake_layer import FakeLayer
-from skillwing.services.testing.model import model_of
 
 
 class SkillsetProcesses(Bench):
-    """Managers as processes of their own, in wall time, at a port that the system chooses.
+    """Managers as processes, in wall time, at a free port.
 
-    skillset: path of the file. hooks: for each skill with a manager the class, as `package.module:Class`, importable
-    by the processes; mocks play the other skills, by the files `scripts`. run_dir: gets `logs/<process>.log` and a new
-    journal, from which the resource manager goes on when it is restarted. data: as in `SkillsetInProcess`, published by
-    the test's own process whenever a call waits. layer: the fake functional layer, on the test's session. processes:
-    what else the robot needs. colocate: all managers but the resource manager share one process; topology: how
-    processes meet.
+    skillset: path of the file. hooks: by skill, the class as `package.module:Class`, importable by the processes; mocks
+    play the other skills by the files `scripts`. run_dir: gets `logs/<process>.log` and a new journal, from which a
+    restarted resource manager continues. data: as in `SkillsetInProcess`, published by the test's own process while a
+    call waits. layer: the fake functional layer, on the test's session. processes: further processes of the robot.
+    colocate: all managers but the resource manager share one process; topology: how processes connect.
 
-    Raises StartError, with the last lines of its log, for a process that does not come up. To be closed, best as a
-    context manager: when `close` returns, no process is left.
+    Raises StartError, with the last lines of its log, for a process that does not start. Use it as a context manager:
+    after `close` no process is left.
     """
 
     def __init__(
@@ -95,7 +94,7 @@ class SkillsetProcesses(Bench):
             self.run(0.01)
 
     def restart(self, process: str) -> None:
-        """Start a process again that was killed. Raises UnknownNameError for one that is none of this system."""
+        """Restart a killed process. Raises UnknownNameError for a process that is not part of this system."""
         if process not in self._processes:
             raise UnknownNameError("process", process, self._processes)
         self.launcher.start(self._processes[process])

@@ -1,4 +1,4 @@
-"""The test of one skill: its manager, everything around it faked or under the test's control."""
+"""The test of one skill: its manager, with fakes for everything around it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from skillwing.services.testing.in_process import HooksFactory, SkillsetInProces
 class SkillTest(SkillsetInProcess, Generic[I, O, F]):
     """One skill's manager in virtual time: set the context, start, advance time, check the answer.
 
-    hooks: the class under test, or any callable that makes its hooks. others: the same of skills that run beside it;
-    no other skill has a manager. Everything else as in `SkillsetInProcess`.
+    hooks: the class under test, or a callable that makes its hooks. others: the same of skills that run beside it; no
+    other skill has a manager. All other arguments are those of `SkillsetInProcess`.
     """
 
     def __init__(
@@ -39,19 +39,19 @@ class SkillTest(SkillsetInProcess, Generic[I, O, F]):
         self.skill = next(iter(self.hooks))
 
     def start(self, inputs: I | Mapping[str, Any] | None = None, /, **fields: Any) -> GoalUnderTest[O, F]:
-        """Start the skill, and return when its goal runs or is over. See `start_skill`."""
+        """Start the skill, and return when its goal runs or has ended. See `start_skill`."""
         given = cast("Mapping[str, Any] | msgspec.Struct | None", inputs)
         return self.start_skill(self.skill, given, **fields)
 
     def send(self, inputs: I | Mapping[str, Any] | None = None, /, **fields: Any) -> GoalUnderTest[O, F]:
-        """Send the start of the skill and return at once, before its manager can have heard of it."""
+        """Send the start of the skill and return at once, before its manager receives it."""
         given = cast("Mapping[str, Any] | msgspec.Struct | None", inputs)
         return self.send_start(self.skill, given, **fields)
 
     def kill(self, process: str | None = None) -> None:
-        """Have a node die on the spot; without a name, the skill's manager."""
+        """Kill a node at once; without a name, the skill's manager."""
         super().kill(process or skill_process(self.skill))
 
     def restart(self, process: str | None = None) -> None:
-        """Have a manager that was killed come back; without a name, the skill's."""
+        """Restart a killed manager; without a name, the skill's."""
         super().restart(process or skill_process(self.skill))

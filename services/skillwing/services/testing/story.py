@@ -1,4 +1,4 @@
-"""What happened, in words: the text that a failed assertion shows."""
+"""The story of a test: the text that a failed assertion shows."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def tell(
     readings: Iterable[DataReading],
     layer: FakeLayer | None,
 ) -> str:
-    """The timeline with its causes, from the first sign of a goal on or all of it, and how things stand at `now`."""
+    """The timeline with its causes, from the first record of a goal on or whole, and the states at `now`."""
     return "\n".join(
         [
             "What happened (robot time in s):",
@@ -61,7 +61,7 @@ def _change(record: Record) -> str:
 
 
 def _why(record: Record, history: History) -> str:
-    """The record's own words, then what made it happen."""
+    """The record's own text, then its cause."""
     causes = history.chain(record.id)[:-1]
     because = f"<- {headline(causes[-1])}" if causes else ""
     return "  ".join(part for part in (record.text, because) if part)

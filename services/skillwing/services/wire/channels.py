@@ -285,7 +285,8 @@ CHANNELS = (
         Kind.QUERY,
         RESOURCES,
         "skill managers",
-        "Begin a goal (preconditions and start effect as one step), end it, or renew its grant.",
+        "Begin a goal (preconditions and start effect as one step), renew its grant or end it. Or commit the outcome "
+        "of a goal that was never granted.",
         message=protocol.GoalCall,
         reply=protocol.GoalVerdict,
         refusals=(
@@ -299,11 +300,11 @@ CHANNELS = (
         internal=True,
     ),
     Channel(
-        Keys.judge,
+        Keys.leader,
         Kind.TOKEN,
         RESOURCES,
         RESOURCES,
-        "Is there as long as this process is the one that judges; the mark is its own, and grows with time.",
+        "Stands as long as this process is the active resource manager. The mark is its own, and grows with time.",
         each=Each.PROCESS,
         internal=True,
     ),
@@ -312,7 +313,7 @@ CHANNELS = (
         Kind.TOKEN,
         RESOURCES,
         RESOURCES,
-        "Is there while this process finds out whether it may judge.",
+        "Stands while this process waits to become the active resource manager.",
         each=Each.PROCESS,
         internal=True,
     ),

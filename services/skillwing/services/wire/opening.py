@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from skillwing.services.bus import EVENT_HISTORY
+from skillwing.services.bus.backlog import MIB, MOST_BYTES, MOST_REQUESTS, STREAM_BACKLOG
 from skillwing.services.bus.zenoh_bus import REFUSAL, TIMEOUT_REPLY
 from skillwing.services.bus.zenoh_session import LEASE
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION
 
+WAITING = f"{MOST_BYTES // MIB} MiB"
 OPENING = f"""\
 # The wire protocol
 
@@ -65,6 +67,18 @@ one that is delivered late is refused.
 advanced subscriber with `history` and `recovery` gets each of them exactly once, also those from before it came. A
 plain subscriber gets what is published while it is connected. **Streams** are plain publications, some of which may be
 lost.
+
+**What waits for a busy process** is bounded, and the newest is kept:
+
+| kind | at most | beyond that |
+|---|---|---|
+| streams | {STREAM_BACKLOG} samples of a subscription, {WAITING} of all subscriptions | the oldest sample is dropped |
+| events | {WAITING} of all subscriptions | the oldest event is dropped, and the log reports it |
+| queries | {MOST_REQUESTS} queries, and {WAITING} of them | the query is refused as `UNAVAILABLE` |
+
+When the bytes are too many, the subscription with the most waiting bytes loses its oldest sample: a flood on one key
+costs the subscriptions to other keys nothing. Payloads of more than {MAX_MESSAGE_BYTES} bytes are no events and never
+wait. Answers to the process's own queries always find room.
 
 **Following a goal.** Subscribe to `status` first, then start. A goal is over when a status has a `terminal`, and not
 before. If statuses stay away, ask `goal`. If that stays unanswered and the manager's `alive` token is gone, the goal is

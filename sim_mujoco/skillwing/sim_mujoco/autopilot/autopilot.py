@@ -11,13 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from skillwing.onboard.frames.vectors import Quaternion, Vector, add, heading_of, scale
+from skillwing.onboard.guidance.limits import HOLD_TIME, SETPOINT_TIMEOUT
 from skillwing.sim_mujoco.autopilot.cascade import AttitudeLoop, VelocityLoop, position_to_velocity
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE, Estimate, GroundSpeed, Touchdown, sink_speed
 from skillwing.sim_mujoco.autopilot.failsafes import (
-    LAND_AFTER,
     LANDING,
     OVERRULING,
-    SETPOINT_TIMEOUT,
     Emergencies,
     Limits,
     Mode,
@@ -164,7 +163,7 @@ class Autopilot:
         elif self.mode is Mode.PILOT:
             self._stamp = t - SETPOINT_TIMEOUT
             self._enter(Mode.HOVER, now)
-        elif age > SETPOINT_TIMEOUT + LAND_AFTER:
+        elif age > SETPOINT_TIMEOUT + HOLD_TIME:
             self._enter(Mode.LAND, now)
         else:
             self._enter(Mode.HOVER, now)

@@ -13,10 +13,6 @@ from enum import StrEnum
 from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.physics.battery import CELLS
 
-SETPOINT_TIMEOUT = 0.5
-"""Setpoints this old no longer count, and without any that counts the drone holds its position [s]."""
-LAND_AFTER = 5.0
-"""And after so much more it lands [s]."""
 NAVIGATION_REGAINED = 2.0
 """How long navigation has to be good before it is trusted again [s]."""
 CRITICAL_CHARGE, CRITICAL_VOLTAGE = 8.0, 3.3 * CELLS

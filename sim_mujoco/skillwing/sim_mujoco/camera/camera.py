@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,17 @@ from skillwing.onboard.frames.poses import rotations
 from skillwing.onboard.frames.vectors import add, to_world
 from skillwing.onboard.topics import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
-from skillwing.sim_mujoco.camera.sparse import Faces, Floats, Pixels, trace
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
 Numbers = NDArray[np.intp]
+Pixels = NDArray[np.intp]
+Floats = NDArray[np.float32]
+Faces = NDArray[np.int32]
+Cast = Callable[[Pixels], tuple[Floats, Faces]]
+"""Casts rays: from numbers of pixels, counted row by row, to inverse distances along the optical axis (n,) and faces
+(n,), -1 for the sky."""
 Picture = NDArray[np.uint8]
 FAR = 1000.0
 """What is farther away is sky [m]."""
@@ -95,3 +101,33 @@ def _downward(tilt: float) -> NDArray[np.float64]:
     """Turns camera axes into body axes: a positive tilt lowers the nose."""
     c, s = math.cos(tilt), math.sin(tilt)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) -> tuple[Floats, Faces]:
+    """Inverse distances along the optical axis and faces (height, width); both measures are even.
+
+    `surface_of` gives the surface that a face belongs to, and that of the sky as its last element.
+    """
+    pixels = np.arange(height * width, dtype=np.intp).reshape(height, width)
+    inverse, face = np.empty(pixels.shape, dtype=np.float32), np.empty(pixels.shape, dtype=np.int32)
+
+    def cast_into(chosen: Pixels) -> None:
+        inverse.reshape(-1)[chosen], face.reshape(-1)[chosen] = cast(chosen)
+
+    cast_into(pixels[::2, ::2].ravel())
+    # First the columns between those of every other row, then the other rows.
+    cast_into(pixels[::2, 1::2].T[_fill(inverse[::2].T, face[::2].T, surface_of)])
+    cast_into(pixels[1::2][_fill(inverse, face, surface_of)])
+    return inverse, face
+
+
+def _fill(inverse: Floats, face: Faces, surface_of: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Fill in every other row of both (2 n, m) from those before and after it, and tell where (n, m) of these rows that
+    does not hold, because there is another surface on either side."""
+    known = face[::2]
+    inverse[1:-1:2] = np.float32(0.5) * (inverse[:-2:2] + inverse[2::2])
+    face[1::2] = known
+    surface = surface_of.take(known)
+    unknown = np.ones(surface.shape, dtype=np.bool_)
+    np.not_equal(surface[:-1], surface[1:], out=unknown[:-1])
+    return unknown

@@ -14,9 +14,6 @@ from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY
 
-CAMERA = "camera"
-"""The sensor's name in faults."""
-
 
 @dataclass(frozen=True, slots=True)
 class Shot:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.world.layouts.paving import Strip
+from skillwing.sim_mujoco.world.layouts.ground import Strip
 from skillwing.sim_mujoco.world.rendering import painted
 
 Array = NDArray[np.float32]

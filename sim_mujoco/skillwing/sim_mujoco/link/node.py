@@ -17,12 +17,11 @@ from skillwing.onboard.topics import Vector3
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, encode
-from skillwing.sim_mujoco.link.pipe import Packet, Pipe
-from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone
-from skillwing.sim_mujoco.link.shadow import shadow_of
-from skillwing.sim_mujoco.scenario import ScenarioError, read_scenario
-from skillwing.sim_mujoco.sensors.corruptors import MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.world.chosen import SiteOptions
+from skillwing.sim_mujoco.link.packet_queue import Packet, PacketQueue
+from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, occlusion_zones
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.faults import MagnitudeError, UnknownFaultError
+from skillwing.sim_mujoco.world.kinds import SiteOptions
 
 STEP = 0.01
 """While something is under way the link moves it on this often [s]."""
@@ -32,16 +31,18 @@ _AVERAGED = 1.0
 
 
 class LinkNode:
-    """Shell around a `Radio` and a `Pipe` for each direction. At rest it does nothing but say once a second how the
-    link is. Where the drone is it takes from the truth: the radio is part of the world, not of the robot."""
+    """Shell around a `Radio` and a `PacketQueue` for each direction. At rest it only publishes a status each second.
+
+    The drone's position comes from the truth: the radio is part of the world, not of the robot.
+    """
 
     name = "link"
     owns_clock = False
 
     def __init__(self, radio: Radio, seed: int) -> None:
         self._radio = radio
-        self._down = Pipe(np.random.default_rng((seed, 2000)))
-        self._up = Pipe(np.random.default_rng((seed, 2001)))
+        self._down = PacketQueue(np.random.default_rng((seed, 2000)))
+        self._up = PacketQueue(np.random.default_rng((seed, 2001)))
         self._position: Vector3 = (0.0, 0.0, 0.0)
         self._sent: deque[tuple[float, int]] = deque()
         self._moving = False
@@ -80,7 +81,7 @@ class LinkNode:
 
     # --- what it carries -------------------------------------------------------------------------------------
 
-    def _carry(self, pipe: Pipe, sample: Sample) -> None:
+    def _carry(self, queue: PacketQueue, sample: Sample) -> None:
         assert self._bus is not None
         if not self._moving:
             # The time at rest has to be served too, or it would count as time of sending.
@@ -89,14 +90,14 @@ class LinkNode:
             for each, _ in self._ends:
                 each.serve(now, self.conditions)
             self._bus.after(STEP, self._move)
-        pipe.put(self._bus.now(), Packet(sample.payload, sample.attachment))
+        queue.put(self._bus.now(), Packet(sample.payload, sample.attachment))
 
     def _move(self) -> None:
         assert self._bus is not None
         now, conditions = self._bus.now(), self.conditions
         before = self._down.sent
-        for pipe, end in self._ends:
-            _deliver(end, pipe.serve(now, conditions))
+        for queue, end in self._ends:
+            _deliver(end, queue.serve(now, conditions))
         if self._down.sent > before:
             self._sent.append((now, self._down.sent - before))
         self._moving = not (self._down.idle and self._up.idle)
@@ -136,15 +137,14 @@ def _deliver(end: Publisher, packets: list[Packet]) -> None:
         end.put(packet.payload, packet.attachment)
 
 
-class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True):
+class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True, rename={"occlusion": "shadow"}):
     """Options of `make_link`: those of the radio, the seed of its losses, and a scenario file whose section `link` adds
-    zones and faults and takes the place of other options. With `shadow` the building of the `site` shadows the link,
-    besides all that."""
+    zones and faults and replaces other options. With `shadow` the building of the `site` occludes the link as well."""
 
     seed: int = 1
     scenario: str | None = None
     site: SiteOptions | None = None
-    shadow: bool = False
+    occlusion: bool = False
 
 
 def make_link(options: dict[str, Any]) -> LinkNode:
@@ -159,13 +159,13 @@ def make_link(options: dict[str, Any]) -> LinkNode:
         if section is not None:
             zones, faults = section.zones + wanted.zones, section.faults + wanted.faults
             radio = msgspec.structs.replace(section, zones=zones, faults=faults)
-    if wanted.shadow:
-        radio = msgspec.structs.replace(radio, zones=(*radio.zones, *_shadow(wanted.site or SiteOptions())))
+    if wanted.occlusion:
+        radio = msgspec.structs.replace(radio, zones=(*radio.zones, *_occlusion(wanted.site or SiteOptions())))
     return LinkNode(Radio(radio), wanted.seed)
 
 
-def _shadow(chosen: SiteOptions) -> tuple[RadioZone, ...]:
+def _occlusion(chosen: SiteOptions) -> tuple[RadioZone, ...]:
     target = chosen.site().target
     if target is None:
         raise OptionsError(f"a world of kind `{chosen.kind}` has no building to shadow the link; `inspection` has one")
-    return shadow_of(target)
+    return occlusion_zones(target)

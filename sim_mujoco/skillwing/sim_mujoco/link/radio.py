@@ -15,9 +15,9 @@ import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.topics import Megabits
-from skillwing.sim_mujoco.sensors.corruptors import Fault, UnknownFaultError, check_no_magnitude
-from skillwing.sim_mujoco.sensors.fault_schedule import FaultSchedule, Seconds
+from skillwing.sim_mujoco.sensors.faults import Fault, FaultSchedule, Seconds, UnknownFaultError, check_no_magnitude
 from skillwing.sim_mujoco.sensors.zones import Zone
+from skillwing.sim_mujoco.world.site import Target
 
 MEGABIT = 1e6
 FLOOR = 1.0
@@ -25,7 +25,7 @@ FLOOR = 1.0
 
 NARROW, CUT = "narrow", "cut"
 FAULTS = (NARROW, CUT)
-Kind: TypeAlias = Literal["narrow", "cut"]
+LinkFaultKind: TypeAlias = Literal["narrow", "cut"]
 Latency: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
@@ -45,7 +45,7 @@ class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and, of a narrow link, a
     `magnitude`: the Mbit/s that are left. Raises MagnitudeError."""
 
-    kind: Kind
+    kind: LinkFaultKind
     at: Seconds = 0.0
     duration: Seconds | None = None
     magnitude: Megabits | None = None
@@ -77,6 +77,24 @@ class Conditions:
     bandwidth: float
     latency: float
     loss: float
+
+
+POOR, CRITICAL = 0.4, 0.008
+"""Bandwidth beside a building and behind it, as seen from home [Mbit/s]."""
+RIM = 30.0
+"""Distance to which an occlusion zone reaches beyond the circle round the building [m]."""
+LOW, HIGH = -10.0, 100.0
+
+
+def occlusion_zones(target: Target) -> tuple[RadioZone, RadioZone]:
+    """Zones beside a building and behind it, which lose the video there. Home lies to the west of the building."""
+    (x, y), radius = target.centre, target.radius
+
+    def east_of(west: float, bandwidth: float) -> RadioZone:
+        low, high = (west, y - radius - RIM, LOW), (x + radius + RIM, y + radius + RIM, HIGH)
+        return RadioZone(low=low, high=high, bandwidth=bandwidth)
+
+    return east_of(x - 0.3 * radius, POOR), east_of(x + 0.6 * radius, CRITICAL)
 
 
 USUAL_NARROW = 0.15

@@ -36,8 +36,8 @@ from skillwing.sim_mujoco.navigation.error_filter import (
 )
 from skillwing.sim_mujoco.navigation.odometry_aid import GATED, WEIGHED, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import ZERO, Strapdown
-from skillwing.sim_mujoco.sensors.gnss import Receiver
 from skillwing.sim_mujoco.sensors.instruments import BAROMETER_NOISE, IMU_PERIOD
+from skillwing.sim_mujoco.sensors.receivers import Receiver
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE
 
 EPOCH = 0.1

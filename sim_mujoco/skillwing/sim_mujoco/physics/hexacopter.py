@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Vector
+from skillwing.sim_mujoco.physics.rotor_faults import ROTORS
 
 BODY = "m600"
-ROTORS = 6
 ARM = 0.5665
 """Distance of the rotors from the centre [m]."""
 TORQUE_PER_THRUST = 0.025

@@ -5,10 +5,11 @@ Rotor 1 is ahead on the left, and they are counted counter-clockwise as seen fro
 
 from __future__ import annotations
 
-from skillwing.sim_mujoco.physics.hexacopter import ROTORS
-from skillwing.sim_mujoco.sensors.corruptors import UnknownFaultError, check_magnitude, check_no_magnitude
+from skillwing.sim_mujoco.sensors.faults import UnknownFaultError, check_magnitude, check_no_magnitude
 
-ROTOR_NAMES = tuple(f"rotor/{number}" for number in range(1, ROTORS + 1))
+ROTORS = 6
+ROTOR = "rotor/"
+ROTOR_NAMES = tuple(f"{ROTOR}{number}" for number in range(1, ROTORS + 1))
 STOPPED, WEAK = "stopped", "weak"
 ROTOR_FAULTS = (STOPPED, WEAK)
 _USUALLY_LEFT = 0.5

@@ -1,20 +1,35 @@
-"""A sensor's way out: its rate, its delay, what corrupts it, and what it notices about itself."""
+"""Channels: the path from a sensor to its readers, with rate, delay, corruption and health."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
-from skillwing.sim_mujoco.sensors.cadence import Cadence
 from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
 from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
+class Cadence:
+    """Due at every multiple of `period` after time 0, without drift."""
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self._count = 1
+
+    def due(self, t: float) -> bool:
+        """True at most once a call, once for each period that has ended by `t`."""
+        if t < self._count * self.period - 1e-9:
+            return False
+        self._count += 1
+        return True
+
+
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """What a sensor delivers: data measured between `start` and `end` (robot time), however late it comes."""
+    """Data that a sensor has measured between `start` and `end` (robot time), however late it arrives."""
 
     sensor: str
     start: float
@@ -22,17 +37,18 @@ class Measurement:
     data: Data
 
 
-def _nobody(_t: float, _measurement: Measurement) -> str | None:
-    return None
+Observer: TypeAlias = Callable[[float, Measurement, Condition], str | None]
+"""A cross-check of a measurement that arrives, by other instruments: from time, measurement and the sensor's condition
+so far to a sentence that speaks against it."""
+
+
+def no_residual(_t: float, _measurement: Measurement, _condition: Condition) -> None:
+    """Find nothing: the observer of a sensor that no other instrument can check."""
 
 
 class Channel:
-    """One sensor. `due` tells when to measure, `deliver` hands a measurement in, `collect` gives out what is ready.
-
-    That is what ended `delay` ago [s], or longer, if nobody collected it sooner.
-
-    `witness(t, measurement)` is asked about each measurement that arrives: what others know that speaks against it.
-    """
+    """The path of one sensor's measurements. `deliver` takes one when it is `due`; `collect` returns those that ended
+    at least `delay` seconds ago."""
 
     def __init__(
         self,
@@ -42,37 +58,38 @@ class Channel:
         limits: Limits,
         corruption: Corruption,
         tests: Sequence[SelfTest] = (),
+        observer: Observer = no_residual,
     ) -> None:
         self.sensor = sensor
         self.corruption = corruption
-        self.witness: Callable[[float, Measurement], str | None] = _nobody
+        self._observer = observer
         self._cadence, self._delay = Cadence(period), delay
         self._monitor = HealthMonitor(period, limits, tests)
         self._under_way: deque[Measurement] = deque()
 
     @property
     def condition(self) -> Condition:
-        """What the sensor thinks of itself."""
+        """The health of the sensor, as it finds it itself."""
         return self._monitor.condition
 
     def due(self, t: float) -> bool:
-        """Whether a measurement is due; true once for each period."""
+        """A measurement is due; true once for each period."""
         return self._cadence.due(t)
 
     def deliver(self, start: float, end: float, data: Data) -> None:
-        """A measurement is complete; it comes out, or not, after corruption and delay."""
+        """Take a complete measurement, which arrives after corruption and delay, if at all."""
         corrupted = self.corruption.apply(data)
         if corrupted is not None:
             self._under_way.append(Measurement(self.sensor, start, end, corrupted))
 
     def collect(self, t: float) -> tuple[list[Measurement], list[Change]]:
-        """What has arrived by time `t`, and how the sensor's opinion of itself changed."""
+        """The measurements that have arrived by time `t`, and the changes of the sensor's health."""
         arrived: list[Measurement] = []
         changes: list[Change] = []
         while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
             measurement = self._under_way.popleft()
             arrived.append(measurement)
-            change = self._monitor.observe(t, measurement.data, self.witness(t, measurement))
+            change = self._monitor.observe(t, measurement.data, self._observer(t, measurement, self.condition))
             if change is not None:
                 changes.append(change)
         change = self._monitor.check(t)

@@ -9,6 +9,7 @@ too much to be matched (Burt and Julesz, 1980: a disparity gradient of 1); and h
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,12 @@ from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import Vector, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
 from skillwing.onboard.topics import DepthHeader
+from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
-from skillwing.sim_mujoco.sensors.rays import RayScene
+
+if TYPE_CHECKING:
+    from skillwing.sim_mujoco.world.rays import RayScene
 
 ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
 """Where the camera sits on the drone, FLU [m]."""
@@ -44,6 +48,12 @@ def depth_header(t: float) -> DepthHeader:
     return DepthHeader(
         t=t, width=WIDTH, height=HEIGHT, fx=FOCAL, fy=FOCAL, cx=WIDTH / 2, cy=HEIGHT / 2, mount=ZED_MOUNT
     )
+
+
+def publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
+    """Picture in millimetres, and its header."""
+    millimetres = np.clip(np.rint(data * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
+    return millimetres.tobytes(), encode(depth_header(end))
 
 
 def noise_at(depth: NDArray[np.float32]) -> NDArray[np.float32]:

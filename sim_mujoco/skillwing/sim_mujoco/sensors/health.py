@@ -2,7 +2,7 @@
 
 It sees only what is delivered: nothing for too long, too little, the same again and again, values that the sensor
 cannot produce, or that contradict one another (`self_tests.py`); and it hears what other instruments have to say
-(`twins.py`, navigation). A recovered sensor must deliver good data for a while before it is trusted again.
+(`cross_checks.py`). A recovered sensor must deliver good data for a while before it is trusted again.
 """
 
 from __future__ import annotations
@@ -71,11 +71,11 @@ class HealthMonitor:
         self._repeats = 0
         self.condition = Condition.UNKNOWN
 
-    def observe(self, t: float, data: Data, objection: str | None = None) -> Change | None:
-        """A measurement was delivered at `t`; `objection` is what others have against it."""
+    def observe(self, t: float, data: Data, residual: str | None = None) -> Change | None:
+        """A measurement was delivered at `t`; `residual` is what other instruments say against it."""
         self._last_seen = t
         self._arrivals.append(t)
-        return self._judge(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or objection)
+        return self._judge(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)
 
     def check(self, t: float) -> Change | None:
         """Time passed. Call it regularly, at least once a period."""

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard import topics
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import add, to_world
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
-from skillwing.sim_mujoco.sensors.rays import RayScene
+from skillwing.services.protocol import encode
+
+if TYPE_CHECKING:
+    from skillwing.sim_mujoco.world.rays import RayScene
 
 IMU_PERIOD = 0.004
 IMU_BATCH = 0.02
@@ -84,3 +89,16 @@ class Barometer:
         drift, noise = self._rng.standard_normal(2).tolist()
         self._offset += BAROMETER_DRIFT * math.sqrt(since_last) * drift
         return motion.position[2] + self._offset + BAROMETER_NOISE * noise
+
+
+def imu_publication(start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
+    """Array and header of a batch: times since the first sample, specific force and angular rate (n, 7)."""
+    times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
+    rows = np.column_stack([times, data])
+    return rows.tobytes(), encode(topics.ImuHeader(t0=start, count=len(rows)))
+
+
+def range_publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
+    """Message of a distance."""
+    distance = float(data[0])
+    return encode(topics.Range(t=end, distance=distance if distance != 0.0 else None)), b""

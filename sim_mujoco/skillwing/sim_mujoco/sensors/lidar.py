@@ -11,6 +11,7 @@ sensor's reach; of 16-beam sensors makers promise 90 to 100 m on bright surfaces
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,12 @@ from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.poses import interpolate, rotations
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.sensor_data.directions import lidar_directions
+from skillwing.onboard.topics import LidarHeader
+from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
-from skillwing.sim_mujoco.sensors.rays import RayScene
+
+if TYPE_CHECKING:
+    from skillwing.sim_mujoco.world.rays import RayScene
 
 LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
 """Where the sensor sits on the drone, FLU [m]."""
@@ -69,3 +74,9 @@ class Lidar:
         fluctuation = self._noise.draw(len(ranges))
         echo = np.float32(REACH**2) * squareness * np.exp(np.float32(FADING) * fluctuation)
         return (ranges > NEAREST) & (echo > ranges * ranges) & (fluctuation > _DARK)
+
+
+def publication(start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
+    """Array and header of a revolution."""
+    columns, beams = data.shape
+    return data.tobytes(), encode(LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=LIDAR_MOUNT))

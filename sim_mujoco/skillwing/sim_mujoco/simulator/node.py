@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-import numpy as np
 
 from skillwing.onboard import topics
 from skillwing.onboard.axis import RefusedError
@@ -14,7 +13,6 @@ from skillwing.onboard.frames.vectors import heading_of, to_body
 from skillwing.onboard.geofence import FenceOptions
 from skillwing.onboard.messaging import answer_with, reply_with
 from skillwing.onboard.options import OptionsError, read_options
-from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
@@ -26,24 +24,13 @@ from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.scenario import (
-    FaultOptions,
-    GustOptions,
-    PilotOptions,
-    ScenarioError,
-    WindStrength,
-    WindVector,
-    read_scenario,
-)
-from skillwing.sim_mujoco.sensors import lidar
-from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.corruptors import Fault, MagnitudeError, UnknownFaultError
-from skillwing.sim_mujoco.sensors.depth_camera import depth_header
-from skillwing.sim_mujoco.sensors.fault_schedule import Seconds
-from skillwing.sim_mujoco.sensors.fittings import SENSORS
-from skillwing.sim_mujoco.sensors.gnss import ReceiverName
+from skillwing.sim_mujoco.scenario.format import FaultOptions, GustOptions, PilotOptions, WindStrength, WindVector
+from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
+from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
+from skillwing.sim_mujoco.sensors.faults import Fault, MagnitudeError, Seconds, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.receivers import ReceiverName
+from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -71,8 +58,8 @@ class SimNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._epoch = bus.now()
-        streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.RANGE, topics.IMU, topics.LIDAR)
-        for key in (*streams, topics.GNSS, topics.ZED_DEPTH, topics.CAMERA, topics.TRUTH, topics.FLIGHT):
+        streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.CAMERA, topics.TRUTH, topics.FLIGHT)
+        for key in (*streams, *(spec.topic for spec in SENSORS.values())):
             self._out[key] = bus.advertise(key)
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
@@ -133,27 +120,15 @@ class SimNode:
         )
 
     def _publish_measurement(self, measurement: Measurement) -> None:
-        start, end, data = self._epoch + measurement.start, self._epoch + measurement.end, measurement.data
-        if measurement.sensor == RANGE:
-            distance = float(data[0])
-            self._put(topics.RANGE, topics.Range(t=end, distance=distance if distance != 0.0 else None))
-        elif measurement.sensor == IMU:
-            times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
-            rows = np.column_stack([times, data])
-            self._put_array(topics.IMU, rows, topics.ImuHeader(t0=start, count=len(rows)))
-        elif measurement.sensor == GNSS:
-            self._put(topics.GNSS, _fix_message(end, data))
-        elif measurement.sensor == LIDAR:
-            columns, beams = data.shape
-            header = topics.LidarHeader(t0=start, t1=end, columns=columns, beams=beams, mount=lidar.LIDAR_MOUNT)
-            self._put_array(topics.LIDAR, data, header)
-        else:
-            self._put_array(topics.ZED_DEPTH, _millimetres(data), depth_header(end))
+        spec = SENSORS[measurement.sensor]
+        start, end = self._epoch + measurement.start, self._epoch + measurement.end
+        self._out[spec.topic].put(*spec.message(start, end, measurement.data))
 
     def _publish_picture(self, t: float) -> None:
         shot = self._sim.camera.take(t, self._sim.motion)
         if shot is not None:
-            self._put_array(topics.CAMERA, shot.picture, camera_header(self._epoch + shot.t, shot.tilt))
+            header = camera_header(self._epoch + shot.t, shot.tilt)
+            self._out[topics.CAMERA].put(shot.picture.tobytes(), encode(header))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
@@ -200,9 +175,6 @@ class SimNode:
 
     def _put(self, key: str, message: Message) -> None:
         self._out[key].put(encode(message))
-
-    def _put_array(self, key: str, data: np.ndarray, header: Message) -> None:
-        self._out[key].put(data.tobytes(), encode(header))
 
     # --- what others want ------------------------------------------------------------------------------------
 
@@ -255,15 +227,6 @@ def odometry_report(told: topics.Odometry, epoch: float = 0.0) -> OdometryReport
     )
 
 
-def _fix_message(t: float, data: np.ndarray) -> topics.Gnss:
-    x, y, z, vx, vy, vz, heading = data.tolist()
-    return topics.Gnss(t=t, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)
-
-
-def _millimetres(depth: np.ndarray) -> np.ndarray:
-    return np.clip(np.rint(depth * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
-
-
 def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
     """Whether anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
@@ -278,13 +241,12 @@ class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_sim`. `world` is its kind, `scale` its size; `factor` is the pace that the clock announces;
-    `authority` is who has it at the start.
+    """Options of `make_sim`.
 
-    `turbulence` is the wind at a height of 6 m that stirs the air [m/s]; `battery_floor` is the charge [%] below which
-    the autopilot lands; `geofence` counts in place of the world's, for the autopilot's guard and for the truth;
-    `receiver` is a class of satellite receivers (gnss.py). A `scenario` is a file (scenario.py); other options add to
-    its lists, and count before its single values.
+    world, scale: kind and size of the world. factor: pace that the clock announces. authority: the computer has it at
+    the start. turbulence: wind at a height of 6 m that causes it [m/s]. battery_floor: charge below which the autopilot
+    lands [%]. geofence: replaces the world's, for the autopilot's guard and for the truth. receiver: class of satellite
+    receivers. scenario: a file; other options add to its lists, and replace its single values.
     """
 
     seed: int = 1
@@ -303,7 +265,7 @@ class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     factor: float = 1.0
     authority: bool = True
     receiver: ReceiverName = "rtk"
-    sensors: tuple[str, ...] = SENSORS
+    sensors: tuple[str, ...] = msgspec.field(default_factory=lambda: tuple(SENSORS))
 
 
 def make_sim(options: dict[str, Any]) -> SimNode:

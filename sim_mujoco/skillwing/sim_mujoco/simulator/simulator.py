@@ -15,38 +15,27 @@ import numpy as np
 from skillwing.onboard.extent import TIP_RADIUS
 from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
+from skillwing.onboard.sensor_data.names import CAMERA, GNSS, RANGE
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.camera.camera import Camera
-from skillwing.sim_mujoco.camera.feed import CAMERA, CameraFeed
+from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.physics.battery import PACKS, Battery
 from skillwing.sim_mujoco.physics.clearance import Clearance
-from skillwing.sim_mujoco.physics.hexacopter import ROTORS
 from skillwing.sim_mujoco.physics.physics import Physics
-from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_FAULTS, ROTOR_NAMES, RotorFaults
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, ROTORS, RotorFaults
 from skillwing.sim_mujoco.physics.wind import Gust, Wind
-from skillwing.sim_mujoco.sensors import lidar
-from skillwing.sim_mujoco.sensors.cadence import Cadence
-from skillwing.sim_mujoco.sensors.channel import Measurement
-from skillwing.sim_mujoco.sensors.corruptors import KINDS, Fault, UnknownFaultError
-from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.fittings import SENSORS, make_channel
-from skillwing.sim_mujoco.sensors.gnss import Gnss, receiver_class
+from skillwing.sim_mujoco.scenario.fault_checks import check_fault
+from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
+from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
+from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import Change, Condition
-from skillwing.sim_mujoco.sensors.instruments import (
-    IMU_BATCH,
-    IMU_PERIOD,
-    Barometer,
-    Imu,
-    RangeFinder,
-)
-from skillwing.sim_mujoco.sensors.lidar import Lidar
-from skillwing.sim_mujoco.sensors.rays import RayScene
-from skillwing.sim_mujoco.sensors.twins import Twins
-from skillwing.sim_mujoco.simulator.fault_plan import ROTOR, FaultPlan
+from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD, Barometer, Imu
+from skillwing.sim_mujoco.sensors.receivers import receiver_class
+from skillwing.sim_mujoco.sensors.table import SENSORS, Moment, Surroundings
+from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 TICK = 0.01
@@ -59,6 +48,8 @@ IDLE_THRUST = 1.0
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
 _NO_SHARE = [0.0] * ROTORS
+_TRACK = 0.1
+"""Length of the past motion that sensors can see: a revolution of the LiDAR [s]."""
 
 
 @dataclass(slots=True)
@@ -88,12 +79,16 @@ class Simulator:
         sensors: Collection[str] = SENSORS,
         receiver: str = "rtk",
     ) -> None:
-        """`pilot` lists when the safety pilot gives the authority (True) or takes it; `wind` [m/s] ENU, with
-        `turbulence` of this strength (see `wind.Turbulence`) and `gusts`; `limits` of the autopilot, by default with
-        the world's fence; `packs_fail` lists when how many packs of the battery fall out; `sensors` names those that
-        are fitted, and `receiver` the class of the autopilot's own satellite receiver, which always is. Raises
-        UnknownFaultError if a fault names a sensor, rotor or kind that does not exist, ValueError for a wind, a charge
-        or a receiver that cannot be, and for a battery of which nothing would be left."""
+        """A drone at rest.
+
+        pilot: times at which the safety pilot gives the authority (True) or takes it. wind: mean wind [m/s] ENU, with
+        `turbulence` of this strength (see `wind.Turbulence`) and `gusts`. limits: of the autopilot, by default with the
+        world's fence. packs_fail: times at which so many packs of the battery fail. sensors: names of the fitted ones.
+        receiver: class of the autopilot's own satellite receiver, which is always fitted.
+
+        Raises UnknownFaultError for an unknown sensor, rotor or kind of fault, ValueError for an impossible wind,
+        charge or receiver, and for a battery without any pack left.
+        """
         self.world = world
         self._physics = Physics(world)
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
@@ -106,34 +101,35 @@ class Simulator:
         rays = RayScene(triangles)
         self.camera = CameraFeed(lambda: Camera(world, rays), self._random(30))
         self._clearance = Clearance(triangles, ignore=TERRAIN)
-        self._zed = DepthCamera(rays, self._random(1))
-        self._lidar = Lidar(rays, self._random(2))
-        self._imu = Imu(self._random(3))
-        self._range = RangeFinder(rays, self._random(4))
-        self._gnss = Gnss(receiver_class(receiver), self._random(5))
         self._own_imu = Imu(self._random(8))
         self._own_errors: list[list[float]] = []
         self._barometer = Barometer(self._random(9))
         self._navigator = Navigator(receiver_class(receiver))
         self._epochs = Cadence(EPOCH)
         self._thrusts = [0.0] * ROTORS
-        fitted = [name for name in SENSORS if name in (*sensors, GNSS)]
-        self._channels = {name: make_channel(name, self._random(10 + SENSORS.index(name))) for name in fitted}
-        self._twins = Twins(STANDING_RANGE)
-        witnesses = {IMU: self._twins.of_imu, RANGE: self._twins.of_range, LIDAR: self._show, GNSS: self._navigate}
-        for name, channel in self._channels.items():
-            channel.witness = witnesses.get(name, channel.witness)
+        self._checks = CrossChecks(STANDING_RANGE, self._navigator)
+        if unknown := [name for name in sensors if name not in SENSORS]:
+            raise UnknownFaultError("sensor", unknown[0], tuple(SENSORS))
+        rows = [(row, spec) for row, spec in enumerate(SENSORS.values()) if spec.name in (*sensors, GNSS)]
+        surroundings = Surroundings(rays, receiver_class(receiver))
+        self._instruments = {
+            spec.name: spec.make(surroundings, self._random(_instrument_stream(row))) for row, spec in rows
+        }
+        self._channels = {spec.name: spec.channel(self._random(10 + row), self._checks) for row, spec in rows}
         self._corruptions = {name: channel.corruption for name, channel in self._channels.items()}
         self._corruptions[CAMERA] = self.camera.corruption
-        self._plan = FaultPlan(faults)
+        faults = tuple(faults)
+        for fault in faults:
+            check_fault(fault.sensor, fault.kind, fault.magnitude)
+        self._plan = FaultSchedule(faults)
         self._pilot = sorted(pilot)
         self._packs_fail = sorted(packs_fail)
         if sum(packs for _, packs in self._packs_fail) >= PACKS:
             raise ValueError(f"not all packs of a battery can fail; one of {PACKS} has to be left")
         self._ticks = 0
-        self._track = deque([self._physics.motion], maxlen=round(lidar.PERIOD / TICK) + 1)
+        self._track = deque([self._physics.motion], maxlen=round(_TRACK / TICK) + 1)
         self._inertial: deque[tuple[float, ...]] = deque(maxlen=round(IMU_BATCH / IMU_PERIOD))
-        self._ground, self._range_is_good = (0.0, 0.0), True
+        self._ground = 0.0, 0.0
 
     @property
     def t(self) -> float:
@@ -204,7 +200,7 @@ class Simulator:
     @property
     def fallible(self) -> dict[str, tuple[str, ...]]:
         """What can be made to fail, and in which ways."""
-        return dict.fromkeys(self._corruptions, KINDS) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
+        return dict.fromkeys(self._corruptions, tuple(KINDS)) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
 
     def advance(self, until: float) -> Happened:
         """Let time pass up to `until`, in whole ticks."""
@@ -228,8 +224,8 @@ class Simulator:
             arrived, changes = channel.collect(self.t)
             happened.measurements += arrived
             happened.health += [(channel.sensor, change) for change in changes]
-            if channel.sensor == RANGE:
-                self._look_down(arrived, changes)
+            if channel.sensor == RANGE and arrived:
+                self._ground = arrived[-1].end, float(arrived[-1].data[0])
 
     def _guide(self, happened: Happened) -> None:
         solution = self._navigator.solution(self.t)
@@ -237,7 +233,7 @@ class Simulator:
             return
         happened.solutions.append(solution)
         measured_at, ground = self._ground
-        known = self._range_is_good and ground > 0.0 and self.t - measured_at < _RANGE_VALID
+        known = self.condition(RANGE) is not Condition.FAILED and ground > 0.0 and self.t - measured_at < _RANGE_VALID
         now = Estimate(
             solution.position,
             solution.velocity,
@@ -249,13 +245,6 @@ class Simulator:
         )
         self.autopilot.battery(self.battery.percent, self.battery.voltage)
         self.autopilot.guide(self.t, now, solution.rate)
-
-    def _look_down(self, arrived: list[Measurement], changes: list[Change]) -> None:
-        """What the range-finder has measured, and whether it trusts itself."""
-        if arrived:
-            self._ground = arrived[-1].end, float(arrived[-1].data[0])
-        if changes:
-            self._range_is_good = changes[-1].condition is not Condition.FAILED
 
     def _blow(self) -> None:
         if not self._wind.is_steady:
@@ -280,38 +269,20 @@ class Simulator:
         if not self._own_errors:
             self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
         felt = x, y, z, p, q, r = tuple(map(add, self._physics.inertial, self._own_errors.pop()))
-        self._twins.felt(t, felt)
+        self._checks.autopilot_imu(t, felt)
         self._navigator.inertial((x, y, z), (p, q, r))
         self._thrusts = self.autopilot.stabilise(*self._navigator.attitude)
-
-    def _show(self, _: float, scan: Measurement) -> None:
-        """Let the range-finder's twin look at a scan, if the LiDAR can be trusted."""
-        if self._channels[LIDAR].condition is Condition.OK:
-            self._twins.look(scan)
-
-    def _navigate(self, t: float, fix: Measurement) -> str | None:
-        """Give navigation a fix; what it has to say against the receiver."""
-        usable = self._channels[GNSS].condition is not Condition.FAILED
-        return self._navigator.fix(t, fix.end, fix.data, usable=usable)
 
     def _measure(self) -> None:
         t, motion = self.t, self._track[-1]
         if self._epochs.due(t):
-            self._twins.standing = not self.rotors_on
-            self._navigator.epoch(t, self._barometer.measure(motion, EPOCH), standing=self._twins.standing)
+            self._checks.standing = not self.rotors_on
+            self._navigator.epoch(t, self._barometer.measure(motion, EPOCH), standing=self._checks.standing)
+        moment = Moment(t, self._track, self._inertial)
         for name, channel in self._channels.items():
-            if not channel.due(t):
-                continue
-            if name == LIDAR:
-                channel.deliver(self._track[0].t, t, self._lidar.scan(self._track, self._track[0].t, t))
-            elif name == ZED:
-                channel.deliver(t, t, self._zed.picture(motion))
-            elif name == IMU:
-                channel.deliver(t - IMU_BATCH, t, self._imu.measure(np.array(self._inertial)))
-            elif name == GNSS:
-                channel.deliver(t, t, self._gnss.measure(motion))
-            else:
-                channel.deliver(t, t, self._range.measure(motion))
+            if channel.due(t):
+                spec = SENSORS[name]
+                channel.deliver(spec.start(moment), t, spec.measure(self._instruments[name], moment))
 
     def _follow_plan(self) -> None:
         if not self._plan.is_empty:
@@ -324,3 +295,8 @@ class Simulator:
 
     def _random(self, stream: int) -> np.random.Generator:
         return np.random.default_rng((self.world.seed, 1000 + stream))
+
+
+def _instrument_stream(row: int) -> int:
+    """Number of the random numbers of a sensor's instrument. Streams 6 to 99 have other users."""
+    return 1 + row if row < 5 else 95 + row

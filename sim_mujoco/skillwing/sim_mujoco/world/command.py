@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.sim_mujoco.world.site import LARGEST_SEED
 
 if TYPE_CHECKING:
     from skillwing.sim_mujoco.world.world import World

@@ -1,4 +1,4 @@
-"""The kinds of worlds there are. No physics is loaded here: a mission planner may ask for a site without it."""
+"""Kinds of worlds, and the sites that follow from kind and seed. Loads no physics, for planners on the ground."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+import msgspec
+
+from skillwing.onboard.options import OptionsError
 from skillwing.sim_mujoco.world.layouts.courtyard import courtyard_site, courtyard_terrain, make_courtyard
 from skillwing.sim_mujoco.world.layouts.ground import Ground
 from skillwing.sim_mujoco.world.layouts.industrial import industrial_site, make_industrial
@@ -54,3 +57,17 @@ def make_site(seed: int, kind: str = "courtyard", scale: float = 1.0) -> Site:
     if not low <= scale <= high:
         raise ValueError(f"a {kind} has a scale between {low:g} and {high:g}, not {scale:g}")
     return KINDS[kind].site(seed, scale)
+
+
+class SiteOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A site as an option of a node: `{"seed": 1, "kind": "village"}`, made as the simulator makes its own."""
+
+    seed: int = 1
+    kind: str = "courtyard"
+
+    def site(self) -> Site:
+        """The site. Raises OptionsError for an unknown kind and a negative seed."""
+        try:
+            return make_site(self.seed, self.kind)
+        except ValueError as error:
+            raise OptionsError(str(error)) from error

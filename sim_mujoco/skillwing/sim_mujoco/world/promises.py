@@ -11,7 +11,7 @@ from skillwing.sim_mujoco.world.layouts.inspection import FREE
 from skillwing.sim_mujoco.world.layouts.plot import LEG_CLEARANCE, PAD_CLEARANCE, distance_to_legs, legs_of, passage
 from skillwing.sim_mujoco.world.layouts.surroundings import OVER_ALL
 from skillwing.sim_mujoco.world.site import Area, Site
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 
 HIGHER_THAN_THE_ROUTE = 1.5
 """By which an obstacle on a leg is higher than the route, at least [m]."""
@@ -81,7 +81,7 @@ def _of_air(site: Site, obstacles: Sequence[Obstacle]) -> Iterator[str]:
     west, south, east, north = site.area
     area = Footprint(((west + east) / 2, (south + north) / 2), ((east - west) / 2, (north - south) / 2))
     for each in obstacles:
-        if each.kind is Kind.WIRE and area.distance_to_footprint(each.footprint) < WIRE_CLEARANCE:
+        if each.kind is ObstacleKind.WIRE and area.distance_to_footprint(each.footprint) < WIRE_CLEARANCE:
             yield f"{each.name} hangs too close to the area of detours"
     if site.target is None:
         return

@@ -15,7 +15,7 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.sim_mujoco.world.layouts.paving import Strip
+from skillwing.sim_mujoco.world.layouts.ground import Strip
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 Array = NDArray[np.float32]

@@ -12,6 +12,8 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 
+LARGEST_SEED = 2**32 - 1
+"""The least is 0."""
 Area = tuple[float, float, float, float]
 """West, south, east and north border [m]."""
 

@@ -14,18 +14,18 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
-from skillwing.sim_mujoco.world.layouts.paving import Strip
+from skillwing.sim_mujoco.world.layouts.ground import Strip
 from skillwing.sim_mujoco.world.scene import scene_spec
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import Terrain
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.triangulation import face_colours, static_triangles
 
 TERRAIN, BUILDING, OTHER = 0, 1, 2
 LABELS: Final = ("terrain", "building", "other")
 """Names of the triangle labels, by value."""
-_LABEL_OF = {"terrain": TERRAIN} | {k.value: BUILDING if k is Kind.BUILDING else OTHER for k in Kind}
+_LABEL_OF = {"terrain": TERRAIN} | {k.value: BUILDING if k is ObstacleKind.BUILDING else OTHER for k in ObstacleKind}
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Which situations can come about in a skillset: states of its resources, at each step of its skills."""
+"""Reachable situations of a skillset: the states of its resources at each step of its skills."""

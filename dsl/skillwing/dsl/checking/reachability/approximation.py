@@ -1,15 +1,15 @@
-"""Knowledge of a skillset of any size, resource by resource.
+"""Approximate knowledge of a skillset of any size, resource by resource.
 
-For each resource: the states it can be in, and the moves it can make with their authors, as the least sets that are
+For each resource there are two least sets: its possible states, and its possible moves with their authors. They are
 closed under
 
 - extern transitions and events whose guards can hold;
-- the effects of skills, where they can be applied: at a start that the preconditions admit, at an end of a goal that
-  can be running, at a refusal.
+- effects of skills, where they can be applied: at a start that the preconditions admit, at an end of a goal that can be
+  running, at a refusal.
 
-While a skill runs, each resource can be where the moves of the others bring it without breaking an invariant of the
-skill. What is tied together by a predicate of the skill stays tied until another moves it (`situations.py`). So no
-situation that comes about is left out, and some are in that do not: two resources that are always moved together, for
+While a skill runs, a resource can have each state that other authors reach without breaking an invariant of the skill.
+Resources that a predicate of the skill relates stay related until another author moves one (`situations.py`). No
+possible situation is left out. Some impossible ones are included: two resources that always move together, for
 instance, are followed one by one.
 """
 
@@ -28,13 +28,13 @@ _Move: TypeAlias = tuple[str, str]
 
 
 class _Moves:
-    """The moves of each resource, with their authors: the one skill that makes a move, or None for anybody else."""
+    """The moves of each resource, with their authors: the one skill that makes a move, or None for any other author."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._authors: dict[str, dict[_Move, Behaviour | None]] = {name: {} for name in names}
 
     def add(self, name: str, move: _Move, author: Behaviour | None) -> bool:
-        """Tell whether this is news."""
+        """Add moves; return whether one of them is new."""
         authors = self._authors[name]
         if move not in authors:
             authors[move] = author
@@ -45,12 +45,12 @@ class _Moves:
         return True
 
     def by_others(self, name: str, behaviour: Behaviour) -> list[_Move]:
-        """The moves that not only the one skill of this behaviour makes."""
+        """The moves with another author than the skill of this behaviour."""
         return [move for move, author in self._authors[name].items() if author is not behaviour]
 
 
 class Approximation:
-    """The knowledge that comes of it (`knowledge.Knowledge`)."""
+    """Approximate knowledge (`knowledge.Knowledge`)."""
 
     exact = False
 
@@ -61,7 +61,7 @@ class Approximation:
         self._states: dict[str, frozenset[str]] = {}
         self._moves = _Moves(space.names)
         self._forced = _Moves(space.names)
-        """Those of the moves that violation effects make."""
+        """The moves that violation effects make."""
         self._news = dict.fromkeys(space.names, 0)
         self._externs()
         self._close()
@@ -83,7 +83,7 @@ class Approximation:
         return found
 
     def _recoverable(self, name: str, state: str) -> frozenset[str]:
-        """Where a resource can get to once the goal is over: by itself, or by skills that can start where it is."""
+        """The states that a resource can reach after the goal, by itself or by skills that can start there."""
         reached = {state}
         frontier = [state]
         while frontier:
@@ -104,7 +104,7 @@ class Approximation:
         return self._onwards[name, state]
 
     def _by_resource(self) -> dict[str, list[tuple[Behaviour, frozenset[str]]]]:
-        """By resource, what changes it and the states to which it brings it."""
+        """The changes of each resource, with their target states."""
         movers: dict[str, list[tuple[Behaviour, frozenset[str]]]] = {name: [] for name in self._space.names}
         for behaviour in self._behaviours:
             targets: dict[str, set[str]] = defaultdict(set)
@@ -121,7 +121,7 @@ class Approximation:
             edges = self._extern_edges(name)
             for edge in edges:
                 self._moves.add(name, edge, None)
-            if name in self._space.unruly:
+            if name in self._space.unconstrained:
                 edges = [(edge.source, edge.target) for edge in self._space.resource(name).transitions]
                 for edge in edges:
                     self._moves.add(name, edge, None)
@@ -132,9 +132,9 @@ class Approximation:
         return [(edge.source, edge.target) for edge in self._space.resource(name).transitions if edge.extern]
 
     def _close(self) -> None:
-        """Try each behaviour, and again whenever a resource that it names has got new states or moves.
+        """Apply each behaviour, and again whenever a resource that it names has new states or moves.
 
-        Events bring no news: each of their transitions can happen by itself, too.
+        Events add nothing here, because each of their transitions can also happen alone.
         """
         tried: dict[Behaviour, int] = {}
         changed = True
@@ -177,7 +177,7 @@ class Approximation:
     # --- while a goal is under way
 
     def _drifted(self, behaviour: Behaviour, situations: Situations, moves: _Moves) -> Situations:
-        """Where moves by others lead, whatever the invariants."""
+        """The situations after moves of others, regardless of invariants."""
         for name in behaviour.names:
             states = situations.states(name)
             grown = closure(states, moves.by_others(name, behaviour))
@@ -186,7 +186,7 @@ class Approximation:
         return situations
 
     def _running(self, behaviour: Behaviour, started: Situations) -> Situations:
-        """Where the resources can be between two steps while the goal is under way, with all invariants intact."""
+        """The situations between two steps of a running goal, with all invariants intact."""
         invariants = behaviour.judged_invariants
         at_first = started.where_all(invariants)
         permitted = self._drifted(behaviour, at_first, self._moves).where_all(invariants)
@@ -201,17 +201,17 @@ class Approximation:
     def _reached(
         self, behaviour: Behaviour, name: str, states: frozenset[str], permitted: frozenset[str]
     ) -> frozenset[str]:
-        """Where a resource gets to by moves of others that leave the invariants intact.
+        """The states that a resource reaches by moves of others that leave the invariants intact.
 
-        A state that an invariant forbids may still be passed within one step, if another goal, granted before, is ended
-        by it and its violation effect mends the invariant.
+        A forbidden state may still be passed within one step: it may end an older goal, whose violation effect then
+        restores the invariant.
         """
         forced = set(self._forced.by_others(name, behaviour))
         moves = self._moves.by_others(name, behaviour)
         return closure(states, [move for move in moves if move[0] in permitted or move in forced])
 
     def _violated(self, behaviour: Behaviour, started: Situations, running: Situations) -> tuple[Situations, ...]:
-        """Where the resources are as each invariant is violated: right after the start, or one step out of rest."""
+        """The situations at the violation of each invariant: right after the start, or one step later."""
         stepped = running
         for name in behaviour.names:
             states = running.states(name)
@@ -235,7 +235,7 @@ def _startable(behaviour: Behaviour, situations: Situations) -> Situations:
 
 
 def _ends(behaviour: Behaviour, known: SkillSituations) -> Iterator[tuple[Changes, Situations]]:
-    """The effect of each end, in the order of `knowledge.ends_of`, and the situations in which it is applied."""
+    """The effect of each end, in the order of `knowledge.ends_of`, with the situations in which it is applied."""
     yield from ((effect, known.running) for effect, _ in behaviour.results)
     yield behaviour.interrupt, known.running
     yield behaviour.lost, known.running

@@ -1,9 +1,9 @@
-"""Exact knowledge of a few resources and skills: every situation that can come about, found by playing them through.
+"""Exact knowledge of a few resources and skills: exploration of all situations.
 
-A node is what the resource manager holds between two steps: the state of each resource and the goals under way. From
-it lead all steps that managers, clients and the functional layer can make (docs/semantics.md): extern transitions and
-events, starts and refusals, the ends of goals, and after each of them the invariants, until nothing is violated. Data
-and inputs are not looked at: a predicate on them may be true or false at any time.
+A node is the state of the resource manager between two steps: the state of each resource, and the running goals. Its
+successors follow from all steps of managers, clients and the functional layer (docs/semantics.md): extern transitions
+and events, starts and refusals, and ends of goals. After each step the invariants are enforced until none is violated.
+Data and inputs are not considered: a predicate on them may be true or false at any time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _Node: TypeAlias = tuple[Row, tuple[str, ...]]
 
 @dataclass(slots=True)
 class Budget:
-    """How much may still be looked at. situations: nodes; outcomes: pairs of a step and a node to which it may lead."""
+    """The budget of an exploration. situations: nodes; outcomes: pairs of a step and a successor node."""
 
     situations: int
     outcomes: int
@@ -38,11 +38,11 @@ class Budget:
 
 
 class TooManyError(Exception):
-    """There are more situations than the exploration is allowed to look at."""
+    """The budget of an exploration is spent."""
 
 
 class _Test:
-    """A predicate on rows. known: whether it speaks of resources only; otherwise it may hold or not at any time."""
+    """A predicate on rows. known: whether it names resources only; otherwise it may be true or false at any time."""
 
     def __init__(self, space: StateSpace, guard: Guard) -> None:
         self.known = guard is not None
@@ -60,7 +60,7 @@ class _Effect:
         self._changes = [(space.names.index(name), target, sources) for name, target, sources in changes]
 
     def apply(self, row: Row) -> Row | None:
-        """The row after the effect, or None where it cannot be applied."""
+        """The row after the effect; None if it cannot be applied."""
         changed = list(row)
         for column, target, sources in self._changes:
             if row[column] not in sources:
@@ -70,7 +70,7 @@ class _Effect:
 
 
 class _Player:
-    """One skill as the exploration plays it. Its ends are in the order of `knowledge.ends_of`."""
+    """A skill in the exploration. Its ends are in the order of `knowledge.ends_of`."""
 
     def __init__(self, skill: Skill, space: StateSpace) -> None:
         behaviour = space.behaviour(skill)
@@ -84,7 +84,7 @@ class _Player:
 
 
 class Exploration:
-    """The knowledge that comes of it (`knowledge.Knowledge`). Raises TooManyError when the budget is spent."""
+    """Exact knowledge (`knowledge.Knowledge`). Raises TooManyError when the budget is spent."""
 
     exact = True
 
@@ -190,7 +190,9 @@ class Exploration:
             yield from self._applied(row, running, player.refusal)
 
     def _granted(self, running: tuple[str, ...], player: _Player) -> tuple[str, ...]:
-        """Order counts only among the goals that have invariants: the others stand behind, in order of their names."""
+        """The goals after a grant. Goals without invariants come last, in order of their names, because their order has
+        no effect.
+        """
         judged = [name for name in running if self._players[name].invariants]
         others = [name for name in running if not self._players[name].invariants]
         if player.invariants:
@@ -198,18 +200,18 @@ class Exploration:
         return (*judged, *sorted([*others, player.name]))
 
     def _fired(self, row: Row, running: tuple[str, ...], changes: _Effect) -> frozenset[_Node]:
-        """Where external transitions lead; nowhere if one of them cannot be taken."""
+        """The nodes after external transitions; none if one of them cannot be taken."""
         after = changes.apply(row)
         return frozenset() if after is None else self._settle(after, running)
 
     def _applied(
         self, row: Row, running: tuple[str, ...], effect: _Effect, fresh: str | None = None
     ) -> frozenset[_Node]:
-        """Where an effect leads. One that cannot be applied changes nothing, and what it belongs to happens even so."""
+        """The row after an effect. An effect that cannot be applied changes nothing."""
         return self._settle(effect.apply(row) or row, running, fresh)
 
     def _settle(self, row: Row, running: tuple[str, ...], fresh: str | None = None) -> frozenset[_Node]:
-        """Judge the invariants until none is violated. fresh: a goal whose invariants have not been judged before."""
+        """Enforce the invariants until none is violated. fresh: a goal whose invariants were not evaluated before."""
         key = ((row, running), fresh)
         if key not in self._settled:
             self._visited.add(row)

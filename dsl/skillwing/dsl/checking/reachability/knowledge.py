@@ -1,4 +1,4 @@
-"""What the checker knows about the situations in which the parts of a skillset are judged."""
+"""The checker's knowledge of the situations in which a skillset is evaluated."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from skillwing.dsl.model import Skill
 
 @dataclass(frozen=True, slots=True)
 class SkillSituations:
-    """Where the resources can be at each step of a goal of one skill.
+    """The possible situations at each step of a goal of one skill.
 
-    idle: when a start is judged. entered: right after the start effect. started: when the invariants are judged for the
-    first time, which is later if the start effect ended other goals. running: whenever nothing happens, while it runs.
-    violated: as the goal ends by the violation of each of its invariants, before the effect.
+    idle: at the evaluation of a start. entered: right after the start effect. started: at the first evaluation of the
+    invariants, which comes later if the start effect ended other goals. running: between steps, while it runs.
+    violated: at the violation of each of its invariants, before the effect.
     """
 
     idle: Situations
@@ -27,7 +27,7 @@ class SkillSituations:
     violated: tuple[Situations, ...]
 
     def refused(self, behaviour: Behaviour) -> Situations:
-        """When a start is refused: a precondition fails, or the start effect cannot be applied."""
+        """The situations of a rejected start: a precondition fails, or the start effect cannot be applied."""
         if None in behaviour.checks:
             return self.idle
         failing = [self.idle.where(check, wanted=False) for check in behaviour.judged_checks]
@@ -35,9 +35,8 @@ class SkillSituations:
 
 
 def ends_of(skill: Skill) -> Iterator[tuple[str, str | None]]:
-    """Every way in which a goal that has started can end, in words, and the effect that is applied then.
-
-    In this order: results, interruption, loss, violations of the invariants.
+    """Each end of a started goal, with the effect that it applies: results, interruption, loss, violations of
+    invariants.
     """
     yield from ((f"result `{result.name}`", result.apply) for result in skill.results)
     yield "interruption", skill.interrupt.apply
@@ -46,9 +45,9 @@ def ends_of(skill: Skill) -> Iterator[tuple[str, str | None]]:
 
 
 class Knowledge(Protocol):
-    """What can come about in a skillset. Sets may be too large, never too small, unless `exact`, when they are right.
+    """The possible situations of a skillset. They are right if `exact`; otherwise too many, never too few.
 
-    always: all situations that ever come about, those within an atomic step included. resting: those between steps.
+    always: all situations, also those within an atomic step. resting: those between steps.
     """
 
     exact: bool
@@ -58,5 +57,5 @@ class Knowledge(Protocol):
     def of(self, skill: Skill) -> SkillSituations: ...
 
     def stuck(self, skill: Skill, name: str, origins: frozenset[str]) -> list[frozenset[str]]:
-        """The states in which a resource can be after each of `ends_of` a skill and get back to none of `origins`."""
+        """The states after each of `ends_of` a skill from which the resource can reach none of `origins`."""
         ...

@@ -1,8 +1,8 @@
-"""Knowledge of a skillset, part by part: played through where possible, followed resource by resource elsewhere.
+"""Knowledge of a skillset by parts: exact where possible, approximate elsewhere.
 
-Resources that no skill and no event names together know nothing of each other, so each group of those that are tied is
-looked at for itself. Within a group, a skill that changes nothing is no concern of the others: each of them is played
-beside those that do.
+Resources that no skill and no event names together are independent, so each group of related resources is analysed
+alone. Within a group, a skill that changes nothing does not affect the others. Each such skill is explored beside the
+skills that change something.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from skillwing.dsl.checking.reachability.exploration import Budget, Exploration,
 from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituations
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import Behaviour, StateSpace
-from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Skill
+from skillwing.dsl.model import Skill
+from skillwing.dsl.queries import named_by
 
 MOST_SKILLS = 16
-"""Of one group that change something."""
+"""Skills of one group that change something."""
 MOST_STATES = 8192
-"""Of combinations of the declared states of the resources of one group."""
+"""Combinations of the declared states of the resources of one group."""
 MOST_SITUATIONS = 4000
-"""Of a whole file, so that an editor may check it at every keystroke."""
+"""Situations of a whole file, so that an editor can check it at every keystroke."""
 _MOST_OUTCOMES = 40_000
 
 
 class PartByPart:
-    """The knowledge that comes of it (`knowledge.Knowledge`)."""
+    """Knowledge by parts (`knowledge.Knowledge`)."""
 
     def __init__(self, space: StateSpace) -> None:
         self._budget = Budget(MOST_SITUATIONS, _MOST_OUTCOMES)
         self._of: dict[str, tuple[Knowledge, Skill]] = {}
-        """By skill, what is known of it, or of another one that behaves alike."""
+        """By skill, its knowledge, with that skill or another one of equal behaviour."""
         # The small ones first: a large one may spend all that is left.
         parts = sorted(_parts(space), key=lambda part: len(part.skillset.skills))
         known = [self._understand(part) for part in parts]
@@ -51,7 +51,7 @@ class PartByPart:
         return known.stuck(like, name, origins)
 
     def _understand(self, part: StateSpace) -> Knowledge:
-        """What is known of the resources of a part; note for each of its skills where to find what concerns it."""
+        """The knowledge of the resources of a part. Also notes the knowledge of each of its skills."""
         movers = [skill for skill in part.skillset.skills if not part.behaviour(skill).changes_nothing]
         played = self._played(part, movers) if _may_be_played(part, len(movers)) else None
         roughly = cache(lambda: Approximation(part))
@@ -77,16 +77,16 @@ class PartByPart:
 
 def _may_be_played(part: StateSpace, movers: int) -> bool:
     combinations = prod(len(resource.states) for resource in part.skillset.resources)
-    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unruly.isdisjoint(part.names)
+    return movers <= MOST_SKILLS and combinations <= MOST_STATES and part.unconstrained.isdisjoint(part.names)
 
 
 def _parts(space: StateSpace) -> Iterator[StateSpace]:
-    """Each group of resources that something ties together, with the skills and events that speak of them.
+    """The groups of related resources, with the skills and events that name them.
 
-    What speaks of no resource at all is a part of its own.
+    Skills and events that name no resource are a group of their own.
     """
     skills = [(skill, space.behaviour(skill).names) for skill in space.skillset.skills]
-    events = [(event, _names_of(event)) for event in space.skillset.events]
+    events = [(event, tuple(sorted(named_by(event)))) for event in space.skillset.events]
     ties = {names for _, names in (*skills, *events)}
     groups = _groups(space.names, ties)
     for group in dict.fromkeys([*groups.values(), frozenset[str]()]):
@@ -97,13 +97,8 @@ def _parts(space: StateSpace) -> Iterator[StateSpace]:
         )
 
 
-def _names_of(event: Event) -> tuple[str, ...]:
-    guarded = names_used(event.guard, "resource") if event.guard is not None else ()
-    return tuple(sorted({*guarded, *(name for name, _ in event.effect.transitions)}))
-
-
 def _groups(names: Iterable[str], ties: Iterable[tuple[str, ...]]) -> dict[str, frozenset[str]]:
-    """By name, the group that it belongs to: the least ones that leave no tie across two of them."""
+    """The group of each name: the smallest groups such that no tie crosses two of them."""
     groups = {name: frozenset((name,)) for name in names}
     for tie in ties:
         joined = frozenset[str]().union(*(groups[name] for name in tie))

@@ -1,7 +1,7 @@
-"""Predicates as relations: which combinations of states satisfy an expression.
+"""Predicates as relations: the combinations of states that satisfy an expression.
 
-Every predicate is enumerated once, over all declared states of the resources that it names, and judged by `evaluate`
-as it is at run time. The number of combinations is bounded, for one predicate and for a whole file.
+Each predicate is enumerated once over all declared states of its resources and evaluated by `evaluate`, as at run time.
+The number of combinations is bounded, for one predicate and for a whole file.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from skillwing.dsl.expressions import Environment, Expression, evaluate, names_u
 from skillwing.dsl.model import Resource
 
 MOST_COMBINATIONS = 4096
-"""Of states of the resources that one predicate names; a wider predicate is not judged."""
+"""Combinations of states of the resources in one predicate. A wider predicate is not checked."""
 _MOST_IN_ALL = 40_000
-"""Of combinations that are looked at in one file, so that an editor may check it at every keystroke."""
+"""Combinations in one file, so that an editor can check it at every keystroke."""
 
 Row: TypeAlias = tuple[str, ...]
 
@@ -35,17 +35,17 @@ class Relation:
 
 
 class Relations:
-    """Turns the predicates of one skillset into relations, each once."""
+    """The relations of one skillset, one for each distinct predicate."""
 
     def __init__(self, resources: Iterable[Resource]) -> None:
         self._states = {resource.name: resource.states for resource in resources}
         self._known: dict[Expression, Relation | None] = {}
         self._left = _MOST_IN_ALL
         self.too_wide: dict[Expression, int] = {}
-        """Predicates on resources that are not judged, and how many combinations they have."""
+        """Predicates on resources that are not checked, with their numbers of combinations."""
 
     def of(self, expression: Expression) -> Relation | None:
-        """Return None for what speaks of data or inputs, which may be anything, and for what is too wide to judge."""
+        """The relation of a predicate; None if it names data or inputs, or has too many combinations."""
         if expression not in self._known:
             self._known[expression] = self._enumerated(expression)
         return self._known[expression]

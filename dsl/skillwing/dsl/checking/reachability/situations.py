@@ -1,7 +1,7 @@
-"""Sets of situations: combinations of states of the resources, kept as a product of independent factors.
+"""Sets of situations: combinations of states of the resources, stored as a product of independent factors.
 
-Resources that nothing ties to one another stand in factors of their own, so that twelve resources of six states take 72
-entries and not 6^12. A predicate that names several ties them together: their factors are joined, exactly.
+Independent resources have factors of their own: twelve resources of six states take 72 entries and not 6^12. A
+predicate on several resources relates them: their factors are joined, exactly.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from skillwing.dsl.checking.reachability.relations import Relation, Row
 _MOST_ROWS = 4096  # of one factor; a predicate that would need more leaves the set as it is
 
 Changes: TypeAlias = tuple[tuple[str, str, frozenset[str]], ...]
-"""An effect: (resource, target, states from which the transition may be taken) of each of its transitions."""
+"""An effect: (resource, target, source states) of each of its transitions."""
 
 
 class _Factor:
-    """Some resources and the combinations that their states can have. rows: in the order of `names`."""
+    """Some resources and their possible combinations of states. rows: in the order of `names`."""
 
     __slots__ = ("names", "rows")
 
@@ -41,8 +41,8 @@ class _Factor:
 class Situations:
     """An immutable set of situations. All methods return new sets.
 
-    loose: a predicate was left out because it would have tied too much together, so there are more situations here than
-    it admits; never fewer.
+    loose: a predicate was left out because it would relate too many resources. The set is then too large, never too
+    small.
     """
 
     __slots__ = ("_factors", "empty", "loose")
@@ -65,7 +65,7 @@ class Situations:
 
     @classmethod
     def side_by_side(cls, parts: Iterable[Situations]) -> Situations:
-        """Every combination of a situation of each of the parts, which have no resource in common."""
+        """Every combination of a situation of each part. The parts have no resource in common."""
         listed = list(parts)
         factors = {name: factor for part in listed for name, factor in part._factors.items()}
         return cls(factors, any(part.empty for part in listed), any(part.loose for part in listed))
@@ -83,7 +83,7 @@ class Situations:
     # --- narrowing
 
     def where(self, relation: Relation, wanted: bool = True) -> Situations:
-        """Those in which the relation holds, or those in which it does not."""
+        """The situations in which the relation holds, or in which it does not."""
         touched = list(dict.fromkeys([self._factors[name] for name in relation.names]))
         if len(touched) == 1 and touched[0].names == relation.names:
             before = touched[0].rows
@@ -106,14 +106,14 @@ class Situations:
     # --- effects
 
     def able(self, changes: Changes) -> Situations:
-        """Those from which every transition of the effect can be taken."""
+        """The situations in which every transition of the effect can be taken."""
         able = self
         for name, _, sources in changes:
             able = able._where_in(name, sources, wanted=True)
         return able
 
     def unable(self, changes: Changes) -> Situations:
-        """Those from which some transition of the effect cannot be taken."""
+        """The situations in which some transition of the effect cannot be taken."""
         return either([self._where_in(name, sources, wanted=False) for name, _, sources in changes], self)
 
     def _where_in(self, name: str, states: frozenset[str], wanted: bool) -> Situations:
@@ -123,14 +123,14 @@ class Situations:
         return self if len(rows) == len(factor.rows) else self._with(_Factor(factor.names, rows))
 
     def after(self, changes: Changes) -> Situations:
-        """Where the effect leads from the situations from which it can be applied."""
+        """The situations after the effect, from those in which it can be applied."""
         moved = self.able(changes)
         for name, target, _ in changes:
             moved = moved.freed(name, (target,))
         return moved
 
     def freed(self, name: str, states: Iterable[str]) -> Situations:
-        """The same with one resource in any of these states, whatever the others are in."""
+        """The same set with one resource in any of these states."""
         if self.empty:
             return self
         factor = self._factors[name]
@@ -151,7 +151,7 @@ class Situations:
     # --- union
 
     def union(self, other: Situations) -> Situations:
-        """All of both, and, where they differ in several factors, combinations of the two besides."""
+        """All situations of both sets, and combinations of the two if they differ in several factors."""
         if self.empty or other.empty:
             return other if self.empty else self
         merged: dict[str, _Factor] = {}
@@ -167,7 +167,7 @@ class Situations:
 
 
 def either(alternatives: Iterable[Situations], like: Situations) -> Situations:
-    """The union of several sets; of none, the empty set over the resources of `like`."""
+    """The union of several sets. For no set, the empty set over the resources of `like`."""
     united = like.where(Relation((), frozenset()))
     for alternative in alternatives:
         united = united.union(alternative)

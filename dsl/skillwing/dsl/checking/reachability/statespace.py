@@ -1,4 +1,4 @@
-"""What a skillset declares about its resources, in the shape in which the checker asks for it."""
+"""Resources, effects and predicates of a skillset in the form that the analysis uses."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from skillwing.dsl.expressions import Expression
 from skillwing.dsl.model import Event, Resource, Skill, Skillset
 
 Guard: TypeAlias = Relation | None
-"""A predicate: the relation, or None if it may hold or not whatever the resources are in (`Relations.of`)."""
+"""A predicate: its relation, or None if it may be true or false in any situation (`Relations.of`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """All that the analysis looks at in a skill, without its names: skills that behave alike are judged once.
+    """The behaviour of a skill without its names. Skills of equal behaviour are analysed once.
 
-    checks, invariants, results: in declaration order; an invariant with the effect of its violation, a result with its
-    effect and its postcondition. names: of all resources that the skill has to do with.
+    checks, invariants, results: in declaration order; an invariant with its violation effect, a result with its effect
+    and postcondition. names: of all resources that the skill names.
     """
 
     names: tuple[str, ...]
@@ -54,12 +54,12 @@ class Behaviour:
 class StateSpace:
     """The resources of a skillset, its effects and its predicates. names: of all resources, in declaration order.
 
-    unruly: resources that something unknown may move at any time, by any of their transitions.
+    unconstrained: resources that an unknown element may move at any time, by any of their transitions.
     """
 
-    def __init__(self, skillset: Skillset, unruly: Collection[str] = ()) -> None:
+    def __init__(self, skillset: Skillset, unconstrained: Collection[str] = ()) -> None:
         self.skillset = skillset
-        self.unruly = frozenset(unruly)
+        self.unconstrained = frozenset(unconstrained)
         self.relations = Relations(skillset.resources)
         self.names = tuple(resource.name for resource in skillset.resources)
         self._resources = {resource.name: resource for resource in skillset.resources}
@@ -75,7 +75,7 @@ class StateSpace:
         self._behaviours = {skill.name: self._behaviour(skill) for skill in skillset.skills}
 
     def part(self, names: Collection[str], skills: Iterable[Skill], events: Iterable[Event]) -> StateSpace:
-        """The same with some of the resources and those of the skills and events that speak of no others."""
+        """A part with some of the resources, and with the skills and events that name no others."""
         resources = tuple(resource for resource in self.skillset.resources if resource.name in names)
         part = copy.copy(self)
         part.names = tuple(resource.name for resource in resources)
@@ -92,7 +92,7 @@ class StateSpace:
         return None if expression is None else self.relations.of(expression)
 
     def changes(self, transitions: tuple[tuple[str, str], ...], extern: bool = False) -> Changes:
-        """The transitions of an effect, each with the states from which it may be taken."""
+        """The transitions of an effect, each with its source states."""
         key = transitions, extern
         if key not in self._changes:
             self._changes[key] = tuple((name, state, self._sources[name, state, extern]) for name, state in transitions)
@@ -123,7 +123,7 @@ class StateSpace:
 
 
 def closure(starts: Iterable[str], edges: Iterable[tuple[str, str]]) -> frozenset[str]:
-    """The states that chains of edges lead to from any of the first ones."""
+    """The states that are reachable by edges from the first ones."""
     pairs = list(edges)
     reached = set(starts)
     frontier = list(reached)

@@ -1,1 +1,1 @@
-"""Pictures of a skillset: what they show (`diagram`, `subjects`), how they are written (`dot`, `mermaid`, `svg`)."""
+"""Pictures of a skillset: their content (`diagram`, `subjects`) and their formats (`dot`, `mermaid`, `svg`)."""

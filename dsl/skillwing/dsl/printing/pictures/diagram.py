@@ -1,4 +1,4 @@
-"""A picture before it is drawn: nodes, arrows and what is written on them."""
+"""A picture before it is drawn: nodes, arrows and their texts."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 NodeKind: TypeAlias = Literal["start", "state", "success", "failure", "ending", "skill", "resource"]
-"""`start` is the dot an initial arrow comes from; `success`, `failure` and `ending` are terminal states."""
+"""`start` is the dot before an initial arrow; `success`, `failure` and `ending` are terminal states."""
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
-    """id: unlike every other node's, and any text. label: what the reader sees; nothing on a start."""
+class DiagramNode:
+    """A node. id: unique in the diagram. label: the visible text; empty for a start."""
 
     id: str
     label: str
@@ -24,7 +24,7 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """From node to node, by their ids. lines: what is written on it. dashed: it is of the second kind (the legend)."""
+    """An arrow between two nodes, by their ids. lines: its text. dashed: it is of the second kind (see the legend)."""
 
     source: str
     target: str
@@ -34,13 +34,13 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class Diagram:
-    """legend: what solid and dashed arrows mean; empty where all are solid.
+    """A diagram. legend: meaning of solid and dashed arrows; empty if all are solid.
 
-    gaps: between layers of nodes, beside what labels need, and between the nodes of a layer; in points.
+    gaps: between layers of nodes, in addition to labels, and between the nodes of a layer; in points.
     """
 
     title: str
-    nodes: tuple[Node, ...]
+    nodes: tuple[DiagramNode, ...]
     arrows: tuple[Arrow, ...]
     legend: str = ""
     gaps: tuple[float, float] = (32.0, 25.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 
 _SHAPES = {
     "start": 'shape=point, width=0.12, label=""',
@@ -18,7 +18,7 @@ _SHAPES = {
 
 
 def to_dot(diagram: Diagram) -> str:
-    """The diagram as a graph for `dot` and whatever else reads its language."""
+    """The diagram as a graph for `dot` and other tools that read its language."""
     return "\n".join(_lines(diagram)) + "\n"
 
 
@@ -33,7 +33,7 @@ def _lines(diagram: Diagram) -> Iterator[str]:
     yield "}"
 
 
-def _node(node: Node) -> str:
+def _node(node: DiagramNode) -> str:
     label = "" if node.kind == "start" else f", label={_quoted(node.label)}"
     return f"    {_quoted(node.id)} [{_SHAPES[node.kind]}{label}]"
 

@@ -1,10 +1,10 @@
-"""Diagrams in the language of Mermaid, which Markdown viewers draw."""
+"""Diagrams in the language of Mermaid, which Markdown viewers render."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 
 _SHAPES = {
     "start": ("((", "))"),
@@ -20,7 +20,7 @@ _ESCAPES = str.maketrans({"#": "#35;", '"': "#quot;", "<": "#lt;", ">": "#gt;", 
 
 
 def to_mermaid(diagram: Diagram) -> str:
-    """The diagram as a flowchart: Mermaid's state diagrams know no dashed transitions."""
+    """The diagram as a flowchart, because Mermaid's state diagrams have no dashed transitions."""
     return "\n".join(_lines(diagram)) + "\n"
 
 
@@ -38,7 +38,7 @@ def _lines(diagram: Diagram) -> Iterator[str]:
             yield f"    class {','.join(members)} {kind}"
 
 
-def _node(node: Node, identifier: str) -> str:
+def _node(node: DiagramNode, identifier: str) -> str:
     opening, closing = _SHAPES[node.kind]
     return f"{identifier}{opening}{_quoted((node.label or ' ',))}{closing}"
 

@@ -1,7 +1,7 @@
-"""Where the parts of a diagram stand, by Graphviz's `dot` as it is shipped in pygraphviz.
+"""Placement of the parts of a diagram by Graphviz's `dot`, as shipped in pygraphviz.
 
-Sizes are reckoned here, not asked of the fonts of the machine, so that the same diagram is placed alike everywhere.
-Lengths are in points, x to the right and y down from the upper left corner.
+Text sizes are computed here and not read from fonts, so that a diagram is placed alike on every machine. Lengths are in
+points, x to the right and y down from the upper left corner.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
 
 NODE_TEXT = 13.0
 ARROW_TEXT = 11.0
@@ -34,9 +34,9 @@ class PicturesUnavailableError(RuntimeError):
 
 @dataclass(frozen=True, slots=True)
 class PlacedNode:
-    """center: of the node. width, height: of its outline."""
+    """A placed node. width, height: of its outline."""
 
-    node: Node
+    node: DiagramNode
     center: Point
     width: float
     height: float
@@ -44,8 +44,9 @@ class PlacedNode:
 
 @dataclass(frozen=True, slots=True)
 class PlacedArrow:
-    """curve: start and then three points for each cubic Bezier piece. tip: of the arrow head, whose base is the
-    curve's end. label: center of what is written on it, None for nothing."""
+    """A placed arrow. curve: start, then three points for each cubic Bezier piece. tip: of the arrow head, whose base
+    is the end of the curve. label: center of its text, None for no text.
+    """
 
     arrow: Arrow
     curve: tuple[Point, ...]
@@ -54,7 +55,7 @@ class PlacedArrow:
 
 
 @dataclass(frozen=True, slots=True)
-class Placement:
+class PlacedDiagram:
     width: float
     height: float
     nodes: tuple[PlacedNode, ...]
@@ -62,7 +63,7 @@ class Placement:
 
 
 def text_width(text: str, size: float) -> float:
-    """About the width of a text in a sans-serif font; rather too much than too little."""
+    """An upper estimate of the width of a text in a sans-serif font."""
     return size * sum(_advance(character) for character in text)
 
 
@@ -72,7 +73,7 @@ def _advance(character: str) -> float:
     return 0.74 if character.isupper() or character in "mw_%=<>@" else 0.6
 
 
-def place(diagram: Diagram) -> Placement:
+def place(diagram: Diagram) -> PlacedDiagram:
     """Place a diagram from left to right. Raises PicturesUnavailableError."""
     try:
         from pygraphviz import AGraph  # noqa: PLC0415 - the library is optional, and heavy
@@ -105,10 +106,10 @@ def place(diagram: Diagram) -> Placement:
         tip, *curve = attributes["pos"].replace("\\\n", "").split()
         label = point(attributes["lp"]) if arrow.lines else None
         arrows.append(PlacedArrow(arrow, tuple(map(point, curve)), point(tip.removeprefix("e,")), label))
-    return Placement(width, height, tuple(nodes), tuple(arrows))
+    return PlacedDiagram(width, height, tuple(nodes), tuple(arrows))
 
 
-def _size(node: Node) -> tuple[float, float]:
+def _size(node: DiagramNode) -> tuple[float, float]:
     """Width and height of the outline of a node."""
     if node.kind == "start":
         return _START_SIZE, _START_SIZE

@@ -1,23 +1,24 @@
-"""What the pictures of a skillset show."""
+"""The diagrams of a skillset: its resources, its skills, and the map of both."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skillwing.dsl.expressions import Expression, names_used, to_text
+from skillwing.dsl.expressions import to_text
 from skillwing.dsl.model import Resource, Result, Skill, Skillset
-from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, Node
+from skillwing.dsl.printing.pictures.diagram import Arrow, Diagram, DiagramNode
+from skillwing.dsl.queries import changed_by, guarded_by
 
 _START = "(start)"
 
 
 def resource_diagram(resource: Resource) -> Diagram:
-    """The state machine of a resource, as Figures 3 and 4 of the paper draw it: extern transitions are dashed."""
-    states = (Node(state, state, "state") for state in resource.states)
+    """The state machine of a resource, as in Figures 3 and 4 of the paper. Extern transitions are dashed."""
+    states = (DiagramNode(state, state, "state") for state in resource.states)
     edges = (Arrow(edge.source, edge.target, dashed=edge.extern) for edge in resource.transitions)
     return Diagram(
         title=f"resource {resource.name}",
-        nodes=(Node(_START, "", "start"), *states),
+        nodes=(DiagramNode(_START, "", "start"), *states),
         arrows=(Arrow(_START, resource.initial), *edges),
         legend="dashed: extern, by the functional layer" if any(edge.extern for edge in resource.transitions) else "",
         gaps=(65.0, 43.0),
@@ -25,10 +26,10 @@ def resource_diagram(resource: Resource) -> Diagram:
 
 
 def map_diagram(skillset: Skillset) -> Diagram:
-    """Which skill changes which resource (solid), and which it only asks for (dashed). All of them are there."""
+    """All skills and resources. A solid arrow changes the resource, a dashed one only reads its state."""
     arrows = tuple(arrow for skill in skillset.skills for arrow in _uses(skill, skillset.resources))
-    skills = (Node(f"skill {skill.name}", skill.name, "skill") for skill in skillset.skills)
-    resources = (Node(f"resource {resource.name}", resource.name, "resource") for resource in skillset.resources)
+    skills = (DiagramNode(f"skill {skill.name}", skill.name, "skill") for skill in skillset.skills)
+    resources = (DiagramNode(f"resource {resource.name}", resource.name, "resource") for resource in skillset.resources)
     return Diagram(
         title=f"skillset {skillset.name}",
         nodes=(*skills, *resources),
@@ -39,39 +40,26 @@ def map_diagram(skillset: Skillset) -> Diagram:
 
 
 def _uses(skill: Skill, resources: Iterable[Resource]) -> Iterator[Arrow]:
-    changed, asked = changed_resources(skill), asked_resources(skill)
+    changed, asked = changed_by(skill), guarded_by(skill)
     for resource in resources:
         if resource.name in changed | asked:
             dashed = resource.name not in changed
             yield Arrow(f"skill {skill.name}", f"resource {resource.name}", dashed=dashed)
 
 
-def changed_resources(skill: Skill) -> frozenset[str]:
-    """The resources that an effect of the skill names."""
-    return frozenset(resource for effect in skill.effects for resource, _ in effect.transitions)
-
-
-def asked_resources(skill: Skill) -> frozenset[str]:
-    """The resources that a precondition, an invariant or a postcondition of the skill names."""
-    guards: list[Expression] = [check.expression for check in skill.preconditions.checks]
-    guards += [invariant.expression for invariant in skill.invariants]
-    guards += [result.post for result in skill.results if result.post is not None]
-    return frozenset(name for guard in guards for name in names_used(guard, "resource"))
-
-
 # --- the machine of a skill
 
 
 def skill_diagram(skill: Skill) -> Diagram:
-    """The state machine of Figure 5 of the paper with the names of this skill; `/ e` is the effect that is applied.
+    """The state machine of Figure 5 of the paper with the names of this skill. `/ e` is the applied effect.
 
-    What ends a running goal ends it while it is being interrupted, too; those arrows are left out.
+    Ends of a running goal also end it while it is being interrupted; those arrows are left out.
     """
-    states = (Node(state, state, "state") for state in ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING"))
+    states = (DiagramNode(state, state, "state") for state in ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING"))
     endings = list(_endings(skill))
     return Diagram(
         title=f"skill {skill.name}",
-        nodes=(Node(_START, "", "start"), *states, *(node for node, _ in endings)),
+        nodes=(DiagramNode(_START, "", "start"), *states, *(node for node, _ in endings)),
         arrows=(
             Arrow(_START, "VALIDATING", (f"start({', '.join(field.name for field in skill.inputs)})",)),
             Arrow("VALIDATING", "DISPATCHING", _granted(skill)),
@@ -96,11 +84,11 @@ def _interrupted(skill: Skill) -> tuple[str, ...]:
     return ("interrupt", *deadline)
 
 
-def _endings(skill: Skill) -> Iterator[tuple[Node, Arrow]]:
-    """Every terminal state with the arrow that leads to it."""
+def _endings(skill: Skill) -> Iterator[tuple[DiagramNode, Arrow]]:
+    """Every terminal state with its incoming arrow."""
 
-    def ending(name: str, source: str, *lines: str) -> tuple[Node, Arrow]:
-        return Node(name, name, "ending"), Arrow(source, name, lines)
+    def ending(name: str, source: str, *lines: str) -> tuple[DiagramNode, Arrow]:
+        return DiagramNode(name, name, "ending"), Arrow(source, name, lines)
 
     refused = skill.preconditions
     yield ending("NV", "VALIDATING", "out of range, or", "validate refuses")
@@ -109,7 +97,10 @@ def _endings(skill: Skill) -> Iterator[tuple[Node, Arrow]]:
         yield ending("NR", "VALIDATING", _applies(reason, refused.failure))
     for result in skill.results:
         name = f"S_{result.name}"
-        yield Node(name, name, "success" if result.success else "failure"), Arrow("RUNNING", name, _terminated(result))
+        yield (
+            DiagramNode(name, name, "success" if result.success else "failure"),
+            Arrow("RUNNING", name, _terminated(result)),
+        )
     if any(result.post is not None or skill.transitions(result.apply) for result in skill.results):
         yield ending("N_...", "RUNNING", "a result whose effect", "or post does not hold")
     if skill.invariants:

@@ -1,12 +1,12 @@
-"""What the comments of a source say about its elements."""
+"""Descriptions of elements, from the comments of a source."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
 from skillwing.dsl.printing.statements import Statement, read_statements
+from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
-from skillwing.dsl.reading.lexer import lex
 from skillwing.dsl.spans import Span
 
 
@@ -22,12 +22,12 @@ class Descriptions:
         self.of_file = "\n\n".join(_paragraphs(statements))
 
     def of(self, span: Span | None) -> str:
-        """The description of the element whose name stands there; empty if nothing is said."""
+        """The description of the element whose name has this span; empty if there is none."""
         return "" if span is None else self._by_place.get((span.line, span.column), "")
 
 
 def _described(statements: Sequence[Statement]) -> Iterator[tuple[tuple[int, int], str]]:
-    """The place of each word of a statement that is described, with the description."""
+    """The position of each word of a described statement, with the description."""
     above: list[str] = []
     for statement in statements:
         if statement.after_blank:
@@ -38,14 +38,14 @@ def _described(statements: Sequence[Statement]) -> Iterator[tuple[tuple[int, int
         behind = [*statement.remarks, *(statement.block.remarks if statement.block else ())]
         if description := "\n".join([*above, *([_comment(behind)] if behind else [])]).strip():
             for word in statement.words:
-                yield word.source.place(word.start), description
+                yield word.source.position(word.start), description
         above = []
         if statement.block is not None:
             yield from _described(statement.block.statements)
 
 
 def _paragraphs(statements: Sequence[Statement]) -> Iterator[str]:
-    """The comments at the beginning of a file, those without an empty line between them together."""
+    """The comments at the beginning of a file, joined to paragraphs at empty lines."""
     lines: list[str] = []
     for statement in statements:
         if not statement.is_comment:
@@ -63,7 +63,7 @@ def _comment(comments: Sequence[Lexeme]) -> str:
 
 
 def _bare(comment: str) -> str:
-    """The text of a comment without its signs, those in front of each line included."""
+    """The text of a comment without its signs, also those at the start of each line."""
     if comment.startswith("//"):
         return comment.lstrip("/").strip()
     lines = comment.removeprefix("/*").removesuffix("*/").strip("*").split("\n")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """A table, without the columns that are empty in every row; nothing without rows."""
+    """A table without its empty columns; nothing if there are no rows."""
     kept = [column for column in range(len(head)) if any(row[column] for row in rows)]
     if not kept:
         return
@@ -22,7 +22,7 @@ def code(text: str) -> str:
 
 
 def link(text: str, heading: str) -> str:
-    """A link to the heading, which is made of words: GitHub finds it in lower case with dashes between them."""
+    """A link to a heading of words. GitHub's anchors are in lower case with dashes."""
     return f"[{text}](#{heading.lower().replace(' ', '-')})"
 
 

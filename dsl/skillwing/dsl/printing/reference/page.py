@@ -7,23 +7,24 @@ from collections.abc import Iterator
 from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.model import EnumType, Event, Resource, Skill, Skillset, StructType
 from skillwing.dsl.printing.pictures.mermaid import to_mermaid
-from skillwing.dsl.printing.pictures.subjects import asked_resources, changed_resources, resource_diagram
+from skillwing.dsl.printing.pictures.subjects import resource_diagram
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.printing.reference.markdown import code, link, prose, table
 from skillwing.dsl.printing.reference.skills import SkillSection
 from skillwing.dsl.printing.reference.words import changes, in_words, type_in_words, units_of
+from skillwing.dsl.queries import changed_by, guarded_by
 
 
 def reference_page(skillset: Skillset, text: str, file: str) -> str:
     """Return the page in Markdown.
 
-    text: the source that the skillset was read from, whose comments become descriptions. file: its name.
+    text: the source of the skillset, whose comments become descriptions. file: its name.
     """
     return "\n".join(_Page(skillset, Descriptions(text, file), file).lines()).rstrip("\n") + "\n"
 
 
 def _link(name: str) -> str:
-    """A type by name, with a link to where it is described if the skillset declares it."""
+    """The name of a type, with a link to its description if the skillset declares it."""
     return code(name) if name in SCALARS else link(code(name), f"type {name}")
 
 
@@ -109,10 +110,10 @@ class _Page:
                 yield from (f"{verb} by {', '.join(map(code, names))}.", "")
 
     def _users(self, resource: Resource) -> Iterator[tuple[str, list[str]]]:
-        """The skills that change the resource, and those that only ask for its state."""
+        """The skills that change the resource, and those that only read its state."""
         skills = self._skillset.skills
-        changing = [skill.name for skill in skills if resource.name in changed_resources(skill)]
-        asking = [skill.name for skill in skills if resource.name in asked_resources(skill)]
+        changing = [skill.name for skill in skills if resource.name in changed_by(skill)]
+        asking = [skill.name for skill in skills if resource.name in guarded_by(skill)]
         yield "Changed", changing
         yield "Asked for its state", [name for name in asking if name not in changing]
 
@@ -128,6 +129,6 @@ class _Page:
 
 
 def _endings(skill: Skill) -> str:
-    """The results; what has no success runs until somebody interrupts it."""
+    """The results. A skill without a success runs until it is interrupted."""
     names = [code(result.name) for result in skill.results]
     return ", ".join(names if any(result.success for result in skill.results) else [*names, "interrupted"])

@@ -13,7 +13,7 @@ from skillwing.dsl.printing.reference.words import Units, changes, in_words, typ
 
 
 class SkillSection:
-    """Writes the sections of skills. link: makes the link to a declared type."""
+    """Writer of the sections of skills. link: makes the link to a declared type."""
 
     def __init__(self, skillset: Skillset, described: Descriptions, link: Callable[[str], str]) -> None:
         self._skillset = skillset

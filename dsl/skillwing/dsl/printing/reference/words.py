@@ -12,10 +12,10 @@ from skillwing.dsl.expressions import (
     Implies,
     Literal,
     Name,
+    NamedValue,
     Not,
     Operand,
     Or,
-    Symbol,
     literal_text,
 )
 from skillwing.dsl.model import ArrayType, DataItem, Field, StructType, Type
@@ -29,7 +29,7 @@ _VERBS = {
     ">=": "is at least",
 }
 Units: TypeAlias = Mapping[str, str]
-"""The unit of every datum and input that has one, and of their fields, by path."""
+"""The unit of each datum and input, and of their fields, by path."""
 
 
 def units_of(*groups: Iterable[DataItem | Field]) -> Units:
@@ -50,7 +50,7 @@ def _units(path: str, declared: Type, unit: str | None) -> dict[str, str]:
 
 
 def in_words(expression: Expression, units: Units) -> str:
-    """Say what has to hold: "`wheels` is `PARKED` and `battery` is greater than 20.0 %"."""
+    """A predicate in words: "`wheels` is `PARKED` and `battery` is greater than 20.0 %"."""
     match expression:
         case Comparison(operator=sign, left=left, right=right):
             unit = units.get(_path(left) or _path(right) or "")
@@ -68,7 +68,7 @@ def in_words(expression: Expression, units: Units) -> str:
 
 
 def _part(expression: Expression, units: Units, within: type[And | Or] | None = None) -> str:
-    """A part of a longer sentence, in parentheses if it is composed in another way."""
+    """A part of a longer sentence, in parentheses if it has another connective."""
     words = in_words(expression, units)
     composed = isinstance(expression, And | Or | Implies) and type(expression) is not within
     return f"({words})" if composed else words
@@ -82,7 +82,7 @@ def _operand(operand: Operand, unit: str | None) -> str:
     match operand:
         case Name(path=path):
             return f"`{path}`"
-        case Symbol(name=name):
+        case NamedValue(name=name):
             return f"`{name}`"
         case Literal(value=bool() | str() as value):
             return f"`{literal_text(value)}`"
@@ -91,12 +91,12 @@ def _operand(operand: Operand, unit: str | None) -> str:
 
 
 def changes(transitions: Iterable[tuple[str, str]]) -> str:
-    """Say what an effect does: "`wheels` becomes `PARKED`"; a dash for nothing."""
+    """An effect in words: "`wheels` becomes `PARKED`"; a dash for no change."""
     return ", ".join(f"`{resource}` becomes `{state}`" for resource, state in transitions) or "–"
 
 
 def type_in_words(declared: Type, link: Callable[[str], str]) -> str:
-    """A type as Markdown; `link` makes the link to a declared one of that name."""
+    """A type as Markdown; `link` makes the link to a declared type."""
     if isinstance(declared, ArrayType):
         many = "list of" if declared.length is None else f"{declared.length} ×"
         return f"{many} {type_in_words(declared.element, link)}"

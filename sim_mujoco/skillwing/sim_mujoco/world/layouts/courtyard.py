@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import COURTYARD_BOUNDS, COURTYARD_FENCE
+from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import Terrain, make_terrain
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block, building, pole, tree
 
 ALTITUDE = 4.0
@@ -20,6 +20,9 @@ ALTITUDE = 4.0
 ROUTE: tuple[Vector, ...] = ((30.0, 0.0, ALTITUDE), (30.0, 20.0, ALTITUDE), (5.0, 20.0, ALTITUDE), (0.0, 0.0, ALTITUDE))
 PASSAGE = 4.0
 """Free width on both sides of an obstacle that stands on a leg [m]."""
+FENCE = Box((-12.0, -12.0, -1.0), (42.0, 32.0, 30.0))
+BOUNDS = Box((-50.0, -50.0, -8.0), (80.0, 70.0, 24.0))
+"""The courtyard and what can be seen from there."""
 _SCATTERED = (-9.0, -9.0, 39.0, 29.0)
 
 
@@ -31,8 +34,8 @@ def courtyard_site(seed: int) -> Site:
         scale=1.0,
         route=ROUTE,
         area=(-11.0, -11.0, 41.0, 31.0),
-        fence=COURTYARD_FENCE,
-        bounds=COURTYARD_BOUNDS,
+        fence=FENCE,
+        bounds=BOUNDS,
         ceiling=8.0,
         return_height=12.0,
         passage=PASSAGE,
@@ -73,7 +76,7 @@ class _Courtyard:
             self._plot.block(leg, pole(f"pole-on-leg-{leg}", footprint, between(6.0, 8.0)))
         else:
             footprint = Footprint(spot.centre, (0.2, between(1.2, 2.2)), spot.yaw)
-            self._plot.block(leg, block(f"wall-on-leg-{leg}", Kind.WALL, footprint, between(6.0, 8.0)))
+            self._plot.block(leg, block(f"wall-on-leg-{leg}", ObstacleKind.WALL, footprint, between(6.0, 8.0)))
 
     def _buildings(self) -> None:
         """One large building inside the route, and up to three more around it."""
@@ -93,7 +96,7 @@ class _Courtyard:
         between = self._plot.between
         yaw = math.pi / 2 * int(self._rng.integers(0, 2))
         footprint = Footprint(at, (between(1.5, 3.0), 0.15), yaw)
-        return block(f"wall-{number}", Kind.WALL, footprint, between(1.5, 3.0))
+        return block(f"wall-{number}", ObstacleKind.WALL, footprint, between(1.5, 3.0))
 
     def _tree(self, number: str, at: Point) -> Obstacle:
         footprint = Footprint(at, radius=self._plot.between(1.0, 1.6))
@@ -106,4 +109,4 @@ class _Courtyard:
     def _box(self, number: str, at: Point) -> Obstacle:
         between = self._plot.between
         footprint = Footprint(at, (between(0.4, 1.2), between(0.4, 1.2)), between(0.0, math.pi))
-        return block(f"box-{number}", Kind.BOX, footprint, between(0.8, 2.4))
+        return block(f"box-{number}", ObstacleKind.BOX, footprint, between(0.8, 2.4))

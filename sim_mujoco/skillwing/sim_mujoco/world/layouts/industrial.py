@@ -18,8 +18,7 @@ from skillwing.sim_mujoco.world.layouts.blockers import (
     container_stack,
     mast,
 )
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, CONCRETE, PAINT, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, CONCRETE, PAINT, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     area_around,
@@ -39,7 +38,7 @@ from skillwing.sim_mujoco.world.things.industry import (
     tank,
     wires,
 )
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block
 from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import car, lamp, lorry, van
@@ -102,7 +101,7 @@ class _Works:
         trees = round((east - west) / 4.0)
         plot.scatter(
             trees,
-            lambda _, at: grow_tree(plot, self._named(Kind.TREE), at),
+            lambda _, at: grow_tree(plot, self._named(ObstacleKind.TREE), at),
             (outer[0], outer[3] - 10.0, outer[2], outer[3] + 4.0),
         )
 
@@ -120,7 +119,7 @@ class _Works:
         lines = [Strip(a, b, 0.18, PAINT) for a, b in around]
         return (yard, grass, *roads, *lines)
 
-    def _named(self, kind: Kind) -> str:
+    def _named(self, kind: ObstacleKind) -> str:
         self._count += 1
         return f"{kind}-{self._count}"
 
@@ -131,9 +130,9 @@ class _Works:
         first = (west + east - spans * SPAN) / 2
         feet = [(first + number * SPAN, northing) for number in range(spans + 1)]
         for foot in feet:
-            self._plot.add(pylon(self._named(Kind.POLE), foot, 0.0, PYLON_HEIGHT))
+            self._plot.add(pylon(self._named(ObstacleKind.POLE), foot, 0.0, PYLON_HEIGHT))
         for start, end in pairwise(feet):
-            self._plot.add(wires(self._named(Kind.WIRE), start, end, PYLON_HEIGHT), spacing=0.0)
+            self._plot.add(wires(self._named(ObstacleKind.WIRE), start, end, PYLON_HEIGHT), spacing=0.0)
 
     def _inside(self) -> None:
         """Within the round: a hall, the tank farm, a pipe rack between them, stacks."""
@@ -141,7 +140,7 @@ class _Works:
         west, south, east, north = self._borders
         middle = (south + north) / 2 + plot.between(-2.0, 2.0)
         rack = Footprint(((west + east) / 2, middle), ((east - west) / 2 - 9.0, 1.6))
-        plot.add(pipe_rack(self._named(Kind.PIPES), rack, plot.between(6.0, 7.5), PIPES))
+        plot.add(pipe_rack(self._named(ObstacleKind.PIPES), rack, plot.between(6.0, 7.5), PIPES))
         halls_south = plot.chance(0.5)
         for is_south in (True, False):
             low, high = (south + 5.5, middle - 3.5) if is_south else (middle + 3.5, north - 5.5)
@@ -158,7 +157,7 @@ class _Works:
             length = min(plot.between(16.0, 28.0), east - 7.0 - x)
             half = length / 2, min((high - low) / 2, plot.between(5.5, 8.5))
             outline = Footprint((x + length / 2, (low + high) / 2), half)
-            name, height = self._named(Kind.BUILDING), plot.between(7.5, 10.5)
+            name, height = self._named(ObstacleKind.BUILDING), plot.between(7.5, 10.5)
             if plot.add(hall(name, outline, height, plot.one_of(SHEETS), plot.one_of(ROOFS))):
                 x += length + plot.between(3.0, 5.0)
                 self._stack((x + 1.0, high - 2.0))
@@ -178,17 +177,17 @@ class _Works:
             for row in range(rows):
                 radius = plot.between(0.7, 1.0) * largest
                 centre = x + largest, low + (row + 0.5) * pitch
-                name, height = self._named(Kind.TANK), plot.between(6.0, 11.0)
+                name, height = self._named(ObstacleKind.TANK), plot.between(6.0, 11.0)
                 plot.add(tank(name, Footprint(centre, radius=radius), height, plot.one_of(TANKS)))
             x += 2 * largest + plot.between(2.0, 4.0)
         for y in (low, high):
             bund = Footprint(((west + east) / 2, y), ((east - west) / 2 - 7.0, 0.15))
-            plot.add(block(self._named(Kind.WALL), Kind.WALL, bund, 1.0), spacing=0.2)
+            plot.add(block(self._named(ObstacleKind.WALL), ObstacleKind.WALL, bund, 1.0), spacing=0.2)
 
     def _stack(self, at: Point) -> None:
         plot = self._plot
         outline = Footprint(at, radius=plot.between(1.0, 1.5))
-        plot.add(stack(self._named(Kind.POLE), outline, plot.between(19.0, CEILING)))
+        plot.add(stack(self._named(ObstacleKind.POLE), outline, plot.between(19.0, CEILING)))
 
     def _outside(self) -> None:
         """Halls south, east and west of the round."""
@@ -198,20 +197,20 @@ class _Works:
         while x < east + 8.0:
             length = plot.between(16.0, 28.0)
             outline = Footprint((x + length / 2, south - 20.0), (length / 2, plot.between(6.0, 8.5)), math.pi)
-            name = self._named(Kind.BUILDING)
+            name = self._named(ObstacleKind.BUILDING)
             plot.add(hall(name, outline, plot.between(6.0, 10.0), plot.one_of(SHEETS), plot.one_of(ROOFS)))
             x += length + plot.between(3.0, 9.0)
         y = south + 4.0
         while y < north - 10.0:
             length = plot.between(14.0, 22.0)
             outline = Footprint((east + 20.0, y + length / 2), (length / 2, 7.0), math.pi / 2)
-            name = self._named(Kind.BUILDING)
+            name = self._named(ObstacleKind.BUILDING)
             plot.add(hall(name, outline, plot.between(6.0, 9.0), plot.one_of(SHEETS), plot.one_of(ROOFS)))
             self._stack((east + 11.0, y + length + 2.5))
             y += length + plot.between(6.0, 9.0)
         for number in range(max(2, round((north - south) / 14.0))):
             silo = Footprint((west - 22.0, south + 12.0 + 9.0 * number), radius=3.0)
-            plot.add(tank(self._named(Kind.TANK), silo, plot.between(12.0, 16.0), plot.one_of(TANKS)))
+            plot.add(tank(self._named(ObstacleKind.TANK), silo, plot.between(12.0, 16.0), plot.one_of(TANKS)))
 
     def _yards(self) -> None:
         """Containers in blocks, lorries and cars."""
@@ -222,13 +221,13 @@ class _Works:
             yaw = 0.0 if plot.chance(0.7) else math.pi / 2
             outline = Footprint(at, (CONTAINER[0] / 2, CONTAINER[1] / 2), yaw)
             colours = [plot.one_of(CONTAINER_COLOURS) for _ in range(3)]
-            return containers(self._named(Kind.BOX), outline, 1 + int(plot.between(0.0, 2.6)), colours)
+            return containers(self._named(ObstacleKind.BOX), outline, 1 + int(plot.between(0.0, 2.6)), colours)
 
         def vehicle(_: str, at: Point) -> Obstacle:
             kind = plot.between(0.0, 1.0)
             make = lorry if kind < 0.4 else van if kind < 0.6 else car
             yaw = math.pi / 2 * int(plot.between(0.0, 4.0)) + plot.between(-0.05, 0.05)
-            return make(self._named(Kind.VEHICLE), at, yaw, plot.one_of(PAINTS))
+            return make(self._named(ObstacleKind.VEHICLE), at, yaw, plot.one_of(PAINTS))
 
         count = round((east - west + north - south) / 7.0)
         plot.scatter(count, boxes, (west - 28.0, south - 12.0, west - 5.0, north + 10.0))
@@ -238,8 +237,8 @@ class _Works:
     def _lamps(self) -> None:
         west, south, east, north = self._borders
         for x in np.arange(west + 12.0, east, 24.0).tolist():
-            self._plot.add(lamp(self._named(Kind.POLE), (x, south - 5.2), math.pi / 2, 9.0, 1.6))
-            self._plot.add(lamp(self._named(Kind.POLE), (x, north + 5.2), -math.pi / 2, 9.0, 1.6))
+            self._plot.add(lamp(self._named(ObstacleKind.POLE), (x, south - 5.2), math.pi / 2, 9.0, 1.6))
+            self._plot.add(lamp(self._named(ObstacleKind.POLE), (x, north + 5.2), -math.pi / 2, 9.0, 1.6))
 
     def _wall(self, around: Area) -> None:
         """The wall of the site, 2.2 m high, with the road through it."""
@@ -253,4 +252,4 @@ class _Works:
             Footprint((west, (north + gate) / 2), (0.15, (north - gate) / 2)),
         )
         for side in sides:
-            self._plot.add(block(self._named(Kind.WALL), Kind.WALL, side, 2.2), spacing=0.0)
+            self._plot.add(block(self._named(ObstacleKind.WALL), ObstacleKind.WALL, side, 2.2), spacing=0.0)

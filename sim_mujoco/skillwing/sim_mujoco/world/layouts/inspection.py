@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, FOOTWAY, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, FOOTWAY, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.street import PAINTS
 from skillwing.sim_mujoco.world.layouts.surroundings import (
@@ -23,7 +22,7 @@ from skillwing.sim_mujoco.world.layouts.surroundings import (
 from skillwing.sim_mujoco.world.site import Site, Target
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.things.buildings import reach_of, tower_block
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block
 from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import car, lamp
@@ -99,7 +98,7 @@ class _Surroundings:
         reach = self._ring + 26.0
         within = (x - reach, y - reach, x + reach, y + reach)
         self._car_park()
-        self._plot.scatter(22, lambda _, at: grow_tree(self._plot, self._named(Kind.TREE), at), within)
+        self._plot.scatter(22, lambda _, at: grow_tree(self._plot, self._named(ObstacleKind.TREE), at), within)
         self._plot.scatter(14, self._bush, within)
         self._plot.scatter(5, self._shed, within)
 
@@ -117,7 +116,7 @@ class _Surroundings:
             Strip(around(-half_x - 3.0), around(half_x + 3.0), 2 * half_y + 6.0, FOOTWAY),
         )
 
-    def _named(self, kind: Kind) -> str:
+    def _named(self, kind: ObstacleKind) -> str:
         self._count += 1
         return f"{kind}-{self._count}"
 
@@ -128,16 +127,16 @@ class _Surroundings:
             for place in np.arange(x - 25.0, x + 25.0, 2.9).tolist():
                 if plot.chance(0.55):
                     paint = plot.one_of(PAINTS)
-                    plot.add(car(self._named(Kind.VEHICLE), (place, row), heading, paint), spacing=0.3)
+                    plot.add(car(self._named(ObstacleKind.VEHICLE), (place, row), heading, paint), spacing=0.3)
         for place in (x - 20.0, x, x + 20.0):
-            plot.add(lamp(self._named(Kind.POLE), (place, y - self._ring - 18.5), math.pi / 2, 7.0, 1.5))
+            plot.add(lamp(self._named(ObstacleKind.POLE), (place, y - self._ring - 18.5), math.pi / 2, 7.0, 1.5))
 
     def _bush(self, _: str, at: Point) -> Obstacle:
         plot = self._plot
         outline = Footprint(at, (plot.between(0.6, 2.2), plot.between(0.5, 0.9)), plot.between(0.0, math.pi))
-        return block(self._named(Kind.WALL), Kind.WALL, outline, plot.between(0.7, 1.5), BUSH)
+        return block(self._named(ObstacleKind.WALL), ObstacleKind.WALL, outline, plot.between(0.7, 1.5), BUSH)
 
     def _shed(self, _: str, at: Point) -> Obstacle:
         plot = self._plot
         outline = Footprint(at, (plot.between(1.2, 2.5), plot.between(1.0, 1.8)), plot.between(0.0, math.pi))
-        return block(self._named(Kind.BOX), Kind.BOX, outline, plot.between(2.0, 2.8))
+        return block(self._named(ObstacleKind.BOX), ObstacleKind.BOX, outline, plot.between(2.0, 2.8))

@@ -13,8 +13,7 @@ import numpy as np
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.blockers import block_legs, board, lone_tree, mast
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import ASPHALT, FOOTWAY, PAINT, Strip
+from skillwing.sim_mujoco.world.layouts.ground import ASPHALT, FOOTWAY, PAINT, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     LEAVES,
@@ -25,7 +24,7 @@ from skillwing.sim_mujoco.world.layouts.surroundings import (
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.things.buildings import flat_house, hall, house
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block, tree
 from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import CAR, LORRY, VAN, car, lamp, lorry, van
@@ -110,7 +109,7 @@ class _Street:
             *marks,
         )
 
-    def _named(self, kind: Kind) -> str:
+    def _named(self, kind: ObstacleKind) -> str:
         self._count += 1
         return f"{kind}-{self._count}"
 
@@ -121,7 +120,7 @@ class _Street:
         while x < self._east - 7.0:
             width = min(plot.between(7.0, 12.0), self._east - x)
             outline = Footprint((x + width / 2, MIDDLE + side * (FRONT + DEPTH / 2)), (width / 2, DEPTH / 2), facing)
-            name, walls = self._named(Kind.BUILDING), plot.one_of(WALLS)
+            name, walls = self._named(ObstacleKind.BUILDING), plot.one_of(WALLS)
             if plot.chance(0.2):
                 plot.add(flat_house(name, outline, plot.between(9.0, 12.5), walls, terraced=True), spacing=0.0)
             else:
@@ -132,7 +131,7 @@ class _Street:
     def _lamps(self, side: int) -> None:
         for x in np.arange(self._west + 5.0, self._east, 20.0).tolist():
             foot = (x + (10.0 if side > 0 else 0.0), MIDDLE + side * (KERB + 1.5))
-            name, towards = self._named(Kind.POLE), -side * math.pi / 2
+            name, towards = self._named(ObstacleKind.POLE), -side * math.pi / 2
             self._plot.add(lamp(name, foot, towards, 7.0, 1.8))
 
     def _trees(self, side: int) -> None:
@@ -141,7 +140,7 @@ class _Street:
             at = x + plot.between(-1.0, 1.0), MIDDLE + side * (TREES + plot.between(-0.2, 0.2))
             outline = Footprint(at, radius=plot.between(1.1, 1.6))
             leaves = plot.one_of(LEAVES)
-            plot.add(tree(self._named(Kind.TREE), outline, plot.between(5.0, 7.0), leaves), spacing=0.4)
+            plot.add(tree(self._named(ObstacleKind.TREE), outline, plot.between(5.0, 7.0), leaves), spacing=0.4)
 
     def _parked(self, side: int) -> None:
         """Cars bumper to bumper, some places empty."""
@@ -152,7 +151,7 @@ class _Street:
             centre = (x + length / 2, MIDDLE + side * (KERB + 1.1 - width / 2))
             if plot.chance(0.65):
                 yaw = heading + plot.between(-0.02, 0.02)
-                plot.add(make(self._named(Kind.VEHICLE), centre, yaw, plot.one_of(PAINTS)), spacing=0.3)
+                plot.add(make(self._named(ObstacleKind.VEHICLE), centre, yaw, plot.one_of(PAINTS)), spacing=0.3)
             x += length + plot.between(0.8, 1.6)
 
     def _vehicle(self) -> tuple[Callable[[str, Point, float, Colour], Obstacle], Vector]:
@@ -163,29 +162,33 @@ class _Street:
         plot = self._plot
         for x in np.arange(self._west, self._east, 7.5).tolist():
             outline = Footprint((x + plot.between(-0.8, 0.8), MIDDLE), radius=plot.between(0.9, 1.4))
-            plot.add(tree(self._named(Kind.TREE), outline, plot.between(4.5, 6.5), plot.one_of(LEAVES)))
+            plot.add(tree(self._named(ObstacleKind.TREE), outline, plot.between(4.5, 6.5), plot.one_of(LEAVES)))
 
     def _gardens(self, side: int) -> None:
         back = MIDDLE + side * (FRONT + DEPTH)
         low, high = sorted((back + side * 2.0, back + side * 18.0))
         count = round((self._east - self._west) / 6.0)
         self._plot.scatter(
-            count, lambda _, at: grow_tree(self._plot, self._named(Kind.TREE), at), (self._west, low, self._east, high)
+            count,
+            lambda _, at: grow_tree(self._plot, self._named(ObstacleKind.TREE), at),
+            (self._west, low, self._east, high),
         )
 
         def shed(_: str, at: Point) -> Obstacle:
             outline = Footprint(at, (self._plot.between(1.0, 2.0), self._plot.between(1.0, 1.5)))
-            return block(self._named(Kind.BOX), Kind.BOX, outline, self._plot.between(2.0, 2.6))
+            return block(self._named(ObstacleKind.BOX), ObstacleKind.BOX, outline, self._plot.between(2.0, 2.6))
 
         self._plot.scatter(count // 3, shed, (self._west, low, self._east, high))
 
     def _end_of_the_street(self) -> None:
         """A large house across, and trees beyond the other end."""
         outline = Footprint((self._east + 12.0, MIDDLE), (FRONT + 6.0, 6.0), math.pi / 2)
-        self._plot.add(hall(self._named(Kind.BUILDING), outline, 9.0, (0.72, 0.66, 0.56), self._plot.one_of(ROOFS)))
+        self._plot.add(
+            hall(self._named(ObstacleKind.BUILDING), outline, 9.0, (0.72, 0.66, 0.56), self._plot.one_of(ROOFS))
+        )
         edge = self._west - 3.0
         self._plot.scatter(
             10,
-            lambda _, at: grow_tree(self._plot, self._named(Kind.TREE), at),
+            lambda _, at: grow_tree(self._plot, self._named(ObstacleKind.TREE), at),
             (edge - 18.0, MIDDLE - 22.0, edge, MIDDLE + 22.0),
         )

@@ -12,8 +12,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.blockers import block_legs, lone_tree, mast
-from skillwing.sim_mujoco.world.layouts.ground import Ground
-from skillwing.sim_mujoco.world.layouts.paving import GRAVEL, Strip
+from skillwing.sim_mujoco.world.layouts.ground import GRAVEL, Ground, Strip
 from skillwing.sim_mujoco.world.layouts.plot import Leg, Plot
 from skillwing.sim_mujoco.world.layouts.surroundings import (
     area_around,
@@ -23,7 +22,7 @@ from skillwing.sim_mujoco.world.layouts.surroundings import (
 from skillwing.sim_mujoco.world.site import Area, Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.things.buildings import church, house
-from skillwing.sim_mujoco.world.things.obstacle import Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import block
 from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import car, lamp
@@ -88,10 +87,12 @@ class _Village:
         self._farms()
         west, south, east, north = self._borders
         acres = (east - west) * (north - south) / 1000.0
-        self._scatter(round(3.0 * acres), lambda at: grow_tree(plot, self._named(Kind.TREE), at, radius=(1.2, 2.8)))
+        self._scatter(
+            round(3.0 * acres), lambda at: grow_tree(plot, self._named(ObstacleKind.TREE), at, radius=(1.2, 2.8))
+        )
         self._scatter(round(1.2 * acres), self._shed)
 
-    def _named(self, kind: Kind) -> str:
+    def _named(self, kind: ObstacleKind) -> str:
         self._count += 1
         return f"{kind}-{self._count}"
 
@@ -101,7 +102,7 @@ class _Village:
     def _church(self) -> None:
         plot = self._plot
         outline = Footprint(self._green, (plot.between(10.0, 12.0), plot.between(4.4, 5.0)), plot.between(-0.5, 0.5))
-        plot.add(church(self._named(Kind.BUILDING), outline, plot.between(20.0, CEILING)))
+        plot.add(church(self._named(ObstacleKind.BUILDING), outline, plot.between(20.0, CEILING)))
 
     def _houses(self, leg: Leg, side: int) -> None:
         """Houses along one side of a lane, each with its garden."""
@@ -129,7 +130,7 @@ class _Village:
         plot = self._plot
         eaves, rise = plot.between(2.9, 5.8), plot.between(0.75, 0.95) * outline.half[1]
         walls, roof = plot.one_of(WALLS), plot.one_of(ROOFS)
-        return plot.add(house(self._named(Kind.BUILDING), outline, eaves, rise, walls, roof), spacing=2.0)
+        return plot.add(house(self._named(ObstacleKind.BUILDING), outline, eaves, rise, walls, roof), spacing=2.0)
 
     def _garden(self, house_at: Point, yaw: float, side: int, aside: float) -> None:
         """A wall or a hedge towards the lane, with a gate left open, a tree, now and then a car."""
@@ -148,24 +149,30 @@ class _Village:
         thick = 0.4 if is_hedge else 0.18
         for centre in (-4.6, 4.2):
             outline = Footprint(beside(centre, 2.6 + thick), (plot.between(2.4, 3.2), thick), yaw)
-            fence = block(self._named(Kind.WALL), Kind.WALL, outline, height, HEDGE if is_hedge else STONES)
+            fence = block(
+                self._named(ObstacleKind.WALL), ObstacleKind.WALL, outline, height, HEDGE if is_hedge else STONES
+            )
             plot.add(fence, spacing=0.3)
         for forward in (-7.6, 7.4):
             outline = Footprint(beside(forward, aside), (thick, plot.between(2.5, 5.0)), yaw)
-            fence = block(self._named(Kind.WALL), Kind.WALL, outline, height, HEDGE if is_hedge else STONES)
+            fence = block(
+                self._named(ObstacleKind.WALL), ObstacleKind.WALL, outline, height, HEDGE if is_hedge else STONES
+            )
             plot.add(fence, spacing=0.3)
         behind = beside(plot.between(-6.0, 6.0), aside + plot.between(6.0, 10.0))
-        plot.add(grow_tree(plot, self._named(Kind.TREE), behind))
+        plot.add(grow_tree(plot, self._named(ObstacleKind.TREE), behind))
         if plot.chance(0.45):
             paint = plot.one_of(PAINTS)
-            plot.add(car(self._named(Kind.VEHICLE), beside(7.8, 5.6), yaw + side * math.pi / 2, paint), spacing=0.3)
+            plot.add(
+                car(self._named(ObstacleKind.VEHICLE), beside(7.8, 5.6), yaw + side * math.pi / 2, paint), spacing=0.3
+            )
 
     def _lamps(self, leg: Leg) -> None:
         (ax, ay), (bx, by) = leg
         length, yaw = math.dist(*leg), math.atan2(by - ay, bx - ax)
         for along in np.arange(10.0, length, 22.0).tolist():
             foot = ax + along * math.cos(yaw) + 3.9 * math.sin(yaw), ay + along * math.sin(yaw) - 3.9 * math.cos(yaw)
-            self._plot.add(lamp(self._named(Kind.POLE), foot, yaw + math.pi / 2, 5.5, 1.0), spacing=0.3)
+            self._plot.add(lamp(self._named(ObstacleKind.POLE), foot, yaw + math.pi / 2, 5.5, 1.0), spacing=0.3)
 
     def _farms(self) -> None:
         """More houses away from the lanes."""
@@ -175,11 +182,13 @@ class _Village:
         def farm(_: str, at: Point) -> Obstacle:
             outline = Footprint(at, (plot.between(5.0, 8.0), plot.between(3.8, 5.0)), plot.between(0.0, math.pi))
             eaves, rise = plot.between(3.0, 5.5), 0.85 * outline.half[1]
-            return house(self._named(Kind.BUILDING), outline, eaves, rise, plot.one_of(WALLS), plot.one_of(ROOFS))
+            return house(
+                self._named(ObstacleKind.BUILDING), outline, eaves, rise, plot.one_of(WALLS), plot.one_of(ROOFS)
+            )
 
         plot.scatter(round((east - west) * (north - south) / 900.0), farm, self._borders, tries=6)
 
     def _shed(self, at: Point) -> Obstacle:
         plot = self._plot
         outline = Footprint(at, (plot.between(1.0, 2.2), plot.between(0.9, 1.6)), plot.between(0.0, math.pi))
-        return block(self._named(Kind.BOX), Kind.BOX, outline, plot.between(1.6, 2.4))
+        return block(self._named(ObstacleKind.BOX), ObstacleKind.BOX, outline, plot.between(1.6, 2.4))

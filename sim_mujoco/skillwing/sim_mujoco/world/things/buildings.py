@@ -6,8 +6,8 @@ import math
 
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.facade import DWELLING, Windows
-from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
-from skillwing.sim_mujoco.world.things.place import Place
+from skillwing.sim_mujoco.world.things.frame import ObjectFrame
+from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.shapes import Colour, GableRoof, Solid, Spire, WindowedBlock
 
 EAVES = 0.4
@@ -37,7 +37,7 @@ def house(
 
     A terraced house fills its outline along x, for its neighbours to touch, and has no windows on that side.
     """
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     inner = (x if terraced else x - EAVES, y - EAVES)
     chimney = eaves + rise + 0.7
     at = 0.55 * inner[0]
@@ -47,12 +47,12 @@ def house(
         place.put(GableRoof(2 * x, 2 * y, rise), (0.0, 0.0, eaves), "roof", roof),
         place.box((at - 0.35, -0.3, eaves), (at + 0.35, 0.3, chimney), "chimney", (0.50, 0.30, 0.24)),
     )
-    return Obstacle(name, Kind.BUILDING, outline, chimney, solids=solids)
+    return Obstacle(name, ObstacleKind.BUILDING, outline, chimney, solids=solids)
 
 
 def church(name: str, outline: Footprint, height: float) -> Obstacle:
     """A nave along x, and a tower with a spire of this height at its western end."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     side = min(y - 0.6, 2.7)
     tower = 0.6 * height
     nave, ridge = 0.27 * height, 0.2 * height
@@ -68,12 +68,12 @@ def church(name: str, outline: Footprint, height: float) -> Obstacle:
         place.put(WindowedBlock((2 * side, 2 * side, tower + SINK), _BELFRY), (side - x, 0.0, -SINK), "tower", _STONE),
         place.put(Spire((side, side), height - tower), (side - x, 0.0, tower), "spire", _SLATE),
     )
-    return Obstacle(name, Kind.BUILDING, outline, height, solids=solids)
+    return Obstacle(name, ObstacleKind.BUILDING, outline, height, solids=solids)
 
 
 def hall(name: str, outline: Footprint, eaves: float, walls: Colour, roof: Colour) -> Obstacle:
     """A factory hall with a shallow roof, a band of windows, and gates on the side towards -y."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     rise = 0.12 * 2 * y
     solids: list[Solid] = [
         place.put(
@@ -93,12 +93,12 @@ def hall(name: str, outline: Footprint, eaves: float, walls: Colour, roof: Colou
         solids.append(
             place.box((middle - 0.8, -0.8, eaves), (middle + 0.8, 0.8, eaves + rise + 0.8), f"vent-{gate}", _CONCRETE)
         )
-    return Obstacle(name, Kind.BUILDING, outline, eaves + rise + 0.8, solids=tuple(solids))
+    return Obstacle(name, ObstacleKind.BUILDING, outline, eaves + rise + 0.8, solids=tuple(solids))
 
 
 def flat_house(name: str, outline: Footprint, height: float, walls: Colour, *, terraced: bool = False) -> Obstacle:
     """A house with a flat roof and a parapet."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     solids = (
         place.put(
             WindowedBlock((2 * x, 2 * (y - 0.2), height - 0.5 + SINK), blind_ends=terraced),
@@ -108,12 +108,12 @@ def flat_house(name: str, outline: Footprint, height: float, walls: Colour, *, t
         ),
         *_parapet(place, (x, y), height - 0.5, height, _CONCRETE),
     )
-    return Obstacle(name, Kind.BUILDING, outline, height, solids=solids)
+    return Obstacle(name, ObstacleKind.BUILDING, outline, height, solids=solids)
 
 
 def tower_block(name: str, outline: Footprint, height: float, mast: float, walls: Colour) -> Obstacle:
     """A tall block of flats: balconies on the sides along x, parapet, machine room and a mast of so many metres."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     inner = (x - 0.3, y - BALCONY)
     solids: list[Solid] = [
         place.put(
@@ -150,10 +150,10 @@ def tower_block(name: str, outline: Footprint, height: float, mast: float, walls
                         (0.45, 0.52, 0.56),
                     )
                 )
-    return Obstacle(name, Kind.BUILDING, outline, height + max(mast, 2.8), solids=tuple(solids))
+    return Obstacle(name, ObstacleKind.BUILDING, outline, height + max(mast, 2.8), solids=tuple(solids))
 
 
-def _parapet(place: Place, half: tuple[float, float], low: float, high: float, colour: Colour) -> list[Solid]:
+def _parapet(place: ObjectFrame, half: tuple[float, float], low: float, high: float, colour: Colour) -> list[Solid]:
     """A wall of 0.3 m around a flat roof."""
     (x, y), thick = half, 0.3
     return [

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
-from skillwing.sim_mujoco.world.things.place import Place
+from skillwing.sim_mujoco.world.things.frame import ObjectFrame
+from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import column
 from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Solid
 
@@ -32,9 +32,9 @@ def tank(name: str, outline: Footprint, height: float, colour: Colour) -> Obstac
     solids = (
         column(outline.centre, radius, wall, colour, part="wall"),
         Solid(Cone(radius, 0.3, 0.14 * radius), (*outline.centre, wall), part="roof", colour=STEEL),
-        Place(outline.centre).box((radius - 0.1, -0.25, -SINK), (radius + 0.12, 0.25, wall), "ladder", _RUST),
+        ObjectFrame(outline.centre).box((radius - 0.1, -0.25, -SINK), (radius + 0.12, 0.25, wall), "ladder", _RUST),
     )
-    return Obstacle(name, Kind.TANK, outline, height, solids=solids)
+    return Obstacle(name, ObstacleKind.TANK, outline, height, solids=solids)
 
 
 def stack(name: str, outline: Footprint, height: float) -> Obstacle:
@@ -46,12 +46,12 @@ def stack(name: str, outline: Footprint, height: float) -> Obstacle:
         Solid(Cone(radius, waist, top + SINK), (*outline.centre, -SINK), part="shaft", colour=_BRICK),
         Solid(Cone(waist, tip, height - top), (*outline.centre, top), part="tip", colour=(0.86, 0.84, 0.80)),
     )
-    return Obstacle(name, Kind.POLE, outline, height, solids=solids)
+    return Obstacle(name, ObstacleKind.POLE, outline, height, solids=solids)
 
 
 def containers(name: str, outline: Footprint, storeys: int, colours: Sequence[Colour]) -> Obstacle:
     """Containers on top of each other, one colour each."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     solids = [
         place.box(
             (-x, -y, storey * CONTAINER[2] - (SINK if storey == 0 else 0.0)),
@@ -61,12 +61,12 @@ def containers(name: str, outline: Footprint, storeys: int, colours: Sequence[Co
         )
         for storey, colour in zip(range(storeys), colours, strict=False)
     ]
-    return Obstacle(name, Kind.BOX, outline, storeys * CONTAINER[2], solids=tuple(solids))
+    return Obstacle(name, ObstacleKind.BOX, outline, storeys * CONTAINER[2], solids=tuple(solids))
 
 
 def pipe_rack(name: str, outline: Footprint, height: float, colours: Sequence[Colour]) -> Obstacle:
     """Pipes along x on two levels, carried by portals every 6 m or so."""
-    place, (x, y) = Place.of(outline), outline.half
+    place, (x, y) = ObjectFrame.of(outline), outline.half
     radii = (0.22, 0.12, 0.3, 0.16)
     levels = (height - 2 * max(radii) - 1.9, height - 2 * max(radii))
     portals = max(2, round(2 * x / 6.0) + 1)
@@ -85,7 +85,7 @@ def pipe_rack(name: str, outline: Footprint, height: float, colours: Sequence[Co
             start, end = (-x, across, beam + radius), (x, across, beam + radius)
             colour = colours[(lane + level) % len(colours)]
             solids.append(place.pipe(start, end, radius, f"pipe-{level}-{lane}", colour))
-    return Obstacle(name, Kind.PIPES, outline, height, solids=tuple(solids))
+    return Obstacle(name, ObstacleKind.PIPES, outline, height, solids=tuple(solids))
 
 
 PYLON_ARM = 4.2
@@ -99,7 +99,7 @@ _ARMS = (0.62, 0.76, 0.9)
 def pylon(name: str, centre: Point, yaw: float, height: float) -> Obstacle:
     """A lattice tower that carries wires along its x axis: six on three arms across, one on its tip."""
     outline = Footprint(centre, (PYLON_BASE + 0.1, PYLON_ARM + 0.1), yaw)
-    place = Place(centre, yaw)
+    place = ObjectFrame(centre, yaw)
     solids = [place.rod(start, end, radius, part, STEEL) for part, start, end, radius in _lattice(height)]
     for arm, share in enumerate(_ARMS):
         z = share * height
@@ -107,7 +107,7 @@ def pylon(name: str, centre: Point, yaw: float, height: float) -> Obstacle:
         for side in (-1, 1):
             stay = place.rod((0.0, side * PYLON_ARM, z), (0.0, side * 0.3, z + 1.1), 0.05, f"stay-{arm}-{side}", STEEL)
             solids.append(stay)
-    return Obstacle(name, Kind.POLE, outline, height, solids=tuple(solids))
+    return Obstacle(name, ObstacleKind.POLE, outline, height, solids=tuple(solids))
 
 
 def _lattice(height: float) -> Iterator[tuple[str, Vector, Vector, float]]:
@@ -133,7 +133,7 @@ def wires(name: str, start: Point, end: Point, height: float) -> Obstacle:
     length = math.dist(start, end)
     yaw = math.atan2(end[1] - start[1], end[0] - start[0])
     middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
-    place = Place(middle, yaw)
+    place = ObjectFrame(middle, yaw)
     hung = [(side * (PYLON_ARM - 0.1), share * height) for share in _ARMS for side in (-1, 1)]
     solids: list[Solid] = []
     top = height - 0.15
@@ -145,7 +145,7 @@ def wires(name: str, start: Point, end: Point, height: float) -> Obstacle:
         ]
     return Obstacle(
         name,
-        Kind.WIRE,
+        ObstacleKind.WIRE,
         Footprint(middle, (length / 2 + 0.1, PYLON_ARM), yaw),
         top + CONDUCTOR_RADIUS,
         solids=tuple(solids),

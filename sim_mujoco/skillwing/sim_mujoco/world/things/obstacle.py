@@ -12,7 +12,7 @@ SINK = 0.8
 """How deep obstacles reach below the home pad, so that none floats over a hollow [m]."""
 
 
-class Kind(StrEnum):
+class ObstacleKind(StrEnum):
     """What an obstacle is; its surface label follows from it."""
 
     BUILDING = "building"
@@ -34,7 +34,7 @@ class Obstacle:
     """
 
     name: str
-    kind: Kind
+    kind: ObstacleKind
     footprint: Footprint
     height: float
     leg: int | None = None

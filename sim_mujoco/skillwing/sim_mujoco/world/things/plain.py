@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skillwing.sim_mujoco.world.footprint import Footprint
-from skillwing.sim_mujoco.world.things.obstacle import SINK, Kind, Obstacle
+from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.shapes import (
     Box,
     Colour,
@@ -22,14 +22,14 @@ LEAVES: Colour = (0.27, 0.44, 0.20)
 CRATE: Colour = (0.66, 0.47, 0.27)
 
 
-def block(name: str, kind: Kind, footprint: Footprint, height: float, colour: Colour | None = None) -> Obstacle:
+def block(name: str, kind: ObstacleKind, footprint: Footprint, height: float, colour: Colour | None = None) -> Obstacle:
     """A box that fills its outline: a wall, a crate, a hedge."""
     half = (height + SINK) / 2
     solid = Solid(
         Box((*footprint.half, half)),
         (*footprint.centre, height - half),
         about_z(footprint.yaw),
-        colour=colour or (CRATE if kind is Kind.BOX else MASONRY),
+        colour=colour or (CRATE if kind is ObstacleKind.BOX else MASONRY),
     )
     return Obstacle(name, kind, footprint, height, solids=(solid,))
 
@@ -37,7 +37,7 @@ def block(name: str, kind: Kind, footprint: Footprint, height: float, colour: Co
 def pole(name: str, footprint: Footprint, height: float, colour: Colour = METAL) -> Obstacle:
     """A round pole as thick as its outline."""
     return Obstacle(
-        name, Kind.POLE, footprint, height, solids=(column(footprint.centre, footprint.radius, height, colour),)
+        name, ObstacleKind.POLE, footprint, height, solids=(column(footprint.centre, footprint.radius, height, colour),)
     )
 
 
@@ -49,7 +49,7 @@ def tree(name: str, footprint: Footprint, height: float, leaves: Colour = LEAVES
         column(footprint.centre, 0.15 * crown, height - half, BARK, part="trunk"),
         Solid(Ellipsoid((crown, crown, half)), (*footprint.centre, height - half), part="crown", colour=leaves),
     )
-    return Obstacle(name, Kind.TREE, footprint, height, solids=solids)
+    return Obstacle(name, ObstacleKind.TREE, footprint, height, solids=solids)
 
 
 def building(name: str, footprint: Footprint, height: float, colour: Colour = PLASTER) -> Obstacle:
@@ -57,7 +57,7 @@ def building(name: str, footprint: Footprint, height: float, colour: Colour = PL
     half = footprint.half
     walls = WindowedBlock((2 * half[0], 2 * half[1], height + SINK))
     solid = Solid(walls, (*footprint.centre, -SINK), about_z(footprint.yaw), colour=colour)
-    return Obstacle(name, Kind.BUILDING, footprint, height, solids=(solid,))
+    return Obstacle(name, ObstacleKind.BUILDING, footprint, height, solids=(solid,))
 
 
 def column(centre: tuple[float, float], radius: float, height: float, colour: Colour, *, part: str = "") -> Solid:

@@ -1,0 +1,89 @@
+"""Building a mission without a robot, to see whether it would fit one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NoReturn
+
+from skillwing.bt_missions.checking.preflight import preflight
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.interface import GoalView
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
+from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
+from skillwing.dsl.model import Skillset
+from skillwing.services.protocol import DataReading
+
+
+class OfflineInterface:
+    """An interface to nothing: no state and no datum is known, and nothing can be started."""
+
+    ready = False
+    states: Mapping[str, str] = {}
+
+    def state(self, resource: str) -> str | None:
+        return None
+
+    def change_record(self, resource: str) -> str | None:
+        return None
+
+    def reading(self, datum: str) -> DataReading:
+        return DataReading(name=datum, value=None, t=None, age=None, stale=True)
+
+    def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalView:
+        self._refuse(f"start {skill}")
+
+    def interrupt(self, goal: Any, *, cause: str | None = None) -> None:
+        self._refuse(f"interrupt {goal.skill}")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise RuntimeError(f"The mission wants to {what} while it is built; do that in a leaf.")
+
+
+def offline_context(skillset: Skillset) -> MissionContext:
+    """What trees can be built with, and not flown."""
+
+    def write_nothing(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
+        return ""
+
+    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing)
+
+
+def draft_and_check(
+    mission: Mission, context: MissionContext, options: MissionOptions
+) -> tuple[MissionTrees, list[MissionProblem]]:
+    """The trees of a mission, and everything in it that does not fit the robot of this context, by place. It is the
+    same list before a flight and at its start."""
+    trees, problems = mission.draft(context, options)
+    return trees, _all_problems(mission, trees, problems, context.skillset)
+
+
+def check_mission(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[MissionProblem]:
+    """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
+    context = offline_context(skillset)
+    when = "while it is built"
+    try:
+        trees, problems = mission.draft(context, options)
+        when = "while it is checked"
+        return _all_problems(mission, trees, problems, skillset)
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - what somebody else writes may fail in any way
+        return [problem_of_exception(mission.file, error, when)]
+
+
+def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
+    """Raises FaultyMissionError with everything that does not fit the robot that runs, if anything does not."""
+    problems = check_mission(mission, skillset, options)
+    if problems:
+        heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
+        raise FaultyMissionError(problems, heading=heading)
+
+
+def _all_problems(
+    mission: Mission, trees: MissionTrees, found: list[MissionProblem], skillset: Skillset
+) -> list[MissionProblem]:
+    """found: what the draft of these trees has told."""
+    return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_where)
+
+
+def _where(problem: MissionProblem) -> tuple[str, int]:
+    file, _, line = (problem.place or "").rpartition(":")
+    return (file, int(line)) if line.isdecimal() else (problem.place or "", 0)

@@ -1,0 +1,1 @@
+"""Command group `skillwing mission`, and mission templates."""

@@ -1,0 +1,193 @@
+"""`skillwing mission watch`: the tree of the mission that flies, its status and its skills, live."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from skillwing.bt_missions.running.tree_snapshot import render_tree
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.history import GoalOutcome, History, SkillBar
+from skillwing.services.history.report import REPORT_FILE, read_report
+from skillwing.services.history.wording import chain_text, clock_text
+from skillwing.services.protocol import (
+    GoalProgress,
+    GoalStatus,
+    MissionPhase,
+    MissionStatus,
+    Record,
+    RecordKind,
+    TreeNode,
+    TreeSnapshot,
+)
+from skillwing.services.terminal.connection import System
+from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.live_state import LiveState
+from skillwing.services.terminal.output import make_table, relative_path, value_text
+
+PERIOD = 0.25
+"""Wall seconds between two pictures."""
+QUIT = "q"
+BARS = 10
+"""Goals in the timeline."""
+WIDTH = 40
+"""Letters of the timeline."""
+FRAME, FEWEST = 8, 6
+"""Lines that are neither tree nor bars, and lines of the tree on the smallest screen."""
+RESULTS = {"success": "succeeded", "failure": "failed", "aborted": "was aborted", "unfinished": "was cut short"}
+"""What became of a mission, by the result in its report."""
+PHASE_COLOURS = {
+    MissionPhase.SUCCEEDED: "bold green",
+    MissionPhase.FAILED: "bold red",
+    MissionPhase.ABORTED: "bold yellow",
+    MissionPhase.PAUSED: "bold cyan",
+    MissionPhase.HELD: "bold magenta",
+}
+_BAR_COLOURS = {
+    GoalOutcome.RUNNING: "blue",
+    GoalOutcome.SUCCESS: "green",
+    GoalOutcome.FAILURE: "red",
+    GoalOutcome.INTERRUPTED: "bright_black",
+}
+
+
+class MissionWatch:
+    """Follows the mission of a system on the bus of a connection, which has to run in between."""
+
+    def __init__(self, system: System) -> None:
+        self.status: MissionStatus | None = None
+        self.tree: TreeSnapshot | None = None
+        self._system = system
+        self._present = LiveState()
+        self._history = History(system.skillset)
+        self._since = 0.0
+        bus, keys = system.bus, system.keys
+        bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
+        bus.subscribe(keys.mission_tree, message_reader(TreeSnapshot, self._on_tree), events=True)
+        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_goal), events=True)
+        bus.subscribe(keys.progress("*"), message_reader(GoalProgress, self._present.add_progress), latest_only=True)
+
+    @property
+    def over(self) -> bool:
+        return self.status is not None and self.status.phase.over
+
+    @property
+    def failed(self) -> bool:
+        return self.over and self.status is not None and self.status.phase != MissionPhase.SUCCEEDED
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is something of everything to show."""
+        return self.status is not None and self.tree is not None
+
+    def picture(self, height: int | None = None) -> RenderableType:
+        if self.status is None:
+            return Text(_last_flown(self._system.target.run_dir), overflow="fold")
+        parts: list[RenderableType] = [status_line(self.status), Text()]
+        if self.tree is not None:
+            parts += [_drawn(self.tree, height), Text()]
+        bars = self._latest_bars()
+        if bars:
+            parts += [self._timeline(bars), Text()]
+        parts += [Text(f"because  {chain_text(switch.chain)}", "yellow") for switch in self._history.switches[-2:]]
+        return Group(*parts)
+
+    def _latest_bars(self) -> list[SkillBar]:
+        """Of this mission, what runs and what ran last."""
+        bars = [bar for bar in self._history.bars if bar.ran and bar.t_start >= self._since]
+        latest = sorted(bars, key=lambda bar: (bar.terminal is None, bar.t_start))[-BARS:]
+        return sorted(latest, key=lambda bar: bar.t_start)
+
+    def _timeline(self, bars: list[SkillBar]) -> RenderableType:
+        end = max(self._system.bus.now(), *(bar.t_end or bar.t_start for bar in bars))
+        start = min(bar.t_start for bar in bars)
+        scale = WIDTH / max(end - start, 1.0)
+        table = make_table(("SKILL", "", "FROM", "FOR", "IS"))
+        for bar in bars:
+            until = end if bar.t_end is None else bar.t_end
+            before, width = int((bar.t_start - start) * scale), max(1, round((until - bar.t_start) * scale))
+            drawn = Text(" " * before).append("█" * width, _BAR_COLOURS[bar.outcome])
+            table.add_row(bar.skill, drawn, clock_text(bar.t_start), f"{until - bar.t_start:.1f} s", self._is(bar))
+        return table
+
+    def _is(self, bar: SkillBar) -> Text:
+        if bar.terminal is not None:
+            return Text(bar.terminal, f"bold {_BAR_COLOURS[bar.outcome]}")
+        now = self._present.skill(bar.skill)
+        return Text(value_text(now.feedback) if now.feedback and now.goal_id == bar.goal_id else "running", "blue")
+
+    def _on_status(self, status: MissionStatus) -> None:
+        self.status = status
+
+    def _on_tree(self, tree: TreeSnapshot) -> None:
+        self.tree = tree
+
+    def _on_record(self, record: Record) -> None:
+        if record.kind is not RecordKind.DATA:
+            self._history.add_record(record)
+        if record.kind is RecordKind.MISSION and (record.before, record.after) == (
+            MissionPhase.IDLE,
+            MissionPhase.RUNNING,
+        ):
+            self._since = max(self._since, record.t)
+
+    def _on_goal(self, status: GoalStatus) -> None:
+        self._history.add_status(status)
+        self._present.add_status(status)
+
+
+def stay(system: System, watch: MissionWatch, console: Console) -> None:
+    """Show it live until the mission is over, or somebody presses q; the last picture stays on the terminal."""
+    pressed: set[str] = set()
+    with (
+        Live(watch.picture(console.height), console=console, screen=True, auto_refresh=False) as live,
+        when_pressed(lambda key: system.bus.post(lambda: pressed.add(key))),
+    ):
+        while QUIT not in pressed and not watch.over:
+            system.bus.run_until(lambda: QUIT in pressed or watch.over, PERIOD)
+            live.update(watch.picture(console.height), refresh=True)
+    console.print(watch.picture())
+
+
+def _last_flown(run_dir: Path | None) -> str:
+    """What to say where no mission is there: nothing but its report tells of one that has ended."""
+    reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
+    if not reports:
+        return "No mission flies now, and none has left a report here. Fly one with `skillwing mission run`."
+    folder = reports[-1].parent
+    report = read_report(folder)
+    became = RESULTS.get(report.result, report.result)
+    return (
+        f"No mission flies now. The last one, `{report.mission}`, {became}; its report is in {relative_path(folder)}."
+    )
+
+
+def status_line(status: MissionStatus) -> Text:
+    """Robot time, phase, waypoints and what the mission does, in one line."""
+    text = Text(f"{clock_text(status.t):>9}  ")
+    text.append(f"{status.phase:9}", PHASE_COLOURS.get(status.phase, "default"))
+    if status.waypoints:
+        text.append(f"  {status.waypoint}/{status.waypoints}", "dim")
+    return text.append(f"  {status.text}")
+
+
+def _drawn(tree: TreeSnapshot, height: int | None) -> Text:
+    """The tree, or on a small screen the lines of it that matter most."""
+    text = render_tree(tree)
+    room = None if height is None else max(FEWEST, height - BARS - FRAME)
+    if room is None or len(tree.nodes) <= room:
+        return text
+    lines = text.split("\n")
+    parents = {node.parent for node in tree.nodes}
+    ranked = sorted(tree.nodes, key=lambda node: (_rank(node, is_leaf=node.index not in parents), node.index))
+    return Text("\n").join(lines[node.index] for node in sorted(ranked[:room], key=lambda node: node.index))
+
+
+def _rank(node: TreeNode, *, is_leaf: bool) -> int:
+    """What runs comes first, then what has failed, then what leads there."""
+    order = (("RUNNING", True), ("FAILURE", True), ("RUNNING", False), ("FAILURE", False), ("SUCCESS", True))
+    return order.index((node.status, is_leaf)) if (node.status, is_leaf) in order else len(order)

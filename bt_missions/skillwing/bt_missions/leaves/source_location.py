@@ -1,0 +1,30 @@
+"""Source locations of nodes: the line of a mission's file in which each was written."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from py_trees.behaviour import Behaviour
+
+_LIBRARY = tuple(str(Path(__file__).parents[1] / folder) for folder in ("leaves", "subtrees", "planning"))
+"""Folders of nodes that missions are made of. The first caller outside of them is the mission."""
+_ATTRIBUTE = "_written_at"
+
+
+def set_source_location(node: Behaviour, file: Path, line: int) -> None:
+    setattr(node, _ATTRIBUTE, f"{file}:{line}")
+
+
+def set_caller_location(node: Behaviour) -> None:
+    """Note the line of the mission that makes a node. The constructor of the node calls this."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_LIBRARY):
+        frame = frame.f_back
+    set_source_location(node, Path(frame.f_code.co_filename), frame.f_lineno)
+
+
+def source_location(node: Behaviour) -> str | None:
+    """`file:line` of a node, or of the first one below it with a known location."""
+    found = (getattr(each, _ATTRIBUTE, None) for each in (node, *node.iterate()))
+    return next((place for place in found if place is not None), None)

@@ -1,0 +1,1 @@
+"""Definition of a mission: trees, options, source files and the problems found in them."""

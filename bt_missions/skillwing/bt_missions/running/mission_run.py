@@ -1,0 +1,321 @@
+"""One run of a mission, from the wait for the robot to the final status.
+
+Stages in this order:
+
+- WAITING until the robot is ready
+- FLYING the first tree
+- CHECKING for a drone in the air, after the end of that tree
+- RESCUING with the second tree, if the first one stopped or left the drone in the air
+- SETTLING until every goal has ended
+- OVER
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
+from skillwing.bt_missions.running.publisher import MissionPublisher
+from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, AirborneCheck, ClockWatchdog, Readiness
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.protocol import MissionPhase
+
+SETTLED_TICK = 0.01
+"""Time from a tick that changed something to the next one, in seconds of robot time."""
+SETTLE_TIMEOUT = 15.0
+"""Longest wait at the end for goals that do not stop, in seconds of wall time."""
+
+
+class RunStage(StrEnum):
+    WAITING = "waiting"
+    FLYING = "flying"
+    CHECKING = "checking"
+    RESCUING = "rescuing"
+    SETTLING = "settling"
+    OVER = "over"
+
+
+class MissionRun:
+    """Flies `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        mission: Mission,
+        trees: MissionTrees,
+        context: MissionContext,
+        publisher: MissionPublisher,
+        wake: Callable[[], None],
+    ) -> None:
+        self._bus = bus
+        self._trees = trees
+        self._context = context
+        self._publisher = publisher
+        self._wake = wake
+        self._readiness = Readiness(context.interface, mission.needs)
+        self._airborne = AirborneCheck(context.interface, context.skillset)
+        self._stage = RunStage.WAITING
+        self._outcome = MissionPhase.IDLE, ""
+        self._abort_reason: str | None = None
+        self._has_flown = False
+        self._system_is_there = True
+        self._ended_at = 0.0
+        self._at_end: list[Handle] = []
+        self._show(trees.root)
+
+    @property
+    def tree_shows_end(self) -> bool:
+        """True if the tree shows why the mission ended: it was flown, and the system was there until its end."""
+        return self._has_flown and self._system_is_there
+
+    def cancel_at_end(self, *handles: Handle) -> None:
+        """Cancel these when the run is over."""
+        self._at_end += handles
+
+    def time_is_known(self) -> None:
+        """Note that robot time is known from now on."""
+        self._readiness.time_is_known = True
+        self._wake()
+
+    def tick(self) -> None:
+        match self._stage:
+            case RunStage.WAITING:
+                self._start_when_ready()
+            case RunStage.FLYING:
+                self._fly()
+            case RunStage.CHECKING:
+                self._check_for_drone_in_air()
+            case RunStage.RESCUING:
+                self._rescue()
+            case RunStage.SETTLING | RunStage.OVER:
+                pass
+        if self._stage is RunStage.SETTLING and not self._context.reaper.unfinished:
+            self._finish()
+        if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
+            self._publish_progress()
+            # The next tick may continue from what this one changed, such as the end of a round.
+            self._bus.after(SETTLED_TICK, self._wake)
+
+    # --- requests of the operator
+
+    def abort(self, reason: str) -> None:
+        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
+        if self._stage not in (RunStage.WAITING, RunStage.FLYING):
+            return
+        self._abort_reason = reason
+        self._end(MissionPhase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
+        # At once, as the reply to the request carries this status.
+        if self._stage is RunStage.RESCUING:
+            self._publisher.publish(MissionPhase.RUNNING, self._rescue_text)
+        else:
+            self._publisher.publish(MissionPhase.IDLE, self._outcome[1])
+        self._wake()
+
+    def pause(self, reason: str) -> str | None:
+        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible.
+
+        Guards stay active: they may still bring the drone home or land it.
+        """
+        if self._stage is not RunStage.FLYING:
+            return f"The mission is {self._stage}; only a flight can be paused."
+        refusal = self._pause.pause(reason)
+        if refusal is None:
+            self._publish_pause_state()
+            self._wake()
+        return refusal
+
+    def resume(self, reason: str) -> str | None:
+        """Continue where the flight was paused. Returns a sentence if that is not possible."""
+        refusal = self._pause.resume()
+        if refusal is None:
+            self._publish_pause_state(reason)
+            self._wake()
+        return refusal
+
+    # --- wait for the robot
+
+    def _start_when_ready(self) -> None:
+        missing = self._readiness.missing
+        if not missing:
+            self._stage = RunStage.FLYING
+            self._has_flown = True
+            self._airborne.begin()
+            self._publisher.enter(MissionPhase.RUNNING, "the robot is ready")
+            self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock))
+            self._fly()
+        elif self._publisher.status.text != missing:
+            self._publisher.publish(MissionPhase.IDLE, missing)
+
+    def give_up_waiting(self, waited: float) -> None:
+        """End the mission if the robot is not ready after so many seconds."""
+        if self._stage is RunStage.WAITING:
+            self.give_up(f"The robot did not get ready within {waited:g} s ({self._readiness.missing}).")
+
+    def give_up_in_air(self) -> None:
+        """End the mission if it waits for a drone to land that nobody flies."""
+        if self._stage is RunStage.WAITING and not self._readiness.starts_in_air and self._airborne.nobody_flies:
+            self.give_up("The drone is in the air already, and nobody flies it. Land it with `skillwing start land`.")
+
+    # --- flight
+
+    def _fly(self) -> None:
+        status = self._tick_tree(self._trees.root)
+        if status is Status.SUCCESS:
+            self._tree_ended(MissionPhase.SUCCEEDED, self._trees.progress().text or "done")
+        elif status is Status.FAILURE:
+            self._tree_ended(MissionPhase.FAILED, self._failure_text())
+
+    def _rescue(self) -> None:
+        status = self._tick_tree(self._trees.rescue)
+        if status in (Status.SUCCESS, Status.FAILURE):
+            phase, text = self._outcome
+            landed = "the drone is on the ground"
+            landed = landed if status is Status.SUCCESS else f"no landing: {self._failure_text()}"
+            self._end(phase, _joined(text, landed), rescue=False)
+
+    def _tick_tree(self, tree: Behaviour) -> Status:
+        """Tick once. If a leaf of the first tree raises, the second one lands the drone."""
+        try:
+            tree.tick_once()
+        except Exception as error:  # noqa: BLE001 - the drone is in the air, so no exception may end the process
+            text = f"the tree raised {type(error).__name__}: {error}"
+            if self._stage is RunStage.RESCUING:
+                phase, reason = self._outcome
+                self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
+            else:
+                self._end(MissionPhase.FAILED, text, rescue=True)
+            return Status.INVALID
+        return tree.status
+
+    def _failure_text(self) -> str:
+        """Reasons of the mission's failure: why the tree switched to its last branch, then the last failure."""
+        reasons = [switch.reason for switch in self._context.switches if switch.subject == "mission"]
+        if self._context.failure is not None:
+            reasons.append(self._context.failure.text)
+        first, *later = dict.fromkeys(reasons) or ["the tree failed"]
+        return _joined(first, *(f"then {reason}" for reason in later))
+
+    def _show(self, tree: Behaviour) -> None:
+        """Fly and publish this tree from now on."""
+        self._tree = tree
+        self._pause = PauseControl(tree, self._context.interface)
+        self._publisher.show(tree, self._trees.progress)
+
+    def _publish_progress(self) -> None:
+        if self._stage is RunStage.RESCUING:
+            self._publisher.publish_if_changed(MissionPhase.RUNNING, self._rescue_text)
+            return
+        leaves = (node for node in self._tree.iterate() if isinstance(node, SkillAction))
+        running = ", ".join(leaf.name for leaf in leaves if leaf.status is Status.RUNNING)
+        state = self._publish_pause_state()
+        self._publisher.publish_if_changed(state.phase, state.reason or running or "deciding")
+
+    def _publish_pause_state(self, reason: str = "") -> PauseState:
+        """Publish a change between RUNNING, PAUSED and HELD. It is the cause of what the tree does next."""
+        state = self._pause.state
+        if state.phase != self._publisher.status.phase:
+            text = reason or state.reason or self._context.last_observation
+            self._context.observe(text, self._publisher.enter(state.phase, text, state.cause))
+        return state
+
+    @property
+    def _rescue_text(self) -> str:
+        return _joined(self._outcome[1], "landing")
+
+    # --- end
+
+    def give_up(self, text: str) -> None:
+        """End as FAILED without a landing."""
+        self._end(MissionPhase.FAILED, text, rescue=False)
+        self._wake()
+
+    def _give_up_for_clock(self) -> None:
+        if self._stage in (RunStage.FLYING, RunStage.CHECKING, RunStage.RESCUING):
+            text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
+            self.give_up(_joined(self._failure_text(), f"then {text}") if self._context.failure else text)
+
+    def stop(self) -> None:
+        """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
+        if self._stage is not RunStage.OVER:
+            self._end(MissionPhase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
+            self._finish()
+
+    def system_stopped(self) -> None:
+        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
+        if self._stage is RunStage.OVER:
+            return
+        phase, before = self._outcome
+        where = ", with the drone in the air" if self._airborne.is_in_air else ""
+        after = f"; before that: {before}" if before else ""
+        self._system_is_there = False
+        text = f"the system was stopped under it{where}{after}"
+        self._stop_tree(MissionPhase.ABORTED if phase is MissionPhase.IDLE else phase, text)
+        self._conclude(*self._outcome)
+
+    def _end(self, phase: MissionPhase, text: str, *, rescue: bool) -> None:
+        """Halt the tree. Then land the drone with the second tree, or wait for the goals to stop."""
+        self._stop_tree(phase, text)
+        self._begin_rescue() if rescue else self._settle()
+
+    def _tree_ended(self, phase: MissionPhase, text: str) -> None:
+        """Note the end of the first tree, and check that it has not left the drone in the air."""
+        self._stop_tree(phase, text)
+        self._stage = RunStage.CHECKING
+        self._ended_at = self._bus.now()
+        self._check_for_drone_in_air()
+
+    def _check_for_drone_in_air(self) -> None:
+        """Land a drone that stays in the air. The end of a landing may arrive before the new flight status."""
+        if not self._airborne.has_to_land:
+            self._settle()
+        elif self._bus.now() - self._ended_at >= SETTLE_TIME:
+            phase, text = self._outcome
+            self._outcome = phase, _joined(text, "it ended in the air")
+            self._begin_rescue()
+
+    def _stop_tree(self, phase: MissionPhase, text: str) -> None:
+        self._outcome = phase, text
+        self._publisher.publish_tree()  # its last state, before the halt resets the statuses
+        try:
+            self._tree.stop(Status.INVALID)
+        except Exception as error:  # noqa: BLE001 - the goals have to be interrupted all the same
+            self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
+        self._context.cancel_all()
+
+    def _begin_rescue(self) -> None:
+        self._stage = RunStage.RESCUING
+        self._show(self._trees.rescue)
+
+    def _settle(self) -> None:
+        self._stage = RunStage.SETTLING
+        self._at_end.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
+
+    def _finish(self) -> None:
+        """Conclude when every goal has stopped, or had its time to stop."""
+        if self._stage is RunStage.OVER:
+            return
+        phase, text = self._outcome
+        running = self._context.reaper.unfinished
+        if running:
+            text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
+        self._conclude(phase, text)
+
+    def _conclude(self, phase: MissionPhase, text: str) -> None:
+        self._stage = RunStage.OVER
+        failure = self._context.failure if phase is MissionPhase.FAILED else None
+        self._publisher.enter(phase, text, failure.record if failure else None)
+        for handle in self._at_end:
+            handle.cancel()
+
+
+def _joined(*clauses: str) -> str:
+    """One sentence of several clauses: only the last one keeps its full stop."""
+    *first, last = clauses
+    return "; ".join([*(clause.removesuffix(".") for clause in first), last])

@@ -1,0 +1,221 @@
+"""Missions that stand still for a while and then go on where they were.
+
+Neither of these halts what stands below it. Only the leaves that need what is not there are held: their goals are
+interrupted, and start anew later. All else is ticked on, so that guards still guard, a map is still made, and a branch
+that loses its sensor still gives way to another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.leaves.source_location import set_caller_location
+from skillwing.dsl.queries import checks_of, needed_by, taken_by
+from skillwing.services.protocol import Ending, Terminal
+
+AGAIN_AFTER = 1.0
+"""Robot seconds after which a pause begins anew with what failed to hold the drone."""
+
+
+class ResourceChange(NamedTuple):
+    """A resource and the state that it comes into."""
+
+    resource: str
+    state: str
+
+
+class WhileGranted(Decorator):
+    """Flies its child while `resource` is in one of `states`; at other times skills that need it are held.
+
+    FAILURE when the grant stays away for more than `patience` robot seconds, or when `ended_by` happens meanwhile: for
+    a drone, that the safety pilot blocks it, or lands it.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        context: MissionContext,
+        child: Behaviour,
+        *,
+        resource: str,
+        states: tuple[str, ...],
+        patience: float,
+        ended_by: ResourceChange,
+    ) -> None:
+        super().__init__(name, child)
+        set_caller_location(self)
+        self.resource = resource
+        self.states = states
+        self.patience = patience
+        self.ended_by = ended_by
+        self._context = context
+        self._gone_since: float | None = None
+        self._can_end = False
+        for leaf in _skills_below(child):
+            leaf.follow(self)
+
+    @property
+    def reason(self) -> str | None:
+        """What is not granted, None if all is well."""
+        return None if self._gone_since is None else self._words
+
+    def blocks(self, skill: str) -> str | None:
+        if self._gone_since is None or self.resource not in needed_by(self._context.skillset.skill(skill)):
+            return None
+        return self._words
+
+    def explains(self, skill: str, terminal: Terminal) -> bool:
+        if terminal.ending is Ending.INVARIANT_VIOLATED:
+            return terminal.subject == self.resource
+        checks = checks_of(self._context.skillset.skill(skill))
+        refused = terminal.ending is Ending.NOT_READY
+        return refused and any(self.resource in checks.get(check, ()) for check in terminal.failing)
+
+    def tick(self) -> Iterator[Behaviour]:
+        if self.status is not Status.RUNNING:
+            self._gone_since = None
+        over = self._look()
+        if over is None:
+            yield from super().tick()
+            return
+        self.feedback_message = over
+        self._context.observe(over, self._context.interface.change_record(self.resource), failed=True)
+        self.stop(Status.FAILURE)
+        yield self
+
+    def update(self) -> Status:
+        return self.decorated.status
+
+    def _look(self) -> str | None:
+        """Take note of what is granted now; why that is the end, if it is."""
+        interface, now = self._context.interface, self._context.now()
+        if interface.state(self.resource) in self.states:
+            if self._gone_since is not None:
+                self._gone_since = None
+                self._learn_of_change()
+            self.feedback_message = self._words
+            return None
+        ended = interface.state(self.ended_by.resource) == self.ended_by.state
+        if self._gone_since is None:
+            self._gone_since = now
+            self._can_end = False
+            self._learn_of_change()
+        self._can_end |= not ended
+        self.feedback_message = f"{self._words}; waiting for {' or '.join(self.states)}"
+        if ended and self._can_end:
+            return f"{self._words} and {self.ended_by.resource} became {self.ended_by.state}"
+        if now - self._gone_since > self.patience:
+            return f"{self._words} for more than {self.patience:g} s; it has to be {' or '.join(self.states)}"
+        return None
+
+    def _learn_of_change(self) -> None:
+        self._context.observe(self._words, self._context.interface.change_record(self.resource))
+
+    @property
+    def _words(self) -> str:
+        return f"{self.resource} is {self._context.interface.state(self.resource) or 'not known'}"
+
+
+class Pausable(Composite):
+    """Flies `body`, and while it is paused `meanwhile` instead of everything in `body` that is in its way.
+
+    A pause lasts while `condition` succeeds: one that cannot begin is refused, and one that can go on no longer ends by
+    itself. children: condition, meanwhile, body; ends as body does.
+    """
+
+    def __init__(
+        self, name: str, context: MissionContext, condition: Behaviour, meanwhile: Behaviour, body: Behaviour
+    ) -> None:
+        super().__init__(name, [condition, meanwhile, body])
+        set_caller_location(self)
+        self._condition, self._meanwhile, self._body = condition, meanwhile, body
+        self._context = context
+        self._paused: str | None = None
+        self._again_at = 0.0
+        self._claims: frozenset[str] | None = None
+        for leaf in _skills_below(body):
+            leaf.follow(self)
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is paused, None if it is not."""
+        return self._paused
+
+    def pause(self, reason: str) -> str | None:
+        """PauseGate the body from now on. Returns what is against it: then nothing has changed."""
+        if self.status is not Status.RUNNING:
+            return "the mission is in a part that is not paused"
+        if self._paused is None:
+            self._condition.tick_once()
+            if self._condition.status is Status.FAILURE:
+                return self._condition.feedback_message
+            self._paused = reason
+            self._again_at = self._context.now()
+        return None
+
+    def resume(self) -> None:
+        """Let the body go on where it was. Nothing happens if it is not paused."""
+        self._paused = None
+
+    def blocks(self, skill: str) -> str | None:
+        if self._paused is None or self._claimed.isdisjoint(taken_by(self._context.skillset.skill(skill))):
+            return None
+        return self._paused
+
+    def explains(self, skill: str, terminal: Terminal) -> bool:
+        return False
+
+    def tick(self) -> Iterator[Behaviour]:
+        if self.status is not Status.RUNNING:
+            self._paused = None
+            for child in self.children:
+                child.stop(Status.INVALID)
+        if self._paused is not None:
+            yield from self._condition.tick()
+            if self._condition.status is Status.FAILURE:
+                self.resume()
+        if self._paused is None and self._meanwhile.status is not Status.INVALID:
+            self._meanwhile.stop(Status.INVALID)
+        yield from self._body.tick()
+        self.feedback_message = "" if self._paused is None else f"paused: {self._paused}"
+        if self._body.status is not Status.RUNNING:
+            for child in (self._condition, self._meanwhile):
+                child.stop(Status.INVALID)
+            self.stop(self._body.status)
+        else:
+            if self._paused is not None:
+                yield from self._hold_place()
+            self.status = Status.RUNNING
+        yield self
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        self._paused = None
+        super().stop(new_status)
+
+    def _hold_place(self) -> Iterator[Behaviour]:
+        if self._context.now() < self._again_at:
+            return
+        yield from self._meanwhile.tick()
+        if self._meanwhile.status is Status.FAILURE:
+            self._again_at = self._context.now() + AGAIN_AFTER
+
+    @property
+    def _claimed(self) -> frozenset[str]:
+        """Resources that are taken while it is paused."""
+        if self._claims is None:
+            skillset = self._context.skillset
+            claims = (taken_by(skillset.skill(leaf.skill)) for leaf in _skills_below(self._meanwhile))
+            self._claims = frozenset[str]().union(*claims)
+        return self._claims
+
+
+def _skills_below(node: Behaviour) -> Iterator[SkillAction]:
+    return (leaf for leaf in node.iterate() if isinstance(leaf, SkillAction))

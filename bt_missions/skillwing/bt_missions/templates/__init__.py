@@ -1,1 +1,0 @@
-"""Missions to begin with."""

@@ -1,0 +1,126 @@
+"""A sample of an earlier campaign, flown again on another network or by other code: do its flights end alike?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from skillwing.evaluation.campaign.flight_code import FlightCode, read_code
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
+from skillwing.evaluation.campaign.outcomes import metres, share
+from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.result import FlightResult
+from skillwing.services.errors import InvalidOptionError
+
+HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "time", "again")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Flights of an earlier campaign that are to be flown again. code: by which they were flown."""
+
+    folder: Path
+    flights: Sequence[FlightResult]
+    code: FlightCode
+
+    def plans(self, network: Network) -> list[FlightPlan]:
+        """The same flights on a network."""
+        return [replace(flight.plan, network=network) for flight in self.flights]
+
+    def pairs(self, results: Sequence[FlightResult]) -> list[tuple[FlightResult, FlightResult]]:
+        """Each flight that was flown again, with what became of it then."""
+        again = {_name(result.plan): result for result in results}
+        return [(flight, again[name]) for flight in self.flights if (name := _name(flight.plan)) in again]
+
+
+def take_sample(folder: Path, mission: str, count: int) -> Sample:
+    """So many of the flights of a mission in a campaign's folder.
+
+    Raises InvalidOptionError where no such campaign is, or its flights are too few.
+    """
+    path = folder / LEDGER_FILE
+    if not path.exists():
+        raise InvalidOptionError("sample_of", f"No campaign is in {folder}. Give the folder of one, as runs/NAME.")
+    flights = [result for result in read_results(path) if result.plan.mission == mission]
+    if not 1 <= count <= len(flights):
+        sentence = f"{folder} holds {len(flights)} flights of `{mission}`, and {count} were asked for."
+        raise InvalidOptionError("sample", f"{sentence} Ask for one at least, and for no more than there are.")
+    return Sample(folder, choose(flights, count), read_code(folder))
+
+
+def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
+    """`count` of the flights: of all that differ in more than their seed as many, with seeds that are evenly spread."""
+    groups: dict[str, list[FlightResult]] = {}
+    for flight in sorted(flights, key=lambda each: each.plan.seed):
+        groups.setdefault(replace(flight.plan, seed=0).name, []).append(flight)
+    shares = dict.fromkeys(groups, 0)
+    while sum(shares.values()) < count:
+        key = min((key for key in groups if shares[key] < len(groups[key])), key=lambda key: shares[key])
+        shares[key] += 1
+    chosen: list[FlightResult] = []
+    for place, (key, group) in enumerate(groups.items()):
+        offset = (place + 0.5) / len(groups)
+        chosen += [group[int((turn + offset) * len(group) / shares[key])] for turn in range(shares[key])]
+    return chosen
+
+
+def end_alike(flight: FlightResult, again: FlightResult) -> bool:
+    """True if drone and mission ended in the same way, the same promises were kept, and no process died again."""
+    return (flight.end, flight.phase, flight.kept) == (again.end, again.phase, again.kept) and not again.deaths
+
+
+def same_flight(flight: FlightResult, again: FlightResult) -> bool:
+    """True for bit-by-bit equal flights. A flight over Zenoh never is; it only has to end alike."""
+    if again.plan.network is Network.ZENOH:
+        return end_alike(flight, again)
+    return flight.digest == again.digest
+
+
+def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
+    """Sentence that counts the flights with the same end as before."""
+    pairs = sample.pairs(results)
+    alike = sum(end_alike(*pair) for pair in pairs)
+    same = sum(flight.digest == again.digest for flight, again in pairs)
+    bitwise = f"; {same} are the same flight bit by bit" if same else ""
+    return f"{alike} of {len(pairs)} flights end as they did in {sample.folder.name}{bitwise}."
+
+
+def comparison(sample: Sample, results: Sequence[FlightResult]) -> list[str]:
+    """Lines of Markdown: the verdict, and each flight that is not the same bit by bit beside what it was."""
+    other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
+    then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
+    if not other:
+        return [f"{then}."]
+    return [
+        f"{then}:",
+        "",
+        "| " + " | ".join(HEADINGS) + " |",
+        "|---|---|---|" + "---:|" * (len(HEADINGS) - 3),
+        *("| " + " | ".join(_cells(flight, again)) + " |" for flight, again in other),
+    ]
+
+
+def _cells(flight: FlightResult, again: FlightResult) -> tuple[str, ...]:
+    plan = flight.plan
+    ended = "the same" if end_alike(flight, again) else f"**{_ended(again)}**"
+    return (
+        f"{plan.world} {plan.seed}, {plan.condition}",
+        _ended(flight),
+        ended,
+        *(metres(each.clearance) for each in (flight, again)),
+        *(share(each.coverage) for each in (flight, again)),
+        *(f"{each.end_time:.0f} s" for each in (flight, again)),
+    )
+
+
+def _ended(result: FlightResult) -> str:
+    deaths = (each.removesuffix(".") for each in result.deaths)
+    return ", ".join(filter(None, (result.end, result.phase.lower(), *result.broken, *deaths)))
+
+
+def _name(plan: FlightPlan) -> str:
+    """The same for a flight and its repetition."""
+    return replace(plan, network=Network.IN_PROCESS).name

@@ -1,0 +1,130 @@
+"""Flies plans on all cores: one process a flight, so that memory is bounded and a crash is one flight's business."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+import msgspec
+
+from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.flights.result import FlightResult
+from skillwing.services.processes.child import SINGLE_THREADED
+
+LONGEST = 3600.0
+"""Wall seconds after which a flight's process is taken for hung and killed."""
+LOOK_PERIOD = 0.2
+"""Wall seconds between two looks whether the campaign is called off."""
+WORKER = (sys.executable, "-m", "skillwing.evaluation.campaign.worker")
+"""The command of a flight's process; plan and run directory come behind it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LostFlight:
+    """A flight whose process ended without a result, killed by hand, by the system for its memory, or as hung: that
+    tells something of the machine and nothing of the flight, which is to be flown again. why: in a sentence."""
+
+    plan: FlightPlan
+    why: str
+
+
+class WorkerPool:
+    """`jobs` flights at once. On leaving, flights that are under way are ended and leave no result.
+
+    worker: the command that flies a plan and prints its result.
+    """
+
+    def __init__(self, jobs: int, worker: Sequence[str] = WORKER) -> None:
+        self._jobs = jobs
+        self._worker = worker
+        self._pool = ThreadPoolExecutor(jobs)
+        self._lock = threading.Lock()
+        self._flying: set[subprocess.Popen[bytes]] = set()
+        self._dismissed = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+        with self._lock:
+            self._dismissed = True
+            for process in self._flying:
+                process.kill()
+        self._pool.shutdown(cancel_futures=True)
+
+    def fly(
+        self,
+        plans: Iterable[FlightPlan],
+        run_dir: Callable[[FlightPlan], Path | None],
+        look: Callable[[], None] = lambda: None,
+    ) -> Iterator[FlightResult | LostFlight]:
+        """Fly all plans, and yield what became of each as soon as it is known.
+
+        run_dir: where a flight is recorded, None for nowhere. look: called several times a second; may raise.
+        """
+        waiting, flying = iter(plans), set[Future[FlightResult | LostFlight]]()
+        while True:
+            while len(flying) < self._jobs and (plan := next(waiting, None)) is not None:
+                flying.add(self._pool.submit(self._fly, plan, run_dir(plan)))
+            if not flying:
+                return
+            look()
+            done, flying = wait(flying, LOOK_PERIOD, FIRST_COMPLETED)
+            yield from (future.result() for future in done)
+
+    def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult | LostFlight:
+        command = [*self._worker, msgspec.json.encode(plan).decode()]
+        if run_dir is not None:
+            command.append(str(run_dir))
+        with tempfile.TemporaryFile() as complaints:
+            process = self._start(command, complaints)
+            if process is None:
+                return LostFlight(plan, "The campaign was called off.")
+            told, code = self._await(process)
+            try:
+                return msgspec.json.decode(told, type=FlightResult)
+            except msgspec.DecodeError:
+                complaints.seek(0)
+                last = complaints.read().decode(errors="replace").strip().rpartition("\n")[2]
+                ended = f"ended with code {code}" if code >= 0 else f"was killed by signal {-code}"
+                return LostFlight(plan, f"Its process {ended}. {last}".strip())
+
+    def _start(self, command: list[str], complaints: IO[bytes]) -> subprocess.Popen[bytes] | None:
+        """The process of a flight; None once the pool is dismissed."""
+        with self._lock:
+            if self._dismissed:
+                return None
+            # In a session of its own: Ctrl-C is for the campaign, which ends its flights itself.
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=complaints,
+                env=os.environ | SINGLE_THREADED,
+                start_new_session=True,
+            )
+            self._flying.add(process)
+            return process
+
+    def _await(self, process: subprocess.Popen[bytes]) -> tuple[bytes, int]:
+        """Output and exit code of a worker. Its standard input stays open, because closing it ends the flight."""
+        watchdog = threading.Timer(LONGEST, process.kill)
+        watchdog.start()
+        try:
+            assert process.stdout is not None
+            with process:
+                told = process.stdout.read()
+            return told, process.returncode
+        finally:
+            watchdog.cancel()
+            with self._lock:
+                self._flying.discard(process)

@@ -1,0 +1,161 @@
+"""Observer of a campaign's flight: it knows the ground truth and decides when the flight is over."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import numpy as np
+
+from skillwing.evaluation.flights.cost import CostMeter
+from skillwing.evaluation.flights.coverage import SavedMap
+from skillwing.evaluation.flights.result import End
+from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.topics import (
+    FLIGHT,
+    MAP_SNAPSHOT,
+    MAPPING_STATUS,
+    TRUTH,
+    Empty,
+    FlightState,
+    MapHeader,
+    MappingStatus,
+    Truth,
+)
+from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.history import OVER
+from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
+from skillwing.sim_mujoco.world.terrain import Terrain
+
+AT_HOME = 2.0
+"""A drone this near to the home point is at home [m]."""
+AT_REST = 0.1
+"""A drone that stands is not faster [m/s]."""
+HELD_FOR = 5.0
+"""So long a drone in the pilot's hands has to hold its place, from the mission's end on if he took it before [s]."""
+HELD_WITHIN = 2.0
+"""And so near to where it was [m]."""
+
+
+class FlightObserver:
+    """A node that sees what the robot does not know: the truth.
+
+    terrain: the ground of its world. pilot_returns: the safety pilot gives the authority back, so that a drone in his
+    hands is not handed over for good. meter: adds up what the flight costs.
+    """
+
+    name = "witness"
+    owns_clock = False
+
+    def __init__(
+        self, skillset: str, terrain: Terrain, *, pilot_returns: bool = False, meter: CostMeter | None = None
+    ) -> None:
+        self._keys = Keys(skillset)
+        self._terrain = terrain
+        self.meter = meter or CostMeter()
+        self._pilot_returns = pilot_returns
+        self._digest = hashlib.sha256()
+        self._state: FlightState | None = None
+        self._truth: Truth | None = None
+        self._held: Truth | None = None
+        self._outside = False
+        self._pose_source = ""
+        self.mission: MissionStatus | None = None
+        self.failsafes: list[str] = []
+        self.breaches = 0
+        self.clearance: float | None = None
+        self.map: SavedMap | None = None
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        keys = self._keys
+        bus.subscribe(TRUTH, message_reader(Truth, self._on_truth))
+        bus.subscribe(FLIGHT, message_reader(FlightState, self._on_state))
+        bus.subscribe(MAPPING_STATUS, message_reader(MappingStatus, self._on_mapping))
+        bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
+        bus.subscribe(keys.timeline, message_reader(Record, self._on_message), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_message), events=True)
+        self.meter.attach(bus)
+
+    def detach(self) -> None:
+        """It only looks on."""
+
+    # --- what it concludes -------------------------------------------------------------------------------------------
+
+    @property
+    def over(self) -> bool:
+        """The mission is over, and the drone stands, or holds its place for a pilot who has the authority."""
+        return self._mission_over and self.end is not End.FLYING
+
+    @property
+    def _mission_over(self) -> bool:
+        return self.mission is not None and self.mission.phase in OVER
+
+    @property
+    def end(self) -> End:
+        """End of the flight as of now. `HANDED_OVER` counts only after the mission's end."""
+        state, truth = self._state, self._truth
+        if state is None or truth is None:
+            return End.FLYING
+        if state.on_ground and not state.rotors_on:
+            return self._landed(truth)
+        held = self._held
+        handed_over = held is not None and not self._pilot_returns and truth.t - held.t >= HELD_FOR
+        return End.HANDED_OVER if handed_over else End.FLYING
+
+    def _landed(self, truth: Truth) -> End:
+        """True end of a flight whose drone has landed by the autopilot's word."""
+        x, y, z = truth.position
+        if math.hypot(*truth.velocity) > AT_REST:
+            return End.FLYING
+        if z - self._terrain.height(x, y) > TIP_RADIUS:
+            return End.NOT_LANDED  # nothing of it reaches the ground, be it toppled
+        return End.HOME if math.hypot(x, y) <= AT_HOME else End.ELSEWHERE
+
+    @property
+    def collisions(self) -> int:
+        return 0 if self._truth is None else self._truth.collisions
+
+    @property
+    def digest(self) -> str:
+        """Of every record of the timeline and every change of a goal so far, in the order in which they came."""
+        return self._digest.hexdigest()
+
+    def ask_for_map(self) -> None:
+        """Fetch the map; `map` has it once it has come."""
+        self._bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
+
+    # --- what it sees ------------------------------------------------------------------------------------------------
+
+    def _on_truth(self, truth: Truth) -> None:
+        self._truth = truth
+        if not truth.inside_fence and not self._outside:
+            self.breaches += 1
+        self._outside = not truth.inside_fence
+        self.clearance = truth.clearance if self.clearance is None else min(self.clearance, truth.clearance)
+        held_by_pilot = self._state is not None and not self._state.authority
+        if not (held_by_pilot and self._mission_over):
+            self._held = None
+        elif self._held is None or math.dist(self._held.position, truth.position) > HELD_WITHIN:
+            self._held = truth
+
+    def _on_state(self, state: FlightState) -> None:
+        self._state = state
+        if state.failsafe and state.failsafe not in self.failsafes:
+            self.failsafes.append(state.failsafe)
+
+    def _on_mission(self, status: MissionStatus) -> None:
+        self.mission = status
+
+    def _on_mapping(self, status: MappingStatus) -> None:
+        self._pose_source = status.pose_source
+
+    def _on_snapshot(self, answer: Answer) -> None:
+        if isinstance(answer, Answered):
+            header = decode(answer.attachment, MapHeader)
+            centres = np.frombuffer(answer.payload, np.float32).reshape(-1, 3)
+            self.map = SavedMap(centres, header.voxel_size, self._pose_source)
+
+    def _on_message(self, message: Record | GoalStatus) -> None:
+        self._digest.update(encode(message))

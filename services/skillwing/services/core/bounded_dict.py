@@ -1,0 +1,39 @@
+"""Remembering for as long as it may matter, and no longer: memory has to stay bounded whatever comes in."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+K = TypeVar("K")
+V = TypeVar("V")
+
+
+class BoundedDict(Generic[K, V]):
+    """A mapping that holds the `limit` entries written last and forgets the older ones."""
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._entries: dict[K, V] = {}
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def __contains__(self, key: K) -> bool:
+        return key in self._entries
+
+    def __setitem__(self, key: K, value: V) -> None:
+        self._entries.pop(key, None)
+        self._entries[key] = value
+        if len(self._entries) > self._limit:
+            del self._entries[next(iter(self._entries))]
+
+    def get(self, key: K) -> V | None:
+        return self._entries.get(key)
+
+    def pop(self, key: K) -> V | None:
+        """Forget one entry; None if there is none."""
+        return self._entries.pop(key, None)
+
+    def newest(self) -> V | None:
+        """The entry written last."""
+        return self._entries[next(reversed(self._entries))] if self._entries else None

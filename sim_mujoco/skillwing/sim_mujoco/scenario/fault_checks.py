@@ -1,0 +1,63 @@
+"""Checks of a scenario against the simulated drone: its sensors, rotors and optional libraries. Loads no physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import cast
+
+from skillwing.onboard.odometry.gicp import gicp_matcher
+from skillwing.onboard.options import Poses
+from skillwing.onboard.sensor_data.names import CAMERA
+from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, check_rotor_fault
+from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError, check_kind
+from skillwing.sim_mujoco.sensors.table import SENSORS
+
+
+def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
+    """Raise UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist, MagnitudeError for a
+    magnitude that its kind of fault cannot have."""
+    if sensor.startswith(ROTOR):
+        check_rotor_fault(sensor, kind, magnitude)
+    elif sensor == CAMERA:
+        check_kind(kind, magnitude)
+    elif sensor in SENSORS:
+        check_kind(kind, magnitude, SENSORS[sensor].largest)
+    else:
+        raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
+
+
+def simulated_faults() -> dict[str, tuple[str, ...]]:
+    """Sensors and rotors that can fail, with their kinds of fault."""
+    return dict.fromkeys((*SENSORS, CAMERA), tuple(KINDS)) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
+
+
+def fault_errors(content: object) -> Iterator[str]:
+    """A clause for each impossible fault of a scenario, whatever other errors it has."""
+    match content:
+        case {"fault": [*faults]}:
+            pass
+        case _:
+            return
+    for number, fault in enumerate(cast("list[object]", faults), 1):
+        match fault:
+            case {"sensor": "link"}:
+                yield f"fault {number}: the link is no sensor; write its faults as `[[link.faults]]`"
+            case {"sensor": str(sensor), "kind": str(kind), **rest}:
+                try:
+                    check_fault(sensor, kind, _magnitude(rest.get("magnitude")))
+                except ValueError as error:
+                    yield f"fault {number}: {error}"
+            case _:
+                pass
+
+
+def _magnitude(value: object) -> float | None:
+    """A value that is a magnitude at all; the format reports all others."""
+    return value if isinstance(value, int | float) and abs(value) <= LARGEST_COMPONENT else None
+
+
+def require_library(poses: Poses | None) -> None:
+    """Raise MissingLibraryError for poses that need a library which is not installed."""
+    if poses == "small-gicp":
+        gicp_matcher()

@@ -1,0 +1,53 @@
+"""A wheel, installed without the repository: campaigns fly from any folder, by the same code."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from skillwing.evaluation.campaign.flight_code import flight_code
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+ROOT = Path(__file__).parents[2]
+FLIES = """
+import json, sys
+from skillwing.evaluation.campaign.flight_code import PACKAGE, flight_code
+from skillwing.evaluation.flights.conditions import Condition
+from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.flights.plan import FlightPlan
+
+plan = FlightPlan(mission="mapping", world="courtyard", seed=0, condition=Condition.NONE, alternative=True,
+                  options={"instead": "land"}, label="abort")
+result = fly(plan, longest=0.5)
+print(json.dumps({"package": str(PACKAGE[0]), "digest": flight_code().digest, "error": result.error}))
+"""
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that a wheel of the repository was unpacked into."""
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", str(folder)]
+    subprocess.run([*build, str(ROOT)], check=True, capture_output=True)
+    with zipfile.ZipFile(next(folder.glob("*.whl"))) as file:
+        file.extractall(folder / "site")
+    return folder / "site"
+
+
+def test_an_installed_wheel_flies_from_any_folder_by_the_same_code(wheel: Path, tmp_path: Path) -> None:
+    libraries = sysconfig.get_path("purelib")
+    # -S leaves out the .pth file of the editable installation, and with it the repository.
+    code = f"import sys; sys.path[:0] = [{str(wheel)!r}, {libraries!r}]\n{FLIES}"
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True
+    )
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found == {"package": str(wheel / "skillwing"), "digest": flight_code().digest, "error": ""}
