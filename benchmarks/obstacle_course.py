@@ -215,5 +215,5 @@ def fly(
         clearance=min((truth.clearance for truth in truths if truth.position[2] > 1.5), default=math.inf),
         seconds=network.now(),
         blocked=pilot.blocked,
-        account=pilot.planner.account,
+        account=pilot.planner.summary,
     )

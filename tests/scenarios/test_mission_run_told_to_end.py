@@ -81,12 +81,11 @@ def test_what_a_process_was_started_to_ignore_aborts_nothing() -> None:
 SPEAKER = """
 import os, sys
 from rich.console import Console
-from skillwing.bt_missions.cli.foreground import say
-from skillwing.services.protocol import MissionPhase
+from skillwing.bt_missions.cli.foreground import print_if_open
 console = Console()
 {loss}
 for number in range(3):
-    say(console, f"line {{number}}")
+    print_if_open(console, f"line {{number}}")
 sys.exit(7)
 """
 LOSSES = {

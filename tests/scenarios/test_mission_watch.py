@@ -25,24 +25,24 @@ def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:
 
 def seen(watch: MissionWatch, height: int | None = None) -> str:
     text = StringIO()
-    Console(width=140, file=text, color_system=None).print(watch.picture(height))
+    Console(width=140, file=text, color_system=None).print(watch.view(height))
     return text.getvalue()
 
 
-def test_the_picture_shows_status_tree_skills_and_why_branches_were_changed() -> None:
+def test_the_view_shows_status_tree_skills_and_reasons_of_branch_switches() -> None:
     flight = Flight()
     watch = watched(flight)
     assert "No mission flies now, and none has left a report here." in seen(watch)
     flight.at(17.0, lambda: flight.drone.set("zed_status", "FAILED"))
     flight.network.run_for(22.0)
-    picture = seen(watch)
-    assert "RUNNING" in picture.splitlines()[0]
-    assert "▶ LiDAR branch" in picture
-    assert "· ZED branch" in picture
-    assert [line for line in picture.splitlines() if line.startswith("lidar_mapping") and "█" in line]
-    assert [line for line in picture.splitlines() if line.startswith("zed_depthmap") and "RI" in line]
-    assert [line for line in picture.splitlines() if line.startswith("goto ") and "█" in line]
-    assert "because  zed_status FAILED -> " in picture
+    view = seen(watch)
+    assert "RUNNING" in view.splitlines()[0]
+    assert "▶ LiDAR branch" in view
+    assert "· ZED branch" in view
+    assert [line for line in view.splitlines() if line.startswith("lidar_mapping") and "█" in line]
+    assert [line for line in view.splitlines() if line.startswith("zed_depthmap") and "RI" in line]
+    assert [line for line in view.splitlines() if line.startswith("goto ") and "█" in line]
+    assert "because  zed_status FAILED -> " in view
     assert not watch.over
     flight.fly()
     assert watch.over

@@ -1,4 +1,4 @@
-"""Where missions are found: by name among those that are installed, or in a file."""
+"""Library of missions: by name among those that are installed, or by file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENTRY_POINTS = "skillwing.missions"
 
 
 class UnknownMissionError(UnknownNameError):
-    """No mission of that name is installed. Besides what is, `str()` says what else a mission may be named by."""
+    """No mission of that name is installed. `str()` lists those that are, and mentions files."""
 
     def __init__(self, name: str) -> None:
         super().__init__("mission", name, installed_missions())
@@ -26,15 +26,15 @@ class UnknownMissionError(UnknownNameError):
 
 
 def installed_missions() -> dict[str, EntryPoint]:
-    """Every mission that is installed, by name; loading an entry imports its module."""
+    """Entry points of all installed missions, by name. Loading one imports its module."""
     return {entry.name: entry for entry in sorted(entry_points(group=ENTRY_POINTS), key=lambda entry: entry.name)}
 
 
 def find_mission(name: str) -> Mission:
-    """The mission of that name; that of a tree file, where the name ends with `.xml`; or `MISSION` of a `.py` file.
+    """The mission of that name, of a tree file (`.xml`), or `MISSION` of a Python file (`.py`).
 
-    Raises UnknownMissionError, InvalidOptionError for a file that cannot be read, and FaultyMissionError for one that
-    cannot be used for what is written in it.
+    Raises UnknownMissionError, InvalidOptionError for a file that cannot be read, and FaultyMissionError for a mission
+    that cannot be flown on any robot.
     """
     mission = find_draft(name)
     mission.require_usable()
@@ -42,7 +42,7 @@ def find_mission(name: str) -> Mission:
 
 
 def find_draft(name: str) -> Mission:
-    """The same for who lists what is wrong with it: of tree files only those are refused that cannot be read at all."""
+    """As `find_mission`, but also tree files with problems, so that a check can list them. They have to be XML."""
     file = Path(name)
     if file.suffix == ".xml":
         return load_mission(file)
@@ -53,6 +53,6 @@ def find_draft(name: str) -> Mission:
         raise UnknownMissionError(name)
     try:
         return found[name].load()
-    except (Exception, SystemExit) as error:  # what somebody else installs may fail in any way
-        told = load_error_message(found[name].module, error)
-        raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {told}") from error
+    except (Exception, SystemExit) as error:  # code of users may raise anything
+        reason = load_error_message(found[name].module, error)
+        raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {reason}") from error

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from skillwing.services.core.refusal import RefusedError
 
 __all__ = [
+    "BadRecordingError",
     "InvalidInputError",
     "InvalidOptionError",
     "NoReplyError",
@@ -50,6 +51,10 @@ class PassingError(SkillwingError):
 
 class NoSystemError(SkillwingError):
     """No running system."""
+
+
+class BadRecordingError(SkillwingError):
+    """A recording that is missing or damaged, or that this Skillwing cannot read."""
 
 
 class WrongSkillsetError(SkillwingError):

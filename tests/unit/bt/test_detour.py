@@ -208,7 +208,7 @@ def test_a_route_is_fulfilled_when_every_waypoint_was_reached() -> None:
     planner = RoutePlanner([(10, 0, 4), (10, 10, 4)])
     fly_route(planner, Courtyard(), (0, 0, 4))
     assert planner.fulfilled
-    assert planner.account == "2 of 2 waypoints reached"
+    assert planner.summary == "2 of 2 waypoints reached"
 
 
 def test_a_route_is_fulfilled_when_only_obstacles_kept_the_drone_from_a_waypoint() -> None:
@@ -216,7 +216,7 @@ def test_a_route_is_fulfilled_when_only_obstacles_kept_the_drone_from_a_waypoint
     planner = RoutePlanner([(15, 0, 4), (0, 10, 4)])
     fly_route(planner, Courtyard(*pairwise(corners)), (0, 0, 4))
     assert planner.fulfilled
-    assert planner.account.startswith("1 of 2 waypoints reached (1 given up: ")
+    assert planner.summary.startswith("1 of 2 waypoints reached (1 given up: ")
 
 
 def test_a_route_of_which_no_waypoint_was_reached_is_not_fulfilled() -> None:
@@ -234,7 +234,7 @@ def test_a_waypoint_given_up_for_something_unseen_leaves_the_route_unfulfilled()
     while planner.next_target((0, 0, 4)) is not None:
         planner.arrived()
     assert (planner.reached, planner.given_up[0].for_obstacle) == (1, False)
-    assert "no sensor saw" in planner.account
+    assert "no sensor saw" in planner.summary
     assert not planner.fulfilled
 
 
@@ -254,7 +254,7 @@ def test_a_drone_that_was_carried_away_plans_the_way_to_the_same_waypoint_anew()
     planner.next_target((0, 0, 4))
     planner.blocked((8, 0, 4), 2.0)
     assert planner.next_target((8, 0, 4)) != (20, 0, 4), "round the obstacle"
-    planner.carried()
+    planner.moved()
     assert planner.next_target((20, -12, 4)) == (20, 0, 4)
     assert planner.waypoint == 0
 

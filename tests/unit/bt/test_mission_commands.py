@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
-from skillwing.bt_missions.mission.options import parse_options, written
+from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
@@ -68,10 +68,10 @@ def test_options_are_read_as_they_are_shown(
 ) -> None:
     """What `mission list` prints as a default can be typed as a value."""
     options = MISSION.read_options({"route": route, "speed": speed, "height": height})
-    shown = {name: written(value) for name, value in msgspec.to_builtins(options).items()}
+    shown = {name: option_text(value) for name, value in msgspec.to_builtins(options).items()}
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
     again = MISSION.read_options(parse_options(words))
-    assert {name: written(value) for name, value in msgspec.to_builtins(again).items()} == shown
+    assert {name: option_text(value) for name, value in msgspec.to_builtins(again).items()} == shown
 
 
 PATROL = """
@@ -96,7 +96,7 @@ def test_the_list_has_missions_beside_one_that_cannot_be_loaded_and_options_with
     entries = [EntryPoint(name, f"{name}_to_list:MISSION", library.ENTRY_POINTS) for name in ("broken", "patrol")]
     monkeypatch.setattr(library, "entry_points", lambda group: entries)
     listed = CliRunner().invoke(mission, ["list"])
-    assert re.search(r"^rounds +to be given *$", listed.output, re.MULTILINE)
+    assert re.search(r"^rounds +required *$", listed.output, re.MULTILINE)
     assert isinstance(listed.exception, SkillwingError)
     assert str(listed.exception).startswith("`broken` is installed as `broken_to_list:MISSION`, but there is no module")
     assert exit_code_of(listed.exception) == FAILED

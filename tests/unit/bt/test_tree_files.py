@@ -200,9 +200,9 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ("<Inverter><go/><go/></Inverter>", ["2: `Inverter` has 2 children; it takes one."]),
         ("<go><go/></go>", ["2: `go` is a leaf"]),
         ('<go _skipIf="x"/>', ["2: `_skipIf` is a script"]),
-        ('<Script code="x:=1"/>', ["2: `Script` of BehaviorTree.CPP is not known here; use R"]),
-        ("<IfThenElse><go/><go/></IfThenElse>", ["2: `IfThenElse` of BehaviorTree.CPP is not known here; put its"]),
-        ('<Switch4 variable="{x}"><go/></Switch4>', ["2: `Switch4` of BehaviorTree.CPP is not known here; ask"]),
+        ('<Script code="x:=1"/>', ["2: `Script` of BehaviorTree.CPP is not supported; use R"]),
+        ("<IfThenElse><go/><go/></IfThenElse>", ["2: `IfThenElse` of BehaviorTree.CPP is not supported; put its"]),
+        ('<Switch4 variable="{x}"><go/></Switch4>', ["2: `Switch4` of BehaviorTree.CPP is not supported; ask"]),
         ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
         ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
         ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),
@@ -232,7 +232,7 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<go done="speed=flown"/>', ["2: Leaf `go`: There is no feedback `flown` of `go`"]),
         ('<DataCompare datum="z" sign="=>" value="1"/>', ["2: `sign` is `=>`"]),
         ('<SubTree ID="other"/>', ["2: There is no tree `other`"]),
-        ('<SubTree ID="main"/>', ["2: Tree `main` stands in itself"]),
+        ('<SubTree ID="main"/>', ["2: Tree `main` contains itself"]),
         ("<gi/><go/>", ["1: Tree `main` has 2 nodes at its top; it takes one."]),
         ("<Sequence><gi/>\n<ResourceIs resource='x' states='y'/></Sequence>", ["2: There is no node", "3: Leaf"]),
     ],
@@ -256,7 +256,7 @@ ALL_AT_ONCE = [
     "3: There is no node `goo`; did you mean `go`?",
     "3: `go` has no port `sped`; did you mean `speed`?",
     "3: `patience` is `long`; it takes a number.",
-    "3: `speed` reads `{pace}`, which nothing fills; declare it as a port of the tree. So it is in line 7.",
+    "3: `speed` reads `{pace}`, which nothing fills; declare it as a port of the tree. The same in line 7.",
     "4: `done` is `speed`; it takes pairs like `laps=laps_done`.",
     "4: `go` has no port `sped`; did you mean `speed`?",
     "4: `patience` reads `{long}`, which nothing fills; declare it as a port of the tree.",
@@ -267,7 +267,7 @@ ALL_AT_ONCE = [
     "5: `msec` reads `{soon}`, which nothing fills; declare it as a port of the tree.",
     "6: Leaf `ResourceIs`: There is no resource `x`. What exists: `axes` and `camera`.",
     "6: Node `WhileGranted`: There is no resource `axis`; did you mean `axes`? What exists: `axes` and `camera`.",
-    "6: `ResourceIs` lacks its port `states`: in one of which it has to be.",
+    "6: `ResourceIs` lacks its port `states`: states of which it has to be in one.",
     "6: `ended_by` is `camera`; it takes a resource and one of its states.",
     "6: `patience` is `x`; it takes a number.",
     "7: There is no tree `other`; there is `main` and `rescue`.",
@@ -441,5 +441,5 @@ def test_a_mission_with_two_routes_is_not_written_as_one() -> None:
     routes = [Route(context, RoutePlanner([(x, 0.0, 4.0)])) for x in (5.0, 9.0)]
     legs = [RepeatUntil("legs", route.is_done, WaypointWriter("writer", context, route)) for route in routes]
     trees = MissionTrees(Sequence("both", memory=True, children=legs), Success("rescue"), Progress)
-    with pytest.raises(NotWritableError, match="`both` flies 2 routes, and a tree file is written for one"):
+    with pytest.raises(NotWritableError, match="`both` flies 2 routes, and a tree file holds one"):
         write_mission("both", trees, M600)

@@ -1,1 +1,1 @@
-"""Whether a mission fits a robot and itself, before it flies."""
+"""Checks of a mission before its flight: does it fit the robot, can every branch run, does the drone land."""

@@ -1,4 +1,4 @@
-"""Names that a misspelt name most likely stands for. Each mistake is then reported once."""
+"""Names that a misspelt name most likely stands for, so that each mistake is reported once."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from skillwing.dsl.suggest import closest
 
 
 def intended_name(name: str, known: Iterable[str]) -> str | None:
-    """The name itself where it is known, else the nearest one; None where nobody can tell."""
+    """The name itself if it is known, else the nearest known name; None if none is near."""
     names = list(known)
     return name if name in names else closest(name, names)
 
 
-def missing_names(lacking: Iterable[str], strangers: Collection[str]) -> list[str]:
-    """What really lacks. strangers: names that are not known, each of which may be one of those that lack, misspelt."""
+def missing_names(lacking: Iterable[str], unknown: Collection[str]) -> list[str]:
+    """The names that are missing for certain. Each unknown name may be a misspelt form of one of `lacking`."""
     left = list(lacking)
-    for stranger in strangers:
-        near = closest(stranger, left)
+    for name in unknown:
+        near = closest(name, left)
         if near is None:
             return []  # it may stand for any of them
         left.remove(near)

@@ -1,11 +1,10 @@
-"""Whether a mission can come to its end while its drone is in the air, as far as the shape of its tree tells.
+"""Check that a mission cannot end with its drone in the air, by the shape of its trees.
 
-The tree is walked through without a robot, with nothing but the place of the drone: each node is asked from which
-places it is reached, how it can end from there, and where the drone is then. What a node does not tell is taken for
-possible. DronePlaces that a walk cannot tell apart are few, so that loops are walked until nothing new is found.
+The check walks through a tree without a robot. Its only state is the place of the drone. For each node it computes
+from which places the node is reached, how it can end from there, and where the drone is then. Every end that a node
+does not exclude is possible. There are few places, so a loop is walked until it yields no new one.
 
-With what cannot be read it is the other way round: of a node that is not known nothing is taken for possible, so that
-no problem follows from one that has been told already.
+For a node that cannot be read, no end is possible: its own problem is reported already.
 """
 
 from __future__ import annotations
@@ -43,8 +42,8 @@ from skillwing.dsl.suggest import listed
 
 
 class DronePlace(Enum):
-    """Where the drone is. RELEASED: in the air, and no business of this tree any more: the safety pilot has it, or
-    a landing was tried and failed."""
+    """Place of the drone. RELEASED: in the air, but this tree no longer has to land it. The safety pilot has it, or a
+    landing has failed."""
 
     GROUND = auto()
     AIR = auto()
@@ -56,7 +55,7 @@ DronePlaces: TypeAlias = frozenset[DronePlace]
 
 @dataclass(frozen=True, slots=True)
 class NodeEnd:
-    """A way in which a node can end, and the node that makes it end so."""
+    """A possible end of a node, and the node below it that is the reason."""
 
     status: Status
     place: DronePlace
@@ -65,28 +64,28 @@ class NodeEnd:
 
 @dataclass(frozen=True, slots=True)
 class NodeOutcome:
-    """What can become of a node. way: where the drone may be while it runs."""
+    """Possible ends of a node. during: places where the drone may be while it runs."""
 
     ends: frozenset[NodeEnd]
-    way: DronePlaces
+    during: DronePlaces
 
-    def to(self, *statuses: Status) -> DronePlaces:
-        """Where the drone may be when it has ended so."""
+    def places_after(self, *statuses: Status) -> DronePlaces:
+        """Places where the drone may be after an end with one of these statuses."""
         return frozenset(end.place for end in self.ends if end.status in statuses)
 
 
 def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
-    """Each problem as a sentence, with the first node that it is about. None for a robot that does not fly."""
+    """Each problem as a sentence, with the first node that it is about. No problem on a robot that does not fly."""
     if not flies(skillset):
         return
     walker = _TreeWalker(skillset)
     flight = walker.walk(root, frozenset({DronePlace.GROUND}))
-    yield from _told(root, flight, "The mission")
-    if DronePlace.AIR in flight.way and not isinstance(rescue, PlaceholderNode):
-        yield from _told(rescue, walker.walk(rescue, frozenset({DronePlace.AIR})), "The rescue")
+    yield from _landing_sentences(root, flight, "The mission")
+    if DronePlace.AIR in flight.during and not isinstance(rescue, PlaceholderNode):
+        yield from _landing_sentences(rescue, walker.walk(rescue, frozenset({DronePlace.AIR})), "The rescue")
 
 
-def _told(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
+def _landing_sentences(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
     for status in (Status.FAILURE, Status.SUCCESS):
         makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
         named = [node for node in root.iterate() if node.id in makers]
@@ -106,11 +105,11 @@ class _TreeWalker:
         self._holds_landing = holds_landing(skillset)
 
     def walk(self, node: Behaviour, places: DronePlaces) -> NodeOutcome:
-        """From any of these places."""
+        """Outcome of a node that is reached with the drone at any of these places."""
         match node:
             case PlaceholderNode():
                 below = [self.walk(child, places) for child in node.children]
-                walk = NodeOutcome(frozenset(), places.union(*(each.way for each in below)))
+                walk = NodeOutcome(frozenset(), places.union(*(each.during for each in below)))
             case Sequence():
                 walk = self._in_turn(node, Status.SUCCESS, places)
             case Selector():
@@ -120,11 +119,11 @@ class _TreeWalker:
             case OnEnding():
                 attempt, then = node.children
                 first = self.walk(attempt, places)
-                walk = _either(first, self.walk(then, first.to(Status.FAILURE)))
+                walk = _either(first, self.walk(then, first.places_after(Status.FAILURE)))
             case Pausable():
                 _, meanwhile, body = node.children
                 flight = self.walk(body, places)
-                walk = NodeOutcome(flight.ends, flight.way | self.walk(meanwhile, flight.way).way)
+                walk = NodeOutcome(flight.ends, flight.during | self.walk(meanwhile, flight.during).during)
             case _ if len(node.children) == 1:
                 walk = self._decorated(node, node.children[0], places)
             case _ if node.children:
@@ -134,28 +133,28 @@ class _TreeWalker:
         return walk
 
     def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: DronePlaces) -> NodeOutcome:
-        """One child after the other, as long as each ends as `goes_on` says."""
-        ends, way, reached = set[NodeEnd](), set(places), places
+        """Children one after the other, as long as each ends with `goes_on`."""
+        ends, during, reached = set[NodeEnd](), set(places), places
         last = frozenset(NodeEnd(goes_on, place, node) for place in places)
         for index, child in enumerate(node.children):
             walk = self.walk(child, reached)
             ends |= {end for end in walk.ends if end.status is not goes_on}
-            way |= walk.way
+            during |= walk.during
             if not node.memory:
-                # The children before it are asked anew while it runs.
-                again = [self.walk(earlier, walk.way) for earlier in node.children[:index]]
+                # The children before it are ticked again while it runs.
+                again = [self.walk(earlier, walk.during) for earlier in node.children[:index]]
                 ends |= {end for each in again for end in each.ends if end.status is not goes_on}
             last = frozenset(end for end in walk.ends if end.status is goes_on)
-            reached = walk.to(goes_on)
+            reached = walk.places_after(goes_on)
             if not reached:
                 break
-        return NodeOutcome(frozenset(ends) | last, frozenset(way))
+        return NodeOutcome(frozenset(ends) | last, frozenset(during))
 
     def _at_once(self, node: Parallel, places: DronePlaces) -> NodeOutcome:
-        """Who does not move the drone may end wherever the others have brought it meanwhile."""
+        """Children at the same time. One that does not move the drone may end wherever the others bring it."""
         walks = {child.id: self.walk(child, places) for child in node.children}
-        everywhere = places.union(*(walk.way | walk.to(*Status) for walk in walks.values()))
-        moving = {key for key, walk in walks.items() if not walk.way | walk.to(*Status) <= places}
+        everywhere = places.union(*(walk.during | walk.places_after(*Status) for walk in walks.values()))
+        moving = {key for key, walk in walks.items() if not walk.during | walk.places_after(*Status) <= places}
         walks |= {child.id: self.walk(child, everywhere) for child in node.children if child.id not in moving}
         deciding = list(node.children)
         if isinstance(node.policy, ParallelPolicy.SuccessOnSelected):
@@ -167,7 +166,7 @@ class _TreeWalker:
         return NodeOutcome(frozenset(failed | done), everywhere)
 
     def _decorated(self, node: Behaviour, child: Behaviour, places: DronePlaces) -> NodeOutcome:
-        """A decorator that is not known here ends as its child does."""
+        """A decorator. One of an unknown type ends as its child does."""
         if isinstance(node, Retry | Repeat | SuccessIsRunning | RepeatUntil):
             return self._repeated(node, child, places)
         walk = self.walk(child, places)
@@ -179,12 +178,12 @@ class _TreeWalker:
                 only = Status.SUCCESS if isinstance(node, FailureIsSuccess) else Status.FAILURE
                 ends = frozenset(NodeEnd(only, end.place, end.by) for end in walk.ends)
             case Deadline():
-                ends = walk.ends | self._failures(node, walk.way)
+                ends = walk.ends | self._failures(node, walk.during)
             case WhileGranted() if (resource := self._meant_resource(node.resource)) is not None:
-                ends = walk.ends | self._failures(node, walk.way, of=resource)
+                ends = walk.ends | self._failures(node, walk.during, of=resource)
             case _:
                 ends = walk.ends
-        return NodeOutcome(ends, walk.way)
+        return NodeOutcome(ends, walk.during)
 
     def _repeated(
         self, node: Retry | Repeat | SuccessIsRunning | RepeatUntil, child: Behaviour, places: DronePlaces
@@ -194,20 +193,20 @@ class _TreeWalker:
             return walk
         ends = {end for end in walk.ends if end.status is Status.FAILURE}
         if isinstance(node, RepeatUntil):
-            ends |= {NodeEnd(Status.SUCCESS, place, node) for place in places | walk.to(*Status)}
-        return NodeOutcome(frozenset(ends), walk.way)
+            ends |= {NodeEnd(Status.SUCCESS, place, node) for place in places | walk.places_after(*Status)}
+        return NodeOutcome(frozenset(ends), walk.during)
 
     def _looped(self, child: Behaviour, places: DronePlaces, again: Status) -> NodeOutcome:
-        """As often as it ends so."""
+        """A child that is repeated after each end with `again`."""
         while True:
             walk = self.walk(child, places)
-            reached = places | walk.to(again)
+            reached = places | walk.places_after(again)
             if reached == places:
                 return walk
             places = reached
 
     def _failures(self, node: Behaviour, places: DronePlaces, of: str | None = None) -> frozenset[NodeEnd]:
-        """Failures of a node wherever the drone is. of: the resource for whose state it fails."""
+        """Failures of a node at each of these places. of: the resource whose state is the reason."""
         given_away = of in self._holds_landing
         return frozenset(
             NodeEnd(Status.FAILURE, DronePlace.RELEASED if given_away and place is DronePlace.AIR else place, node)
@@ -227,10 +226,10 @@ class _TreeWalker:
             case SkillAction():
                 skill = skill_of(leaf, self._skillset)
                 ends = [] if skill is None else self._ends_of_skill(leaf, skill.name, place)
-                # That it may fail is certain, whatever its endings were intended_name to be.
+                # It may fail for certain, even if its outcomes cannot be read.
                 yield from (end for end in ends if end.status is Status.FAILURE or not is_incomplete(leaf))
             case ResourceIs():
-                yield from self._ends_of_look(leaf, place)
+                yield from self._ends_of_condition(leaf, place)
             case _:
                 yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
@@ -245,12 +244,12 @@ class _TreeWalker:
             yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if aloft else place, leaf)
         else:
             if aloft or not flying:
-                # What flies has the drone in its hands again.
+                # A skill that flies controls the drone again.
                 yield NodeEnd(Status.SUCCESS, DronePlace.AIR if flying else place, leaf)
             yield NodeEnd(Status.FAILURE, place, leaf)
 
-    def _ends_of_look(self, leaf: ResourceIs, place: DronePlace) -> Iterator[NodeEnd]:
-        """A look at the landing gear tells where the drone is, unless it waits for it to be elsewhere."""
+    def _ends_of_condition(self, leaf: ResourceIs, place: DronePlace) -> Iterator[NodeEnd]:
+        """Ends of a condition. One on the flight status decides by the place, unless it waits for another state."""
         resource = self._meant_resource(leaf.resource)
         states = [intended_name(state, (ON_GROUND, IN_AIR)) for state in leaf.states]
         here = ON_GROUND if place is DronePlace.GROUND else IN_AIR
@@ -271,5 +270,5 @@ class _TreeWalker:
 
 
 def _either(*walks: NodeOutcome) -> NodeOutcome:
-    ends, way = frozenset[NodeEnd](), frozenset[DronePlace]()
-    return NodeOutcome(ends.union(*(walk.ends for walk in walks)), way.union(*(walk.way for walk in walks)))
+    ends, during = frozenset[NodeEnd](), frozenset[DronePlace]()
+    return NodeOutcome(ends.union(*(walk.ends for walk in walks)), during.union(*(walk.during for walk in walks)))

@@ -1,4 +1,4 @@
-"""Building a mission without a robot, to see whether it would fit one."""
+"""Check of a mission without a robot: build its trees, and list all problems."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from skillwing.services.protocol import DataReading
 
 
 class OfflineInterface:
-    """An interface to nothing: no state and no datum is known, and nothing can be started."""
+    """A `RobotInterface` without a robot: no state and no datum is known, and nothing can be started."""
 
     ready = False
     states: Mapping[str, str] = {}
@@ -40,7 +40,7 @@ class OfflineInterface:
 
 
 def offline_context(skillset: Skillset) -> MissionContext:
-    """What trees can be built with, and not flown."""
+    """Context with which trees can be built, but not flown."""
 
     def write_nothing(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return ""
@@ -51,26 +51,25 @@ def offline_context(skillset: Skillset) -> MissionContext:
 def draft_and_check(
     mission: Mission, context: MissionContext, options: MissionOptions
 ) -> tuple[MissionTrees, list[MissionProblem]]:
-    """The trees of a mission, and everything in it that does not fit the robot of this context, by place. It is the
-    same list before a flight and at its start."""
+    """The trees of a mission, and all problems with the robot of this context, by place."""
     trees, problems = mission.draft(context, options)
     return trees, _all_problems(mission, trees, problems, context.skillset)
 
 
 def check_mission(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[MissionProblem]:
-    """Everything in a mission that does not fit this skillset with these options, with its place where it is known."""
+    """All problems of a mission with this skillset and these options, by place. An exception is a problem as well."""
     context = offline_context(skillset)
     when = "while it is built"
     try:
         trees, problems = mission.draft(context, options)
         when = "while it is checked"
         return _all_problems(mission, trees, problems, skillset)
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - what somebody else writes may fail in any way
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - code of users may raise anything
         return [problem_of_exception(mission.file, error, when)]
 
 
 def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
-    """Raises FaultyMissionError with everything that does not fit the robot that runs, if anything does not."""
+    """Raise FaultyMissionError with all problems of a mission with the robot that runs, if there are any."""
     problems = check_mission(mission, skillset, options)
     if problems:
         heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
@@ -80,10 +79,9 @@ def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -
 def _all_problems(
     mission: Mission, trees: MissionTrees, found: list[MissionProblem], skillset: Skillset
 ) -> list[MissionProblem]:
-    """found: what the draft of these trees has told."""
-    return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_where)
+    return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_place)
 
 
-def _where(problem: MissionProblem) -> tuple[str, int]:
+def _place(problem: MissionProblem) -> tuple[str, int]:
     file, _, line = (problem.place or "").rpartition(":")
     return (file, int(line)) if line.isdecimal() else (problem.place or "", 0)

@@ -1,4 +1,4 @@
-"""Checks a mission's tree against the skillset before it flies, and lists everything that does not fit."""
+"""Check of a mission's trees against the skillset, before the flight: it lists all problems."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ from skillwing.dsl.suggest import listed
 from skillwing.services.core.values import fit_fields, type_text
 from skillwing.services.protocol import Ending
 
+_EQUALITY = ("==", "!=")
+
 
 def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list[MissionProblem]:
-    """Everything in a mission's trees, and in what it needs before they are ticked, that does not fit this robot."""
+    """All problems of a mission with this robot: of its needs, of its trees, and of the landing."""
     found: list[MissionProblem] = []
     for resource, states in mission.needs.items():
         problems = _resource_problems(skillset, resource, states)
@@ -37,7 +39,7 @@ def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list
 
 
 def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[MissionProblem]:
-    """Everything in these trees that does not fit the skillset or itself, whatever they are for."""
+    """All problems of these trees by themselves, or with the skillset."""
     found: list[MissionProblem] = []
     for root in trees:
         found.extend(MissionProblem(problem, source_location(node)) for node, problem in shape_problems(root, skillset))
@@ -69,14 +71,14 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
     yield from _input_problems(leaf, skill)
     yield from _outcome_problems(leaf, skill)
     feedback = [field.name for field in skill.feedback]
-    for name, told_by in leaf.done.items():
+    for name, counter in leaf.done.items():
         yield from _unknown(lambda name=name: skill.input(name))
-        if told_by not in feedback:
-            yield str(UnknownNameError(f"feedback of {skill.name}", told_by, feedback))
+        if counter not in feedback:
+            yield str(UnknownNameError(f"feedback of {skill.name}", counter, feedback))
 
 
 def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
-    """What is wrong with the inputs, as far as their values are known before the flight."""
+    """Problems of the inputs, as far as their values are known before the flight."""
     known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
     problems = fit_fields(skill.inputs, known)[1]
     named = [field.name for field in skill.inputs]
@@ -96,26 +98,26 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
 
 
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
-    """Labels that the skill never ends with, and, where labels are mapped by hand, results that were missing_names."""
+    """Labels with which the skill never ends, and results that a mapping of labels leaves out."""
     possible = _possible_endings(skill)
-    strangers = [label for label in leaf.outcomes if label not in possible]
-    for label in strangers:
+    unknown_labels = [label for label in leaf.outcomes if label not in possible]
+    for label in unknown_labels:
         yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
     if leaf.outcomes and not is_incomplete(leaf):
         unmapped = (f"S_{result.name}" for result in skill.results if f"S_{result.name}" not in leaf.outcomes)
-        for label in missing_names(unmapped, strangers):
+        for label in missing_names(unmapped, unknown_labels):
             yield f"{skill.name} can end {label}, and the leaf does not say what that means"
 
 
 def _possible_endings(skill: Skill) -> list[str]:
-    """What a leaf that runs this skill may end with."""
+    """Labels with which a leaf that runs this skill may end."""
     with_result = (Ending.SUCCEEDED, Ending.NOT_HELD)
     named = [f"{ending}_{result.name}" for ending in with_result for result in skill.results]
     return [*named, *(ending for ending in Ending if ending not in with_result), HELD]
 
 
 def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
-    """What does not fit in a node that is no leaf."""
+    """Problems of a node that is not a leaf."""
     if isinstance(node, WhileGranted):
         yield from _resource_problems(skillset, node.resource, node.states)
         yield from _resource_problems(skillset, node.ended_by.resource, (node.ended_by.state,))
@@ -123,7 +125,7 @@ def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
         below = [each for child in node.children[:1] for each in child.iterate()]
         skills = [skill_of(leaf, skillset) for leaf in below if isinstance(leaf, SkillAction)]
         if None in skills or any(isinstance(each, PlaceholderNode) for each in below):
-            return  # what cannot be read may end in any way
+            return  # an unknown node may end with any label
         possible = list(dict.fromkeys(label for skill in skills if skill for label in _possible_endings(skill)))
         for label in node.endings:
             if label not in possible:
@@ -148,11 +150,8 @@ def _unknown(look_up: Callable[[], object]) -> Iterator[str]:
         yield str(error)
 
 
-_EQUALITY = ("==", "!=")
-
-
 def comparison_problems(leaf: DataCompare, kind: Type) -> Iterator[str]:
-    """What is wrong with the fields, the sign and the value of a comparison. kind: type of the whole datum."""
+    """Problems of the fields, the sign and the value of a comparison. kind: type of the whole datum."""
     path = leaf.datum
     for name in leaf.fields:
         if not isinstance(kind, StructType):
@@ -170,7 +169,7 @@ def comparison_problems(leaf: DataCompare, kind: Type) -> Iterator[str]:
 
 
 def _value_problem(leaf: DataCompare, kind: Type) -> str | None:
-    """What keeps a value of this type from being compared."""
+    """Reason why a value of this type cannot be compared so; None if it can."""
     value = leaf.value
     match kind:
         case StructType():

@@ -1,4 +1,4 @@
-"""What can be told of a tree by its shape: branches that nobody reaches, skills and resources wanted twice at once."""
+"""Check of a tree's shape: branches that are never reached, skills and resources that are used twice at a time."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from skillwing.dsl.queries import taken_by
 
 
 def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
-    """Every problem as a sentence, with its node. None that follows from what cannot be read, or from a name that the
-    skillset does not know: this has been told."""
+    """Each problem as a sentence, with its node. No problem is derived from unreadable nodes and unknown names."""
     for node in root.iterate():
         yield from _unreachable(node, skillset)
         if isinstance(node, Parallel):
@@ -33,7 +32,7 @@ def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behavi
 
 
 def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
-    """Children that are never ticked, for the one before them always has the same end."""
+    """Children that are never ticked, as the child before them always has the same end."""
     if not isinstance(node, Selector | Sequence):
         return
     needed, word = (Status.FAILURE, "fail") if isinstance(node, Selector) else (Status.SUCCESS, "succeed")
@@ -44,7 +43,7 @@ def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviou
 
 
 def _run_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
-    """Skills in different children: a skill has one goal at a time, and answers BUSY to a second one."""
+    """Skills in different children. A skill has one goal at a time, and replies BUSY to a second one."""
     for one, other in combinations(parallel.children, 2):
         for skill in dict.fromkeys(_skills(one, skillset)):
             if skill in _skills(other, skillset):
@@ -77,7 +76,7 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
 
 
 def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
-    """With which of SUCCESS and FAILURE a node can end; both where nothing is known of it."""
+    """Statuses with which a node can end: SUCCESS, FAILURE, or both. Both for an unknown node."""
     match node:
         case _ if is_guessed(node) or is_incomplete(node):
             ends = {Status.SUCCESS, Status.FAILURE}
@@ -135,7 +134,7 @@ def _ends_of_composite(node: Sequence | Selector | Parallel, skillset: Skillset)
 
 
 def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
-    """Whether any ending means SUCCESS. A skill can always end in failure: its manager may be lost."""
+    """True if any ending means SUCCESS. A skill can always end in FAILURE, as its manager may be lost."""
     skill = skill_of(leaf, skillset)
     if skill is None or Status.SUCCESS in leaf.outcomes.values():
         return True
@@ -143,6 +142,6 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
 
 
 def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
-    """What it runs, or is intended_name to run."""
+    """The skill that a leaf runs, or probably is meant to run."""
     name = intended_name(leaf.skill, (skill.name for skill in skillset.skills))
     return None if name is None else skillset.skill(name)

@@ -1,4 +1,4 @@
-"""A mission that flies from a terminal: who calls it off there, and what it says there."""
+"""Mission in the foreground of a terminal: signals that abort it, its output, and the end of the system under it."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ ABORTING = {
     signal.SIGTERM: "aborted by `kill`",
     signal.SIGHUP: "aborted, since its terminal was closed",
 }
-"""Signals that call a mission off, and what the timeline says of that."""
+"""Signals that abort a mission, each with its reason for the timeline."""
+SYSTEM_PERIOD = 0.1
+"""Time between two checks that the system still runs, in seconds of wall time. `up` announces its end beforehand."""
 
 
-def fly(system: System, node: MissionNode, console: Console | None) -> None:
-    """Run the mission to its end, whoever calls it off."""
+def run_in_foreground(system: System, node: MissionNode, console: Console | None) -> None:
+    """Run the mission until it is over, by itself or after a signal."""
     node.attach(system.bus)
     try:
         call_when_stopped(system.bus, system.target, node.system_stopped)
@@ -36,10 +38,10 @@ def fly(system: System, node: MissionNode, console: Console | None) -> None:
 
 @contextmanager
 def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
-    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands; the body runs the bus until then.
+    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands. The body runs the bus until then.
 
-    After that only another Ctrl-C, which a person presses, raises KeyboardInterrupt and leaves the drone to itself;
-    what repeats the first signal does not. Under `nohup` a closed terminal aborts nothing.
+    After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without a landing. A
+    repetition of the first signal does not. Under `nohup` a closed terminal aborts nothing.
     """
     stop = StopSignal(bus.wall)
 
@@ -52,7 +54,9 @@ def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> 
 
     def abort(number: signal.Signals) -> None:
         again = " again" if number is signal.SIGINT else ""
-        say(console, f"Aborting: the drone lands where it is. Ctrl-C{again} leaves it to itself.")
+        print_if_open(
+            console, f"Aborting: the drone lands where it is. Ctrl-C{again} ends this command without a landing."
+        )
         node.abort(ABORTING[number])
 
     numbers = [number for number in ABORTING if signal.getsignal(number) is not signal.SIG_IGN]
@@ -64,34 +68,29 @@ def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> 
             signal.signal(number, handler)
 
 
-def say(console: Console | None, words: RenderableType) -> None:
-    """Print, as long as somebody reads it: a terminal that is gone must not keep the drone from landing."""
+def print_if_open(console: Console | None, text: RenderableType) -> None:
+    """Print, and ignore a terminal that is gone: the drone has to land all the same."""
     if console is None:
         return
     try:
-        console.print(words)
+        console.print(text)
     except SystemExit:
-        pass  # rich ends processes whose pipe was closed; it prints nothing more
+        pass  # rich exits after a closed pipe; later output is dropped
     except OSError:
         with suppress(SystemExit):
             console.on_broken_pipe()
 
 
-LOOK_PERIOD = 0.1
-"""Wall seconds; `up` says that it ends before it ends anything."""
-
-
 def call_when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
-    """Call `act` once the system is no more, as long as the bus runs. Of one that was found by its endpoint nobody
-    here can tell."""
+    """Call `act` once the system has stopped, while the bus runs. No effect for a system found by its endpoint."""
     if target.pid is None:
         return
 
-    def look() -> None:
+    def check() -> None:
         state = read_run_state(target.robot)
         if state is None or state.pid != target.pid:
             act()
         else:
-            bus.after(LOOK_PERIOD, look, wall=True)
+            bus.after(SYSTEM_PERIOD, check, wall=True)
 
-    look()
+    check()

@@ -1,4 +1,4 @@
-"""`skillwing mission`: list, check and write the missions there are, and fly one on the running system."""
+"""`skillwing mission`: list, write, check and fly missions, and control the one that flies."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import typer
 from rich.console import Console
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
-from skillwing.bt_missions.cli.foreground import fly, say
-from skillwing.bt_missions.cli.watch import MissionWatch, status_line, stay
+from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
+from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.options import parse_options, written
+from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
@@ -49,27 +49,29 @@ OutputOption = Annotated[
     Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write there instead of to the terminal.")
 ]
 RobotTableOption = Annotated[
-    str, typer.Option("--robot", "-r", metavar="NAME", help="Robot that it has to fit: name, or folder of its package.")
+    str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to check against: name, or folder of its package.")
 ]
 SkillsetOption = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Skillset that it has to fit, instead of a robot's.")
+    Path | None, typer.Option(metavar="FILE", help="Skillset to check against, instead of a robot's.")
 ]
-ReasonOption = Annotated[str | None, typer.Option(metavar="TEXT", help="Why; the timeline tells it.")]
+ReasonOption = Annotated[str | None, typer.Option(metavar="TEXT", help="Reason, for the timeline.")]
 
-FIRST_LOOK = 2.0
-"""Wall seconds within which what a mission has published comes in again."""
-SECOND_LOOK = 0.5
-"""Wall seconds for what skills and managers have published."""
+STATUS_TIMEOUT = 2.0
+"""Longest wait for the latest status and tree of a mission, in seconds of wall time."""
+SKILLS_WAIT = 0.5
+"""Wait for the latest messages of skills and managers, in seconds of wall time."""
+TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
+"""Template of a mission by suffix. The one in Python has the suffix .txt, as it is not a module of this package."""
 mission = typer.Typer(
-    no_args_is_help=True, add_completion=False, help="Begin, check, fly, pause, watch and list missions."
+    no_args_is_help=True, add_completion=False, help="List, write, check, fly, pause and watch missions."
 )
 
 
 @mission.command("list")
 def list_missions(as_json: JsonOption = False) -> None:
-    """List the installed missions with their options. With --json `options` are those that have a default.
+    """List the installed missions with their options. With --json, `options` holds those with a default.
 
-    Exit codes: 0, 1 one of them cannot be loaded.
+    Exit codes: 0; 1 a mission cannot be loaded.
     """
     found: list[Mission] = []
     broken: list[str] = []
@@ -90,7 +92,7 @@ def _print_missions(missions: list[Mission], console: Console) -> None:
     for each in missions:
         console.print(f"{each.name}: {each.summary}", style="bold")
         defaults = each.describe()
-        rows = [(name, written(defaults[name]) if name in defaults else "to be given") for name in each.option_names]
+        rows = [(name, option_text(defaults[name]) if name in defaults else "required") for name in each.option_names]
         print_table(console, ("OPTION", "DEFAULT"), rows)
 
 
@@ -101,87 +103,90 @@ def run(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Fly a mission on the running system and show what it does until it is over. Ctrl-C aborts it and lands.
+    """Fly a mission on the running system, and show its progress until it is over.
 
-    So do `kill` and a closed terminal; a second Ctrl-C leaves the drone to itself.
+    Ctrl-C, `kill` and a closed terminal abort the mission: the drone lands where it is. A second Ctrl-C ends the
+    command at once, without a landing.
 
-    Where the system runs in a chosen world (`up --world KIND`) the mission knows its site, as a planner would tell it;
-    options that are given count first.
+    If the system runs in a chosen world (`up --world KIND`), options of the site are set as a planner would set them.
+    Options on the command line have priority.
 
-    Exit codes: 0 it succeeded, 1 it failed or was aborted, 2 it was not flown: unknown name, malformed value, or it
-    does not fit the robot; 3 no system is running, 4 another mission flies.
+    Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it was not flown (unknown name, malformed value, or it
+    does not fit the robot); 3 no system is running; 4 another mission flies.
     """
     chosen = find_draft(name)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
-        _refuse_beside_another(system)
+        _refuse_second_mission(system)
         known = mission_context(system.target, chosen.name)
-        told = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
-        given = chosen.read_options(told | asked)
+        site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
+        given = chosen.read_options(site | asked)
         require_fit(chosen, system.skillset, given)
-        if console is not None and told:
-            site = "  ".join(f"{key}={written(value)}" for key, value in told.items())
-            console.print(f"Known of the site: {site}", highlight=False)
+        if console is not None and site:
+            text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
+            console.print(f"Options of the site: {text}", highlight=False)
 
         def show(status: MissionStatus) -> None:
-            say(console, status_line(status))
+            print_if_open(console, status_line(status))
 
         node = MissionNode(chosen, system.skillset, given, on_status=show)
-        fly(system, node, console)
+        run_in_foreground(system, node, console)
     if console is None:
         print_json(node.status)
     elif node.status.phase != MissionPhase.SUCCEEDED and node.tree_shows_end:
-        say(console, render_tree(node.snapshot))
+        print_if_open(console, render_tree(node.snapshot))
     raise typer.Exit(OK if node.status.phase == MissionPhase.SUCCEEDED else FAILED)
 
 
 @mission.command()
 def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the mission that flies: its tree, its skills and why it changed branches; live, until it is over or q.
+    """Show the mission that flies: its tree, its skills, and the reasons of its branch switches. q ends the command.
 
-    Where nobody looks on, or with --json, once. Exit codes: 0, 1 it failed or was aborted, 3 no system is running.
+    The view is live until the mission is over. With --json, or without a terminal, it is printed once.
+
+    Exit codes: 0; 1 it failed or was aborted; 3 no system is running.
     """
     console = make_console()
     with connect(robot, wait_for_clock=False) as system:
         seen = MissionWatch(system)
-        system.bus.run_until(lambda: seen.complete, FIRST_LOOK)
-        system.bus.run_until(lambda: False, SECOND_LOOK)
+        system.bus.run_until(lambda: seen.complete, STATUS_TIMEOUT)
+        system.bus.run_until(lambda: False, SKILLS_WAIT)
         if as_json:
             print_json({"status": seen.status, "tree": seen.tree})
         elif console.is_terminal and seen.status is not None:
-            stay(system, seen, console)
+            show_live(system, seen, console)
         else:
-            console.print(seen.picture())
+            console.print(seen.view())
     raise typer.Exit(FAILED if seen.failed else OK)
 
 
 @mission.command()
 def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Make the drone hold its place until `skillwing mission resume`. Battery and fence are watched meanwhile.
+    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile.
 
-    Exit codes: 0 it is paused, 1 no mission is there, 3 no system is running, 4 it cannot be paused just now.
+    Exit codes: 0 it is paused; 1 no mission flies; 3 no system is running; 4 it cannot be paused now.
     """
-    _order(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
+    _send(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
 
 
 @mission.command()
 def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Let a paused mission go on where it was.
+    """Continue a paused mission where it was.
 
-    Exit codes: 0 it goes on, 1 no mission is there, 3 no system is running, 4 it was not paused.
+    Exit codes: 0 it continues; 1 no mission flies; 3 no system is running; 4 it was not paused.
     """
-    _order(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
+    _send(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
 
 
 @mission.command()
 def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Call the mission off: the drone stops and lands where it is. Repeating it changes nothing.
+    """Abort the mission: the drone stops and lands where it is. A second request has no effect.
 
-    Exit codes: 0 it was told, 1 no mission is there, 3 no system is running.
+    Exit codes: 0 the request was accepted; 1 no mission flies; 3 no system is running.
     """
-    _order(robot, lambda keys: keys.mission_abort, AbortMission, reason, as_json=as_json)
+    _send(robot, lambda keys: keys.mission_abort, AbortMission, reason, as_json=as_json)
 
 
 @mission.command()
@@ -192,12 +197,12 @@ def check(
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List everything in a mission that does not fit the robot. Nothing has to run for that.
+    """List all problems of a mission with the robot. No system has to run.
 
-    With --json a list of `text` and `place`.
+    With --json the output is a list of `text` and `place`.
 
-    Exit codes: 0 it fits, 1 there are problems, 2 it was not checked: unknown name, malformed value, or a file that is
-    not there or no text.
+    Exit codes: 0 it fits; 1 there are problems; 2 it was not checked (unknown name, malformed value, or a file that
+    cannot be read).
     """
     model = load(skillset or find_robot(robot).skillset)
     try:
@@ -221,9 +226,9 @@ def check(
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
 ) -> None:
-    """Write a small mission to begin with: fly to a point and home again, for the m600.
+    """Write a small mission to start from: fly to a point and home again, for the m600.
 
-    Exit codes: 0 written, 2 there is such a file already, or it is neither .xml nor .py.
+    Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
     """
     write_template(file)
     console = make_console()
@@ -240,7 +245,8 @@ def export(
 ) -> None:
     """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values.
 
-    Exit codes: 0 written, 1 it does something in Python that no tree file can say, 2 unknown name or malformed value.
+    Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name or malformed
+    value.
     """
     chosen = find_mission(name)
     model = load(skillset or find_robot(robot).skillset)
@@ -250,20 +256,20 @@ def export(
 
 @mission.command()
 def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
-    """Write the models of the nodes that a tree file may use: the palette that Groot2 imports."""
+    """Write the models of all nodes of tree files: the palette that Groot2 imports."""
     _put(write_models(load(skillset or find_robot(robot).skillset)), output)
 
 
-def _order(
+def _send(
     robot: str | None,
     key: Callable[[Keys], str],
-    order: type[AbortMission | PauseMission | ResumeMission],
+    kind: type[AbortMission | PauseMission | ResumeMission],
     reason: str | None,
     *,
     as_json: bool,
 ) -> None:
-    """Tell the mission that flies, and show what it says of itself then."""
-    message = order() if reason is None else order(reason=reason)
+    """Send a request to the mission that flies, and print its status after it."""
+    message = kind() if reason is None else kind(reason=reason)
     with connect(robot) as system:
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
@@ -284,7 +290,7 @@ def _put(text: str, output: Path | None) -> None:
 
 @contextmanager
 def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
-    """The system that is to fly a mission. Where none runs, what is wrong with its file anyway is told rather."""
+    """The system for a mission. If none runs, problems of the mission's file are reported first."""
     try:
         with connect(robot) as system:
             yield system
@@ -293,33 +299,31 @@ def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
         raise
 
 
-def _refuse_beside_another(system: System) -> None:
-    """Raise RefusedError if a mission flies, or waits for the robot: a second one would wait for its resources, and
-    take off when nobody expects it."""
+def _refuse_second_mission(system: System) -> None:
+    """Raise RefusedError if a mission flies or waits for the robot.
+
+    A second mission would wait for the same resources, and take off when nobody expects it.
+    """
     if MissionNode.name not in system.alive():
         return
     seen = MissionWatch(system)
-    system.bus.run_until(lambda: seen.status is not None, FIRST_LOOK)
-    called = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
+    system.bus.run_until(lambda: seen.status is not None, STATUS_TIMEOUT)
+    name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
     raise RefusedError(
         ErrorCode.NOT_ALLOWED,
-        f"{called} flies here already.",
+        f"{name} flies here already.",
         help="Wait until it has ended, or abort it with `skillwing mission abort`.",
     )
 
 
-_SOURCES = {".xml": "template.xml", ".py": "template.py.txt"}
-"""By suffix. The Python one is text here, for it is no module of this package."""
-
-
 def write_template(file: Path) -> None:
-    """Write a mission that is called like the file.
+    """Write the template of a mission with the name of the file.
 
-    Raises InvalidOptionError where there is such a file already, or its suffix says neither XML nor Python.
+    Raises InvalidOptionError if the file exists already, or is neither .xml nor .py.
     """
-    if file.suffix not in _SOURCES:
+    if file.suffix not in TEMPLATES:
         raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
-    text = (Path(__file__).parent / "templates" / _SOURCES[file.suffix]).read_text(encoding="utf-8")
+    text = (Path(__file__).parent / "templates" / TEMPLATES[file.suffix]).read_text(encoding="utf-8")
     try:
         with file.open("x", encoding="utf-8") as opened:
             opened.write(text.replace("NAME", file.stem))

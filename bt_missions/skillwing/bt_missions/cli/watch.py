@@ -1,4 +1,4 @@
-"""`skillwing mission watch`: the tree of the mission that flies, its status and its skills, live."""
+"""`skillwing mission watch`: live view of the mission that flies: status, tree, skills and branch switches."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ from skillwing.services.terminal.live_state import LiveState
 from skillwing.services.terminal.output import make_table, relative_path, value_text
 
 PERIOD = 0.25
-"""Wall seconds between two pictures."""
+"""Time between two updates of the view, in seconds of wall time."""
 QUIT = "q"
 BARS = 10
-"""Goals in the timeline."""
+"""Most goals in the timeline."""
 WIDTH = 40
-"""Letters of the timeline."""
+"""Width of the timeline in characters."""
 FRAME, FEWEST = 8, 6
-"""Lines that are neither tree nor bars, and lines of the tree on the smallest screen."""
+"""Lines that are neither tree nor timeline, and lines of the tree on the smallest screen."""
 RESULTS = {"success": "succeeded", "failure": "failed", "aborted": "was aborted", "unfinished": "was cut short"}
-"""What became of a mission, by the result in its report."""
+"""Words for the result of a mission in its report."""
 PHASE_COLOURS = {
     MissionPhase.SUCCEEDED: "bold green",
     MissionPhase.FAILED: "bold red",
@@ -55,7 +55,7 @@ _BAR_COLOURS = {
 
 
 class MissionWatch:
-    """Follows the mission of a system on the bus of a connection, which has to run in between."""
+    """Latest messages of the mission of a system. They arrive while the bus of the connection runs."""
 
     def __init__(self, system: System) -> None:
         self.status: MissionStatus | None = None
@@ -81,15 +81,16 @@ class MissionWatch:
 
     @property
     def complete(self) -> bool:
-        """Whether there is something of everything to show."""
+        """True if both a status and a tree have arrived."""
         return self.status is not None and self.tree is not None
 
-    def picture(self, height: int | None = None) -> RenderableType:
+    def view(self, height: int | None = None) -> RenderableType:
+        """All that is known, or the result of the last mission if none flies. height: lines of the terminal."""
         if self.status is None:
             return Text(_last_flown(self._system.target.run_dir), overflow="fold")
         parts: list[RenderableType] = [status_line(self.status), Text()]
         if self.tree is not None:
-            parts += [_drawn(self.tree, height), Text()]
+            parts += [_tree_text(self.tree, height), Text()]
         bars = self._latest_bars()
         if bars:
             parts += [self._timeline(bars), Text()]
@@ -97,7 +98,7 @@ class MissionWatch:
         return Group(*parts)
 
     def _latest_bars(self) -> list[SkillBar]:
-        """Of this mission, what runs and what ran last."""
+        """The goals of this mission that run, and the latest that ran."""
         bars = [bar for bar in self._history.bars if bar.ran and bar.t_start >= self._since]
         latest = sorted(bars, key=lambda bar: (bar.terminal is None, bar.t_start))[-BARS:]
         return sorted(latest, key=lambda bar: bar.t_start)
@@ -140,21 +141,21 @@ class MissionWatch:
         self._present.add_status(status)
 
 
-def stay(system: System, watch: MissionWatch, console: Console) -> None:
-    """Show it live until the mission is over, or somebody presses q; the last picture stays on the terminal."""
+def show_live(system: System, watch: MissionWatch, console: Console) -> None:
+    """Show the view live until the mission is over or q is pressed. The last view stays on the terminal."""
     pressed: set[str] = set()
     with (
-        Live(watch.picture(console.height), console=console, screen=True, auto_refresh=False) as live,
+        Live(watch.view(console.height), console=console, screen=True, auto_refresh=False) as live,
         when_pressed(lambda key: system.bus.post(lambda: pressed.add(key))),
     ):
         while QUIT not in pressed and not watch.over:
             system.bus.run_until(lambda: QUIT in pressed or watch.over, PERIOD)
-            live.update(watch.picture(console.height), refresh=True)
-    console.print(watch.picture())
+            live.update(watch.view(console.height), refresh=True)
+    console.print(watch.view())
 
 
 def _last_flown(run_dir: Path | None) -> str:
-    """What to say where no mission is there: nothing but its report tells of one that has ended."""
+    """Sentence for a system without a mission: the result of the last one, from its report."""
     reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
     if not reports:
         return "No mission flies now, and none has left a report here. Fly one with `skillwing mission run`."
@@ -167,7 +168,7 @@ def _last_flown(run_dir: Path | None) -> str:
 
 
 def status_line(status: MissionStatus) -> Text:
-    """Robot time, phase, waypoints and what the mission does, in one line."""
+    """Robot time, phase, waypoints and text of a status, in one line."""
     text = Text(f"{clock_text(status.t):>9}  ")
     text.append(f"{status.phase:9}", PHASE_COLOURS.get(status.phase, "default"))
     if status.waypoints:
@@ -175,8 +176,8 @@ def status_line(status: MissionStatus) -> Text:
     return text.append(f"  {status.text}")
 
 
-def _drawn(tree: TreeSnapshot, height: int | None) -> Text:
-    """The tree, or on a small screen the lines of it that matter most."""
+def _tree_text(tree: TreeSnapshot, height: int | None) -> Text:
+    """The tree, or its most important lines on a small screen."""
     text = render_tree(tree)
     room = None if height is None else max(FEWEST, height - BARS - FRAME)
     if room is None or len(tree.nodes) <= room:
@@ -188,6 +189,6 @@ def _drawn(tree: TreeSnapshot, height: int | None) -> Text:
 
 
 def _rank(node: TreeNode, *, is_leaf: bool) -> int:
-    """What runs comes first, then what has failed, then what leads there."""
+    """Rank of a line on a small screen: first leaves that run or failed, then the nodes above them."""
     order = (("RUNNING", True), ("FAILURE", True), ("RUNNING", False), ("FAILURE", False), ("SUCCESS", True))
     return order.index((node.status, is_leaf)) if (node.status, is_leaf) in order else len(order)

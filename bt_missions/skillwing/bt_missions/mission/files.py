@@ -1,4 +1,4 @@
-"""A mission in a Python file that is not installed."""
+"""Source files of missions, and missions in Python files that are not installed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.services.errors import InvalidOptionError
 
+ATTRIBUTE = "MISSION"
+"""Name of the mission in a Python file."""
+
 
 def read_source(file: Path) -> bytes:
-    """What the file holds. Raises InvalidOptionError where there is none, or it cannot be read."""
+    """Content of a file. Raises InvalidOptionError if it does not exist or cannot be read."""
     try:
         return file.read_bytes()
     except FileNotFoundError as error:
@@ -24,31 +27,27 @@ def read_source(file: Path) -> bytes:
 
 
 def refuse_if_not_utf8(content: bytes, file: Path) -> None:
-    """Raise InvalidOptionError for what is not text as missions are written."""
+    """Raise InvalidOptionError if the content is not text in UTF-8."""
     try:
         content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InvalidOptionError("mission", f"`{file}` is not a text file in UTF-8. Save it as one.") from error
 
 
-ATTRIBUTE = "MISSION"
-"""What the file calls its mission."""
-
-
 def load_python_mission(file: Path) -> Mission:
     """The mission that a file defines.
 
-    Raises InvalidOptionError for a file that cannot be read, and FaultyMissionError for one that is no Python, that
-    fails while it is loaded, or that defines no mission.
+    Raises InvalidOptionError for a file that cannot be read. Raises FaultyMissionError for a file that is not valid
+    Python, fails while it is loaded, or defines no mission.
     """
     code = _compiled(file)
     module = ModuleType(f"mission_file_{file.stem}")
     module.__file__ = str(file)
-    # Options find their types by the name of their module.
+    # msgspec resolves the types of options by the name of their module.
     sys.modules[module.__name__] = module
     try:
         exec(code, module.__dict__)
-    except (Exception, SystemExit) as error:  # what somebody else writes may fail in any way
+    except (Exception, SystemExit) as error:  # code of users may raise anything
         raise FaultyMissionError([problem_of_exception(file, error, "while it is loaded")]) from error
     mission = getattr(module, ATTRIBUTE, None)
     if not isinstance(mission, Mission):
@@ -63,7 +62,7 @@ def _compiled(file: Path) -> CodeType:
         return compile(content, str(file), "exec", dont_inherit=True)
     except SyntaxError as error:
         refuse_if_not_utf8(content, file)
-        # Of a file as a whole some Pythons tell line -1.
+        # For a problem of the whole file some versions of Python report line -1.
         known = takewhile(lambda number: number is not None and number > 0, (error.lineno, error.offset))
         place = ":".join(map(str, (file, *known)))
         raise FaultyMissionError([MissionProblem(f"This is no Python: {error.msg}. Mend it.", place)]) from error

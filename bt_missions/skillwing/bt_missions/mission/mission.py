@@ -1,4 +1,4 @@
-"""What a mission is."""
+"""Definition of a mission: name, options, needs, and the trees that fly it."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from skillwing.services.errors import InvalidOptionError
 
 
 class MissionOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of the options of a mission; each field is one option, which has to be given where it has no default."""
+    """Base of the options of a mission. Each field is an option; one without a default is required."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a mission is: waypoints done of all, and where the drone is flying to."""
+    """Progress of a mission: waypoints done, all waypoints, and the target of the motion."""
 
     waypoint: int = 0
     waypoints: int = 0
@@ -36,15 +36,14 @@ class Progress:
 
     @classmethod
     def of(cls, planner: RoutePlanner) -> Progress:
-        """How far a route has been flown."""
-        return cls(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.account)
+        """Progress along a route."""
+        return cls(min(planner.waypoint, len(planner.route)), len(planner.route), planner.target, planner.summary)
 
 
 @dataclass(frozen=True, slots=True)
 class MissionTrees:
-    """What a mission is made of. root: flies it. rescue: brings the drone to safety when `root` cannot go on, because
-    somebody aborted the mission or a leaf raised, and when `root` has ended in the air. unused: what else was written
-    beside them, to be checked and never flown."""
+    """Trees of a mission. root: flies it. rescue: brings the drone to safety after an abort, an exception in a leaf, or
+    an end of `root` in the air. unused: other trees of the same file, which are checked but not flown."""
 
     root: Behaviour
     rescue: Behaviour
@@ -53,10 +52,10 @@ class MissionTrees:
 
 
 class Mission(ABC):
-    """A mission of the library.
+    """Base of missions.
 
     name: as in `skillwing mission run NAME`. summary: one sentence. Options: its options with defaults.
-    needs: for each resource, the states in one of which it has to be before the tree is ticked for the first time.
+    needs: for each resource, the states in one of which it has to be before the first tick.
     """
 
     name: str
@@ -66,29 +65,29 @@ class Mission(ABC):
 
     @property
     def file(self) -> Path | None:
-        """Where it is written: for a mission in Python the file of its class."""
+        """The file of the mission: for one in Python, the file of its class."""
         try:
             return Path(inspect.getfile(type(self)))
-        except (OSError, TypeError):  # made where there is no file
+        except (OSError, TypeError):  # a class without a file
             return None
 
     @property
     def needs_location(self) -> str | None:
-        """`file:line` where `needs` are written: for a mission in Python that of its class."""
+        """`file:line` of `needs`: for a mission in Python, of its class."""
         try:
             return f"{inspect.getsourcefile(type(self))}:{inspect.getsourcelines(type(self))[1]}"
-        except (OSError, TypeError):  # made where there is no file
+        except (OSError, TypeError):  # a class without a file
             return None
 
-    def require_usable(self) -> None:  # noqa: B027 - what is read from no file is usable
-        """Raises FaultyMissionError where it cannot be flown for what is written in its file, on whatever robot."""
+    def require_usable(self) -> None:  # noqa: B027 - a mission in Python has loaded, so it is usable
+        """Raise FaultyMissionError if the mission cannot be flown on any robot, as its file is written."""
 
     @abstractmethod
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
-        """Build the trees. Called once, before the robot is known to be ready: look at nothing yet."""
+        """Build the trees. Called once, before the robot is ready: read nothing from the robot here."""
 
     def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[MissionProblem]]:
-        """Build the trees as far as that goes, and list what keeps them from being flown."""
+        """Build the trees as far as possible, and list the problems that prevent a flight."""
         trees: object = self.build(context, options)
         if not isinstance(trees, MissionTrees):
             raise TypeError(f"`build` returns {type(trees).__name__} instead of MissionTrees")
@@ -99,11 +98,11 @@ class Mission(ABC):
         return self.Options.__struct_fields__
 
     def describe(self) -> dict[str, Any]:
-        """The default of each option that has one, as plain values: text, numbers, lists."""
+        """Defaults of the options that have one, as plain values: text, numbers, lists."""
         return dict(default_values(self.Options))
 
     def read_options(self, given: Mapping[str, Any]) -> MissionOptions:
-        """The options from their plain form, where numbers may also be text. Raises InvalidOptionError."""
+        """The options from plain values; a number may also be text. Raises InvalidOptionError."""
         for name in given:
             if name not in self.option_names:
                 known = UnknownNameError(f"option of {self.name}", name, self.option_names)

@@ -1,4 +1,4 @@
-"""Values of options: from their plain form to what a mission takes, and back into words."""
+"""Options of a mission: from words such as `speed=1.5` to typed values, and back to text."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from msgspec.inspect import BoolType, FloatType, IntType, NoneType, TupleType, T
 
 from skillwing.services.errors import InvalidOptionError
 
+O = TypeVar("O", bound=msgspec.Struct)  # noqa: E741 - options
+_COUNTS = {2: "two", 3: "three", 4: "four"}
+
 
 def parse_options(words: Sequence[str]) -> dict[str, Any]:
-    """The options that words of the form NAME=VALUE give.
+    """Plain values of words of the form NAME=VALUE, such as `route=30,0,4; 30,20,4`.
 
-    Commas separate the values of a list and semicolons the lists of a list; anything else may be written as JSON. What
-    a value has to be is for the mission to say. Raises InvalidOptionError.
+    Commas separate the values of a list, semicolons the lists of a list; other values may be written as JSON. The types
+    are checked later, by the mission. Raises InvalidOptionError.
     """
     options: dict[str, Any] = {}
     for word in words:
@@ -30,7 +33,7 @@ def parse_options(words: Sequence[str]) -> dict[str, Any]:
 
 
 def plain_value(name: str, text: str) -> Any:
-    """The value of one option as it is typed: text, a list of texts, a list of such lists, or what JSON says."""
+    """Plain value of one option: text, a list of texts, a list of such lists, or a value in JSON."""
     if text.startswith(("[", "{")):
         try:
             return msgspec.json.decode(text)
@@ -45,31 +48,27 @@ def _values(text: str) -> list[str]:
     return [part.strip() for part in text.split(",")]
 
 
-O = TypeVar("O", bound=msgspec.Struct)  # noqa: E741 - options
-_COUNTS = {2: "two", 3: "three", 4: "four"}
-
-
 def read_values(given: Mapping[str, Any], options: type[O]) -> O:
-    """Options from plain values, where numbers may also be text, and a list of lists with one member may be that.
+    """Options from plain values. A number may be text, and a list with one list in it may be just that list.
 
-    Raises InvalidOptionError with a sentence that says what is wrong and what the option takes.
+    Raises InvalidOptionError with a sentence about the problem and about the values that the option takes.
     """
     values: dict[str, Any] = {}
     for each in msgspec.structs.fields(options):
         if each.name in given:
             values[each.name] = _read(each, given[each.name])
         elif each.required:
-            words = _words(msgspec.inspect.type_info(each.type))
-            raise InvalidOptionError(each.name, f"`{each.name}` is missing; it takes {words}.")
+            takes = _type_text(msgspec.inspect.type_info(each.type))
+            raise InvalidOptionError(each.name, f"`{each.name}` is missing; it takes {takes}.")
     try:
         return options(**values)
-    except ValueError as error:  # what no single value is to blame for
+    except ValueError as error:  # a combination of values that the options refuse
         name = next((name for name in values if f"`{name}`" in str(error)), "")
         raise InvalidOptionError(name, str(error)) from error
 
 
 def default_values(options: type[msgspec.Struct]) -> Iterator[tuple[str, Any]]:
-    """The default of each option that has one, in the plain form that `read_values` takes."""
+    """Default of each option that has one, as a plain value for `read_values`."""
     for each in msgspec.structs.fields(options):
         if not each.required:
             factory = each.default_factory
@@ -77,17 +76,17 @@ def default_values(options: type[msgspec.Struct]) -> Iterator[tuple[str, Any]]:
             yield each.name, msgspec.json.decode(msgspec.json.encode(default))
 
 
-def written(value: Any) -> str:
-    """A value as it is typed behind the name of an option."""
+def option_text(value: Any) -> str:
+    """A value as a user types it after the name of an option."""
     match value:
         case None:
             return "null"
         case bool():
             return str(value).lower()
         case [[*_], *_]:
-            return "; ".join(written(item) for item in value)
+            return "; ".join(option_text(item) for item in value)
         case [*items]:
-            return ",".join(written(item) for item in items)
+            return ",".join(option_text(item) for item in items)
         case float():
             return f"{value:g}"
         case _:
@@ -103,7 +102,7 @@ def _read(option: msgspec.structs.FieldInfo, value: Any) -> Any:
             continue
         if _is_finite(read):
             return read
-    sentence = f"`{option.name}` is `{written(value)}`; it takes {_words(kind)}"
+    sentence = f"`{option.name}` is `{option_text(value)}`; it takes {_type_text(kind)}"
     example = (
         "" if option.default in (msgspec.NODEFAULT, None) else f", as in `{_example(option.name, option.default)}`"
     )
@@ -111,7 +110,7 @@ def _read(option: msgspec.structs.FieldInfo, value: Any) -> Any:
 
 
 def _example(name: str, default: Any) -> str:
-    word = f"{name}={written(default)}"
+    word = f"{name}={option_text(default)}"
     return f'"{word}"' if " " in word else word
 
 
@@ -125,24 +124,24 @@ def _is_finite(value: Any) -> bool:
             return True
 
 
-def _words(kind: Type) -> str:
-    """What values of a type look like."""
+def _type_text(kind: Type) -> str:
+    """Description of the values that a type takes."""
     match kind:
         case FloatType() | IntType():
-            words = ("a number" if isinstance(kind, FloatType) else "a whole number") + _range(kind)
+            text = ("a number" if isinstance(kind, FloatType) else "a whole number") + _range(kind)
         case BoolType():
-            words = "`true` or `false`"
+            text = "`true` or `false`"
         case NoneType():
-            words = "`null`"
+            text = "`null`"
         case UnionType():
-            words = " or ".join(_words(each) for each in kind.types)
+            text = " or ".join(_type_text(each) for each in kind.types)
         case TupleType():
-            words = f"{_COUNTS.get(len(kind.item_types), len(kind.item_types))} numbers with commas between them"
+            text = f"{_COUNTS.get(len(kind.item_types), len(kind.item_types))} numbers with commas between them"
         case VarTupleType():
-            words = f"{_words(kind.item_type)}, and semicolons between several of these"
+            text = f"{_type_text(kind.item_type)}, and semicolons between several of these"
         case _:
-            words = "text"
-    return words
+            text = "text"
+    return text
 
 
 def _range(kind: FloatType | IntType) -> str:

@@ -1,4 +1,4 @@
-"""What does not fit, in words."""
+"""Problems found in a mission, each as a sentence with its place."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from skillwing.services.user_code_errors import exception_message, import_error_
 
 @dataclass(frozen=True, slots=True)
 class MissionProblem:
-    """What does not fit, as a sentence. place: `file:line` or `file:line:column` of the mission where it is written,
-    if that is known."""
+    """One problem, as a sentence. place: `file:line` or `file:line:column` in the mission, if known."""
 
     text: str
     place: str | None = None
@@ -24,8 +23,8 @@ class MissionProblem:
 
 
 class FaultyMissionError(InvalidOptionError):
-    """A mission that cannot be flown for what is written in it. problems: all that was found, by place; heading: what
-    is to be said before them."""
+    """A mission that cannot be flown as it is written. problems: all that was found, by place; heading: a line before
+    them."""
 
     def __init__(self, problems: Iterable[MissionProblem], *, heading: str | None = None) -> None:
         self.problems = tuple(problems)
@@ -34,8 +33,8 @@ class FaultyMissionError(InvalidOptionError):
 
 
 def problem_of_exception(file: Path | None, error: BaseException, when: str) -> MissionProblem:
-    """What went wrong in the code of a mission, with the last line of its file that took part. file: None where the
-    mission was written in none."""
+    """The problem behind an exception in a mission's code, at the innermost line of its file. file: None if it has no
+    file."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
     if isinstance(error, ImportError):

@@ -1,1 +1,1 @@
-"""The missions."""
+"""Installed missions, each in Python and as a tree file."""

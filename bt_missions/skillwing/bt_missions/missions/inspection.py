@@ -1,8 +1,7 @@
-"""The inspection mission of the paper (Sections 2.1 and 6.2): round a building out of sight, as long as there is video.
+"""The inspection mission of the paper (Sections 2.1 and 6.2): a circle round a building, with live video.
 
-Who flies beyond the pilot's sight needs live video all the way. When the link can carry it no longer, the drone stops,
-hovers for some seconds, and lands where it is. When the LiDAR can watch the way no longer, but there is video, it comes
-home.
+A flight beyond the pilot's line of sight needs live video all the way. If the link loses it, the drone stops, hovers
+for some seconds, and lands where it is. If the LiDAR fails while there is video, the drone comes home.
 """
 
 from __future__ import annotations
@@ -37,11 +36,14 @@ HOVERED = {"S_DONE": Status.SUCCESS}
 
 
 class InspectionOptions(MissionOptions, frozen=True, kw_only=True):
-    """center: of the building, ENU metres, home at the origin. radius, height: of the circle around it; height is also
-    that of the take-off. laps: how often. return_height: at which to begin the flight home; it climbs over what stands
-    in its way. min_fps, min_quality: of the video; the picture's quality is its SSIM, 1 is perfect. hover: seconds
-    between the loss of the video and the landing. time_limit: robot seconds until the drone gives up and lands, pauses
-    among them. pilot_patience: robot seconds for which the safety pilot may have the drone before the mission ends."""
+    """Options; lengths in metres, speed in m/s, times in seconds of robot time.
+
+    center: of the building, ENU, home at the origin. radius, height: of the circle; the take-off has the same height.
+    laps: number of laps. return_height: at the start of the way home, which climbs over obstacles.
+    min_fps, min_quality: of the video; quality is SSIM, 1 is perfect. hover: time from the loss of the video to the
+    landing. time_limit: time until the drone lands in any case, pauses included. pilot_patience: longest time with the
+    safety pilot before the mission ends.
+    """
 
     center: Position = (28.0, 0.0, 0.0)
     radius: Annotated[float, msgspec.Meta(ge=2.0, le=100.0)] = 20.0
@@ -77,7 +79,7 @@ class InspectionMission(Mission):
         root = guarded_flight(
             context,
             _inspection(context, options),
-            # Home again is not done, if the drone went home, or down, before the last lap was flown.
+            # A drone at home is not enough: it may have turned back before the last lap.
             NeverSwitched("as planned?", context, "inspection"),
             time_limit=options.time_limit,
             pilot_patience=options.pilot_patience,
@@ -86,9 +88,9 @@ class InspectionMission(Mission):
 
 
 def _inspection(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """Section 2.1: Selector(Parallel(stream, inspect) ; hover, land); the landing is that of any flight.
+    """Section 2.1: Selector(Parallel(stream, inspect) ; hover, land). The landing is that of every guarded flight.
 
-    Without video nobody may wait: what follows cannot be paused.
+    The part without video cannot be paused, as the drone must not stay in the air there.
     """
     flight = in_order("flight", take_off(context, options.height), _with_video(context, options))
     return first_that_works(
@@ -103,7 +105,7 @@ def _inspection(context: MissionContext, options: InspectionOptions) -> Behaviou
 
 
 def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """Round the building and home, with live video, whatever sensor it is that watches the way."""
+    """Circle and way home, with live video, by any sensor that works."""
     demands = {"min_fps": options.min_fps, "min_quality": options.min_quality}
     return alongside(
         "with video",
@@ -117,7 +119,7 @@ def _with_video(context: MissionContext, options: InspectionOptions) -> Behaviou
 
 
 def _by_lidar(context: MissionContext, options: InspectionOptions) -> Behaviour:
-    """The LiDAR's ring looks along the circle, for the nose is on the building."""
+    """Circle and way home by LiDAR. The nose points at the building, so the LiDAR's ring covers the way ahead."""
     return flown_with(
         context,
         LIDAR,

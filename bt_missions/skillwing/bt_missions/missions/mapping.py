@@ -1,8 +1,8 @@
-"""The 3D-mapping mission of the paper (Figures 6, 7 and 10): along a route, with a way on when the camera fails.
+"""The 3D-mapping mission of the paper (Figures 6, 7 and 10): a route that continues when the depth camera fails.
 
-The depth camera looks ahead, so the drone flies nose first. When the camera fails, the LiDAR takes over; its ring
-sees only sideways, so the drone turns its nose across the motion and flies like a crab. Mapping runs on meanwhile.
-When the LiDAR fails there is nothing left to map with: the drone comes home, by the camera if that is well.
+The depth camera looks ahead, so the drone flies nose first. If the camera fails, the LiDAR takes over. Its ring sees
+only sideways, so the drone turns its nose across the motion (crab flight). Mapping continues meanwhile. If the LiDAR
+fails, there is no sensor for the map: the drone comes home, with the camera if that works.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
 
 LEG_FLOWN = {
     "S_ARRIVED": Status.SUCCESS,
-    # An obstacle on the way is no failure of the branch: the writer plans the next leg round it.
+    # An obstacle is not a failure of the branch: the writer plans the next leg round it.
     "S_BLOCKED": Status.SUCCESS,
     "N_BLOCKED": Status.SUCCESS,
-    # Whoever held the drone may have flown it elsewhere: the writer plans on from there, to the same waypoint.
+    # The safety pilot may have flown the drone elsewhere: the writer plans from there, to the same waypoint.
     HELD: Status.SUCCESS,
     "S_ABORTED": Status.FAILURE,
 }
@@ -52,11 +52,13 @@ ALIGNED = {"S_ALIGNED": Status.SUCCESS, HELD: Status.FAILURE}
 
 
 class MappingOptions(MissionOptions, frozen=True, kw_only=True):
-    """route: waypoints (x, y, z) in ENU metres, home at the origin. height: of take-off, by default the first
-    waypoint's. return_height: at which to begin the flight home; it climbs over what stands in its way. area: west,
-    south, east, north border of the route and its detours, inside the robot's geofence; None for anywhere. time_limit:
-    robot seconds until the drone gives up and lands, pauses among them. pilot_patience: robot seconds for which the
-    safety pilot may have the drone before the mission ends."""
+    """Options; lengths in metres, speed in m/s, times in seconds of robot time.
+
+    route: waypoints (x, y, z), ENU, home at the origin. height: of the take-off; by default that of the first waypoint.
+    return_height: at the start of the way home, which climbs over obstacles. area: west, south, east and north border
+    of route and detours, inside the geofence of the robot; None for no border. time_limit: time until the drone lands
+    in any case, pauses included. pilot_patience: longest time with the safety pilot before the mission ends.
+    """
 
     route: Annotated[tuple[Position, ...], msgspec.Meta(min_length=1, max_length=1000)] = (
         (30.0, 0.0, 4.0),
@@ -89,7 +91,7 @@ class MappingMission(Mission):
             "SDK_authority": ("AVAILABLE",),
             "homepoint_status": ("VALID",),
             "flight_status": ("ON_GROUND",),
-            # On the ground a landing may not have let go of them yet.
+            # A landing may still hold these two on the ground.
             "axes_authority": ("AVAILABLE",),
             "heading_authority": ("AVAILABLE",),
             "zed_status": ("OK", "FAILED"),
@@ -105,7 +107,7 @@ class MappingMission(Mission):
         root = guarded_flight(
             context,
             or_pause(context, _flight(context, route, options)),
-            # Home again is not done, if anything but obstacles kept the drone from the waypoints.
+            # A drone at home is not enough: only obstacles may be the reason for a waypoint that was left out.
             RouteFulfilled("route flown?", context, route),
             time_limit=options.time_limit,
             pilot_patience=options.pilot_patience,
@@ -114,7 +116,7 @@ class MappingMission(Mission):
 
 
 def _flight(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Figure 6: take off, map, return. The return is part of the navigation: the depth map watches that way as well."""
+    """Figure 6: take off, map, return. The return is part of the navigation, as it needs the depth map as well."""
     height = options.height if options.height is not None else options.route[0][2]
     mapping = alongside(
         "map",
@@ -127,19 +129,19 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
         first_that_works(
             "map or come home",
             mapping,
-            # Where that fails as well, the guards above land the drone where it is.
+            # If that fails as well, the guards above land the drone where it is.
             come_home(context, "mission", "mapping", height=options.return_height, speed=options.speed),
         ),
     )
 
 
 def _navigation(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Figure 7: by the camera, or else by the LiDAR. A camera that has failed once no longer leads along the route."""
+    """Figure 7: by the camera, or else by the LiDAR. A camera that has failed is not used along the route again."""
     return first_that_works("navigate", _by_camera(context, route, options), _by_lidar(context, route, options))
 
 
 def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Nose first, looking ahead with the depth camera."""
+    """Legs nose first, with the depth camera looking ahead."""
     fly_leg = SkillAction(
         "goto_straight",
         context,
@@ -157,7 +159,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
 
 
 def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
-    """Nose across the motion, so that the LiDAR's ring looks along it."""
+    """Legs with the nose across the motion, so that the LiDAR's ring covers the way ahead."""
     heading = {"heading": route.crab}
     fly_leg = SkillAction(
         "goto",
@@ -177,7 +179,7 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
             until=fly_leg,
         ),
     )
-    # A nose that was held on its way round may have to turn elsewhere by now.
+    # After a hold during the turn, the next leg may need another heading.
     leg = OnEnding("leg, or another", leg, (HELD,), Success("plan again"))
     return in_order(
         "LiDAR branch",
@@ -200,9 +202,9 @@ def _route_and_home(
 
 
 def _route_or_turn_back(context: MissionContext, route: Route, leg: Behaviour) -> Behaviour:
-    """Fly legs until the route is done, or until the battery is low: then it is time to come home.
+    """Legs until the route is done. A LOW battery ends them early, so that the drone comes home.
 
-    A critical one lands the drone where it is, which is the business of the guards above.
+    A CRITICAL battery is for the guards above: they land the drone where it is.
     """
     return first_that_works(
         "route or turn back",

@@ -1,1 +1,1 @@
-"""Where to fly next: routes, and ways round what stands on them."""
+"""Route planning: the next leg of a route, and detours round obstacles."""

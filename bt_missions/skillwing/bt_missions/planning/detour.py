@@ -1,8 +1,8 @@
-"""Plans the way along a route of waypoints round obstacles that are met on the way. Pure: no bus, no clock, no tree.
+"""Planner for a route of waypoints, with detours round obstacles found on the way. Pure: no bus, no clock, no tree.
 
-Each time a motion is blocked the planner remembers where the obstacle was seen, and plans on from where the drone
-stands. Ways keep a wide margin as long as they can, and lead through narrower openings before a waypoint is given up.
-One that cannot be reached is given up, so that every route comes to an end.
+After each blocked motion the planner stores where the obstacle was seen, and plans from the position of the drone.
+A path keeps a wide margin if it can. Otherwise it leads through narrower openings. A waypoint that cannot be reached is
+given up, so every route comes to an end.
 """
 
 from __future__ import annotations
@@ -17,22 +17,23 @@ from skillwing.bt_missions.planning.known_space import OBSTACLE_RADIUS, STOPPED_
 Position: TypeAlias = tuple[float, float, float]
 
 STOPPING_DISTANCE_LIMIT = 15.0
-"""Nobody stops for an obstacle farther ahead than this, in metres; then something unseen is in the way."""
+"""Longest distance to a seen obstacle at which a skill stops, in metres. A farther one is not the reason of a stop."""
 ARRIVED_WITHIN = 0.5
 """A waypoint nearer than this counts as reached, in metres."""
 NARROWER = (1.4, 0.7, 0.5)
-"""Kept between the drone's centre and places where it was stopped, one after the other, where the margin leaves no way,
-in metres. What stopped it is within 1.44 m of such a place, be it ahead or aside. So an opening of 4 m, which leaves
-its centre 1.12 m, is not closed by such places at the least room; with the larger ones the widest openings come first.
+"""Distances between the drone's centre and places where it was stopped, tried in this order, in metres.
+
+They apply when the margin leaves no path. The obstacle is within 1.44 m of such a place, ahead or aside. An opening of
+4 m leaves 1.12 m for the centre: the smallest distance keeps it open, and the larger ones prefer wide openings.
 """
 AT_HOME = 2.0
-"""A waypoint nearer than this to the origin, on the ground plan, is over home, in metres."""
+"""A waypoint nearer than this to the origin, on the ground plan, counts as home, in metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """A waypoint, by its index in the route, that was left out, and why. for_obstacle: obstacles that were seen kept
-    the drone from it, and nothing else."""
+    """A waypoint that was given up, by its index in the route, with the reason. for_obstacle: the only reason is
+    obstacles that a sensor saw."""
 
     waypoint: int
     reason: str
@@ -40,12 +41,11 @@ class GivenUp:
 
 
 class RoutePlanner:
-    """Says where to fly next, until every waypoint of the route is reached or given up.
+    """Plans the legs to the waypoints of a route, until each is reached or given up.
 
-    Ask `next_target`, fly there, tell `arrived` or `blocked`, and ask again. route: waypoints (x, y, z) in ENU metres.
-    max_detours: how often the way to one waypoint may be found blocked before ways with less room than the margin are
-    tried as well. max_narrow: how often after that, before the waypoint is given up. area: where detours may lead, None
-    for anywhere.
+    Call `next_target`, fly there, report with `arrived` or `blocked`, and repeat. route: waypoints (x, y, z) in ENU
+    metres. max_detours: blocked legs to one waypoint before narrower openings are tried. max_narrow: blocked legs after
+    that before the waypoint is given up. area: border of detours; None for no border.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class RoutePlanner:
 
     @property
     def waypoint(self) -> int:
-        """Index of the waypoint being flown to; the length of the route when it is done."""
+        """Index of the current waypoint; the length of the route when it is done."""
         return self._waypoint
 
     @property
@@ -80,20 +80,22 @@ class RoutePlanner:
 
     @property
     def reached(self) -> int:
-        """How many waypoints were reached."""
+        """Number of waypoints that were reached."""
         return len(self._reached)
 
     @property
     def fulfilled(self) -> bool:
-        """The route is done as well as the place allows: nothing but obstacles kept the drone from any waypoint, and
-        it reached one at least that is not over home, if there are such: coming home again is no route."""
+        """True if the route is done as well as obstacles allow: they are the only reason for waypoints given up.
+
+        At least one waypoint away from home has to be reached, if the route has any: a way home alone is not enough.
+        """
         away = {index for index, (x, y, _) in enumerate(self.route) if math.hypot(x, y) > AT_HOME}
         been = self._reached if not away else away.intersection(self._reached)
         return self.done and bool(been) and all(left.for_obstacle for left in self.given_up)
 
     @property
-    def account(self) -> str:
-        """What has become of the waypoints, in words."""
+    def summary(self) -> str:
+        """Waypoints reached and given up, as a text."""
         text = f"{self.reached} of {len(self.route)} waypoints reached"
         if not self.given_up:
             return text
@@ -102,13 +104,13 @@ class RoutePlanner:
 
     @property
     def target(self) -> Position | None:
-        """End of the straight leg that was asked for last and is not flown yet."""
+        """End of the current straight leg; None if it is flown."""
         return self._legs[0] if self._legs else None
 
     def next_target(self, position: Position) -> Position | None:
         """The end of the next straight leg from `position`; None when the route is done.
 
-        The same leg is given again until `arrived`, `blocked` or `carried` is told: another branch can take over.
+        The leg stays the same until a call of `arrived`, `blocked` or `moved`, so that another branch can take over.
         """
         while not self._legs and not self.done:
             waypoint = self.route[self._waypoint]
@@ -125,19 +127,19 @@ class RoutePlanner:
         return self.target
 
     def arrived(self) -> None:
-        """The leg asked for last has been flown to its end."""
+        """Report that the current leg was flown to its end."""
         if not self._legs:
             return
         del self._legs[0]
         if not self._legs:
             self._reach()
 
-    def carried(self) -> None:
-        """Somebody else may have flown the drone: plan the way to the same waypoint anew, from wherever it is."""
+    def moved(self) -> None:
+        """Report that someone else may have moved the drone: the next leg to the same waypoint starts where it is."""
         self._legs = []
 
     def blocked(self, position: Position, distance: float) -> None:
-        """The leg asked for last ended at `position`, with an obstacle `distance` metres ahead on it."""
+        """Report that the current leg ended at `position`, with an obstacle `distance` metres ahead."""
         if not self._legs:
             return
         seen = distance <= STOPPING_DISTANCE_LIMIT
@@ -152,7 +154,7 @@ class RoutePlanner:
             self.known.add((x, y), before=end if behind_the_end else None, seen=seen)
         self._legs = []
         self._detours += 1
-        # What no sensor sees leaves no openings to be looked for.
+        # An unseen obstacle has no openings to search for.
         most = self._max_detours + (0 if self._stopped_unseen else self._max_narrow)
         if self._detours > most:
             blocked = f"the way was found blocked {self._detours} times"
@@ -160,8 +162,10 @@ class RoutePlanner:
             self._give_up(blocked + unseen, for_obstacle=not self._stopped_unseen)
 
     def _way(self, start: Point, goal: Point) -> list[Point] | None:
-        """Corners of a way with the margin, as long as there is one that is not found blocked all the time; otherwise
-        with the most room that there is. What was not enough once is not tried again for the same waypoint."""
+        """Corners of a path with the margin; after too many blocked legs, or without such a path, with less room.
+
+        Room that was not enough once is not tried again for the same waypoint.
+        """
         if self._detours > self._max_detours:
             self._narrowed = max(self._narrowed, 1)
         while True:
@@ -172,8 +176,10 @@ class RoutePlanner:
             self._narrowed += 1
 
     def _direction(self, position: Position) -> float | None:
-        """Of the leg that was blocked at `position`, None for a vertical one. Some centimetres before or behind its end
-        only its beginning tells."""
+        """Direction of the leg that was blocked at `position`; None for a vertical one.
+
+        Near its end the direction from its start counts, as the rest is too short.
+        """
         target = self._legs[0]
         at_the_end = math.dist(position[:2], target[:2]) <= ARRIVED_WITHIN
         return bearing(self._asked_at if at_the_end and self._asked_at is not None else position, target)
@@ -214,7 +220,7 @@ def wrap(angle: float) -> float:
 
 
 def _at_heights(start: Position, corners: list[Point], end: Position) -> list[Position]:
-    """The corners as positions whose height changes evenly along the way."""
+    """The corners as positions, with a height that changes evenly along the path."""
     lengths = [math.dist(a, b) for a, b in zip([start[:2], *corners], corners, strict=False)]
     total = sum(lengths)
     legs: list[Position] = []

@@ -1,7 +1,7 @@
-"""The obstacles a mission has met, and ways between them. Pure: no bus, no clock, no tree.
+"""Obstacles that a mission has found, and paths between them. Pure: no bus, no clock, no tree.
 
-Nothing is known of the world beforehand. An obstacle is a disc where it was seen; a way keeps clear of every disc:
-straight if that goes, otherwise by A* (Hart, Nilsson, Raphael 1968) on a lattice, its path pulled tight.
+The map is empty at the start. An obstacle is a disc where it was seen, and a path keeps clear of all discs. It is
+straight if possible, else found by A* (Hart, Nilsson, Raphael 1968) on a lattice and shortened by string pulling.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ Area: TypeAlias = tuple[float, float, float, float]
 """West, south, east and north border in metres."""
 
 TIP_RADIUS = 0.84
-"""From the drone's centre to the tips of its blades, in metres."""
+"""Distance from the drone's centre to the tips of its blades, in metres."""
 MARGIN = 2.0
-"""Kept between the tips and an obstacle, in metres."""
+"""Distance to keep between the tips and an obstacle, in metres."""
 STOPPED_BEFORE = 2.0
-"""As far before an obstacle the drone is believed to stand, from its centre, if nobody says how far, in metres."""
+"""Assumed distance from the drone's centre to an obstacle that stopped it, if it was not measured, in metres."""
 OBSTACLE_RADIUS = 0.3
-"""Radius assumed of what was seen as one point, in metres."""
+"""Assumed radius of an obstacle that was seen as one point, in metres."""
 SAME_OBSTACLE = 0.75
-"""What is seen nearer than this to a known disc's centre is the same obstacle, in metres."""
+"""Largest distance from the centre of a disc at which an obstacle counts as the same, in metres."""
 SAME_PLACE = 0.25
-"""A stop nearer than this to an earlier one tells nothing new of where the drone can pass, in metres."""
+"""Largest distance between two stops that count as the same place, in metres."""
 GROWTH = 0.5
-"""Added to the radius of a disc that was met again, in metres: it must be larger than assumed."""
+"""Growth of the radius of a disc that stops the drone again, in metres: it is larger than assumed."""
 CELL = 1.0
-"""Between neighbours of the lattice, in metres."""
+"""Distance between neighbours of the lattice, in metres."""
 NARROW_CELL = 0.5
-"""The same where ways may lead through what is narrower than the margin."""
+"""The same for paths through openings that are narrower than the margin."""
 _BORDER = 4.0
-"""How far beyond what has to be kept clear of the lattice reaches, in metres."""
+"""Width of the lattice beyond the clearance of all discs, in metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +49,10 @@ class Disc:
 
 
 class KnownSpace:
-    """Which straight motions keep clear of the known discs.
+    """Known discs, and the straight motions and paths that keep clear of them.
 
-    clearance: metres between a disc and the drone's centre. area: where detours may lead; None for anywhere. cell:
-    metres between neighbours of the lattice.
+    clearance: metres between a disc and the drone's centre. area: border of detours; None for no border. cell: metres
+    between neighbours of the lattice.
     """
 
     def __init__(self, clearance: float = TIP_RADIUS + MARGIN, area: Area | None = None, *, cell: float = CELL) -> None:
@@ -63,17 +63,19 @@ class KnownSpace:
         self._closed: list[Disc] = []
 
     def narrowed(self, room: float) -> KnownSpace:
-        """The same obstacles, of which nothing is believed but where they kept the drone's centre from: it comes no
-        nearer than `room` metres to these places. What is assumed of an obstacle's size closes no opening beside it."""
+        """The same obstacles, as places that the drone's centre may approach to `room` metres.
+
+        Assumed sizes do not count here, so they close no opening beside an obstacle.
+        """
         narrow = KnownSpace(room, self.area, cell=NARROW_CELL)
         narrow.discs = list(self._closed)
         return narrow
 
     def add(self, place: Point, *, before: Point | None = None, seen: bool = True) -> None:
-        """Remember an obstacle at `place`; one that is known already grows.
+        """Store an obstacle at `place`; a known one grows.
 
-        before: the end of the motion that met it, if it stands behind that. Met there once more, it is known to keep
-        the drone's centre from this end as well.
+        before: end of the blocked motion, if the obstacle is beyond it. After a second stop at the same place, the
+        drone's centre cannot reach this end either.
         """
         again = any(math.dist(closed.centre, place) < SAME_PLACE for closed in self._closed)
         self._closed.append(Disc(before if again and before is not None else place, 0.0, seen))
@@ -84,20 +86,20 @@ class KnownSpace:
         self.discs.append(Disc(place, seen=seen))
 
     def is_node(self, point: Point) -> bool:
-        """Tell whether a detour may lead over `point`, and from there along any lattice edge to another such point."""
+        """True if a detour may lead over `point`, and from there along any lattice edge to another such point."""
         if self.area is not None:
             west, south, east, north = self.area
             if not (west <= point[0] <= east and south <= point[1] <= north):
                 return False
-        # Of an edge between two points that are this far from a centre, no part is nearer to it than the reach.
+        # No part of an edge between two points at this distance from a centre is nearer to it than the reach.
         half = self.cell * math.sqrt(2) / 2
         return all(math.dist(point, disc.centre) >= math.hypot(self._reach(disc), half) for disc in self.discs)
 
     def is_open(self, a: Point, b: Point) -> bool:
-        """Tell whether the segment from `a` to `b` keeps clear.
+        """True if the segment from `a` to `b` keeps clear of all discs.
 
-        Where `a` or `b` itself stands too near to a disc, the motion may come as near as that, but no nearer: a drone
-        that was stopped by an obstacle can leave, and a waypoint beside one can be reached.
+        If `a` or `b` is too near to a disc, the motion may come as near as that, but not nearer. So a drone can leave
+        an obstacle that stopped it, and reach a waypoint beside one.
         """
         for disc in self.discs:
             allowed = min(self._reach(disc), math.dist(a, disc.centre), math.dist(b, disc.centre))
@@ -106,7 +108,7 @@ class KnownSpace:
         return True
 
     def path(self, start: Point, goal: Point) -> list[Point] | None:
-        """Corners of a way from `start` to `goal` (without `start`), or None where there is none."""
+        """Corners of a path from `start` to `goal` (without `start`); None if there is no path."""
         if any(math.dist(goal, disc.centre) < TIP_RADIUS + disc.radius for disc in self.discs):
             return None
         if self.is_open(start, goal):
@@ -118,7 +120,7 @@ class KnownSpace:
         return disc.radius + self.clearance
 
     def _search(self, start: Point, goal: Point) -> list[Point] | None:
-        """A* over lattice nodes from where `start` can leave to where `goal` can be entered."""
+        """A* over lattice nodes, from those that `start` reaches directly to those that reach `goal` directly."""
         usable = _Lattice(self, start, goal)
         frontier: list[tuple[float, Node]] = []
         cost: dict[Node, float] = {}
@@ -145,7 +147,7 @@ class KnownSpace:
         return None
 
     def _pull_tight(self, start: Point, corners: list[Point]) -> list[Point]:
-        """Leave out every corner that can be passed by."""
+        """Drop every corner that a straight segment can skip."""
         tight: list[Point] = []
         at, rest = start, corners
         while rest:
@@ -157,7 +159,7 @@ class KnownSpace:
 
 
 class _Lattice:
-    """Nodes within the area that a detour may need."""
+    """Lattice nodes that a detour may use."""
 
     def __init__(self, space: KnownSpace, start: Point, goal: Point) -> None:
         self._space = space
@@ -169,7 +171,7 @@ class _Lattice:
         self._usable: dict[Node, bool] = {}
 
     def around(self, point: Point) -> Iterator[Node]:
-        """Usable nodes near `point` that it is connected to by an open segment."""
+        """Usable nodes near `point` with an open segment to it."""
         reach = math.ceil(self._border / self._cell)
         column, row = round(point[0] / self._cell), round(point[1] / self._cell)
         for node in ((column + i, row + j) for i in range(-reach, reach + 1) for j in range(-reach, reach + 1)):

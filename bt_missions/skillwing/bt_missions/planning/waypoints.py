@@ -1,4 +1,4 @@
-"""The route as a mission flies it: legs written by one leaf, flown by others, shared by all branches."""
+"""Route of a mission: one leaf writes its legs, others fly them, and all branches share it."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from skillwing.bt_missions.planning.known_space import STOPPED_BEFORE
 from skillwing.services.protocol import Ending, Terminal
 
 POSITION_PATIENCE = 5.0
-"""How long a writer waits for a fresh position, in seconds of robot time."""
+"""Longest wait of a writer for a fresh position, in seconds of robot time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One straight motion. crab: heading (rad, ENU) that lays the motion into the plane of the LiDAR's ring."""
+    """One straight motion. crab: heading (rad, ENU) at which the motion lies in the plane of the LiDAR's ring."""
 
     target: Position
     crab: float
 
 
 class Route:
-    """A route under way. Waypoints that are done stay done, whichever branch flies on."""
+    """A route and its current leg. Waypoints that are done stay done when another branch takes over."""
 
     def __init__(self, context: MissionContext, planner: RoutePlanner) -> None:
         self.planner = planner
@@ -38,17 +38,19 @@ class Route:
         return self.planner.done
 
     def target(self) -> dict[str, float]:
-        """End of the leg that was written last, as an input of a motion skill."""
+        """End of the current leg, as an input of a motion skill."""
         leg = self._written()
         return dict(zip("xyz", leg.target, strict=True))
 
     def crab(self) -> float:
-        """Heading of the leg that was written last."""
+        """Crab heading of the current leg."""
         return self._written().crab
 
     def write(self) -> bool:
-        """Plan `leg`, the next one, from where the robot is: None when the route is done. Tells whether it could: not
-        where that place is unknown, which leaves `leg` as it is."""
+        """Plan the next `leg` from the position of the robot; None when the route is done.
+
+        Returns False, and keeps the current leg, if the position or heading is unknown.
+        """
         position, heading = fresh_position(self._context), self._number("heading")
         if position is None or heading is None:
             return False
@@ -57,7 +59,7 @@ class Route:
         return True
 
     def leg_ended(self, terminal: Terminal) -> None:
-        """Take the end of a motion skill into account: arrived, blocked by something to go round, or held."""
+        """Report the end of a motion skill to the planner: arrived, blocked by an obstacle, or held."""
         if terminal.result == "BLOCKED":
             output = terminal.output or {}
             stopped = _position(output.get("stopped_at")) or fresh_position(self._context)
@@ -66,7 +68,7 @@ class Route:
         elif terminal.ending is Ending.SUCCEEDED and terminal.success:
             self.planner.arrived()
         elif terminal.ending in (Ending.INTERRUPTED, Ending.INVARIANT_VIOLATED):
-            self.planner.carried()
+            self.planner.moved()
 
     def _written(self) -> Leg:
         if self.leg is None:
@@ -79,7 +81,7 @@ class Route:
 
 
 class WaypointWriter(Behaviour):
-    """Writes the next leg of the route; FAILURE when there is none left, or the position stays unknown."""
+    """Writes the next leg of the route; FAILURE if none is left, or the position stays unknown."""
 
     def __init__(self, name: str, context: MissionContext, route: Route) -> None:
         super().__init__(name)
@@ -103,9 +105,9 @@ class WaypointWriter(Behaviour):
 
 
 class PointAbove(Behaviour):
-    """Writes the point at `height` (m, ENU) straight above the drone, or its own place if that is higher.
+    """Writes the point at `height` (m, ENU) straight above the drone, or its own position if that is higher.
 
-    FAILURE when its position stays unknown.
+    FAILURE if the position stays unknown.
     """
 
     def __init__(self, name: str, context: MissionContext, height: float) -> None:
@@ -116,7 +118,7 @@ class PointAbove(Behaviour):
         self._asked_at = 0.0
 
     def target(self) -> dict[str, float]:
-        """The point that was written last, as an input of a motion skill."""
+        """The latest point, as an input of a motion skill."""
         if self._point is None:
             raise LookupError("No point has been written; put a PointAbove before the motion.")
         return dict(zip("xyz", self._point, strict=True))
@@ -135,7 +137,7 @@ class PointAbove(Behaviour):
 
 
 class RouteFulfilled(Behaviour):
-    """Whether the route that is behind the drone counts as flown; FAILURE with what became of the waypoints."""
+    """SUCCESS if the route counts as flown; else FAILURE, with the summary of its waypoints."""
 
     def __init__(self, name: str, context: MissionContext, route: Route) -> None:
         super().__init__(name)
@@ -144,7 +146,7 @@ class RouteFulfilled(Behaviour):
         self._planner = route.planner
 
     def update(self) -> Status:
-        self.feedback_message = self._planner.account
+        self.feedback_message = self._planner.summary
         if self._planner.fulfilled:
             return Status.SUCCESS
         self._context.observe(self.feedback_message, None, failed=True)
@@ -157,7 +159,7 @@ def _leg(position: Position, heading: float, target: Position) -> Leg:
 
 
 def fresh_position(context: MissionContext) -> Position | None:
-    """Where the robot is, None where that is not known just now."""
+    """Position of the robot; None if it is unknown or stale."""
     reading = context.interface.reading("position")
     return None if reading.stale else _position(reading.value)
 

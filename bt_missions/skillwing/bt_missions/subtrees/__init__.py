@@ -1,1 +1,1 @@
-"""Pieces that trees are built from."""
+"""Subtrees, composites and decorators that missions are built from."""

@@ -1,4 +1,4 @@
-"""What missions wrap around subtrees, beyond py_trees' own decorators."""
+"""Decorators of missions, in addition to those of py_trees."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 
 
 class Deadline(Decorator):
-    """FAILURE, and the child halted, when the child takes longer than `seconds` of robot time."""
+    """Halts its child and is FAILURE when the child takes longer than `seconds` of robot time."""
 
     def __init__(self, name: str, context: MissionContext, seconds: float, child: Behaviour) -> None:
         super().__init__(name, child)
@@ -33,7 +33,10 @@ class Deadline(Decorator):
 
 
 class RepeatUntil(Decorator):
-    """Repeats its child until `done()` holds, which is SUCCESS; a round that fails before that is FAILURE."""
+    """Repeats its child until `done()` is True, which is SUCCESS. A round that fails before is FAILURE.
+
+    This is `loop(WaypointWriter, goto_straight)` of the paper's Figure 10.
+    """
 
     def __init__(self, name: str, done: Callable[[], bool], child: Behaviour) -> None:
         super().__init__(name, child)
@@ -51,5 +54,5 @@ class RepeatUntil(Decorator):
         round_ = self.decorated.status
         if round_ is not Status.RUNNING and self.done():
             return Status.SUCCESS
-        # A round that went well is followed by the next one, at the next tick.
+        # After a successful round the next one starts at the next tick.
         return Status.FAILURE if round_ is Status.FAILURE else Status.RUNNING

@@ -1,4 +1,4 @@
-"""Flying with a depth map, in which obstacle detection looks for what stands in the way."""
+"""Flight with a depth map, in which obstacle detection finds obstacles ahead; the way home with any working sensor."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from skillwing.bt_missions.subtrees.flight import STOPPING_PATIENCE, fly_home
 
 NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
 DEPTH_MAP_WAIT = 5.0
-"""How long a depth map may take to come up before what flies by it fails, in seconds of robot time."""
+"""Longest wait for a depth map at the start of a flight with it, in seconds of robot time."""
 
 
 class Sensor(NamedTuple):
-    """One that a depth map can be made from. name: in words. status: the resource that tells whether it is well.
-    skill: makes the depth map. source: state of `depthmap_source` meanwhile. looks: where to, as a leaf is named."""
+    """Sensor for a depth map. name: for people. status: resource with the sensor's state. skill: makes the depth map.
+    source: state of `depthmap_source` meanwhile. looks: name of the leaf that waits for the depth map."""
 
     name: str
     status: str
@@ -36,7 +36,7 @@ LIDAR = Sensor("LiDAR", "lidar_status", "lidar_depthmap", "LIDAR", "looking alon
 
 
 def flown_with(context: MissionContext, sensor: Sensor, name: str, *steps: Behaviour) -> Behaviour:
-    """`steps` in order, from the moment there is a depth map; without it they end, and that is a FAILURE."""
+    """`steps` in order, once there is a depth map. Its loss ends them with FAILURE."""
     return alongside(
         f"fly with {sensor.name}",
         SkillAction(sensor.skill, context, sensor.skill, outcomes=NO_DEPTH_MAP),
@@ -49,16 +49,16 @@ def flown_with(context: MissionContext, sensor: Sensor, name: str, *steps: Behav
 
 
 SENSOR_LOST = ("RI", "S_NO_DATA", "LOST")
-"""How a depth map ends that can no longer be made from its sensor."""
+"""Endings of a skill that lost the sensor of its depth map."""
 
 
 def come_home(context: MissionContext, subject: str, doing: str, *, height: float, speed: float) -> Sequence:
-    """Home by whichever sensor is well now, be it one that had failed before, and no landing. FAILURE: there is none.
+    """Flight home with any sensor that works now, without a landing. FAILURE if no sensor works.
 
-    The camera may be lost, the LiDAR lead on and be lost as well: then a camera that is well again leads once more.
+    A sensor that failed earlier and works again counts. If the LiDAR fails on the way, the camera may take over again.
 
-    subject, doing: what is noted as given up, as `NoteSwitch` has them. height: at which to begin, in metres. speed: in
-    m/s.
+    subject, doing: subject of the switch and the branch that is given up, for `NoteSwitch`. height: at the start of the
+    way home, in metres. speed: in m/s.
     """
 
     def home_with(sensor: Sensor) -> Behaviour:
@@ -71,7 +71,7 @@ def come_home(context: MissionContext, subject: str, doing: str, *, height: floa
 
     return in_order(
         "come home",
-        # The new depth map is not to be taken for the old one, nor a sensor for well that fails at the same moment.
+        # First the old depth map has to end, and the state of a sensor that fails at the same moment has to arrive.
         WaitForSettled("stopped", context, STOPPING_PATIENCE),
         first_that_works(
             "by what is left",

@@ -1,4 +1,4 @@
-"""What every mission of a drone shares: its guards, taking off, standing still for the operator, the way home."""
+"""Subtrees that all missions of a drone share: guards, take-off, pause, way home, landing and rescue."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, Whi
 
 LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}
 STOPPING_PATIENCE = 10.0
-"""How long to wait for cancelled motions before coming down, in seconds of robot time."""
+"""Longest wait for cancelled motions before a landing, in seconds of robot time."""
 ATTEMPTS = 3
 
 
@@ -38,21 +38,21 @@ def land_where_it_is(context: MissionContext) -> Sequence:
 
 
 PILOT_PATIENCE = 120.0
-"""Robot seconds for which the safety pilot may have the drone before the mission ends."""
+"""Longest time for which the safety pilot may have the drone before the mission ends, in seconds of robot time."""
 LONGEST_HOVER = 3600.0
-"""Robot seconds; after that the next one begins."""
+"""Duration of one hover during a pause, in seconds of robot time. The next one follows."""
 TAKEN_OFF = {"S_AT_ALTITUDE": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 CLIMBED = {"S_ARRIVED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 AT_HOME = {"S_ARRIVED": Status.SUCCESS, "S_ABORTED": Status.FAILURE}
 
 
 def guarded_flight(
-    context: MissionContext, flight: Behaviour, judge: Behaviour, *, time_limit: float, pilot_patience: float
+    context: MissionContext, flight: Behaviour, verdict: Behaviour, *, time_limit: float, pilot_patience: float
 ) -> WhileGranted:
-    """`flight` and a landing, below the guards of every mission: safety pilot, battery, time.
+    """`flight` and a landing, below the guards of all missions: safety pilot, battery, time limit.
 
-    Where the flight fails the drone lands where it is; while the pilot has it no motion is commanded, not even that.
-    judge: whether a mission whose drone has landed at home was done. time_limit: robot seconds until it gives up.
+    If the flight fails, the drone lands where it is. While the pilot has it, no motion is commanded, also no landing.
+    verdict: SUCCESS if the mission was done, ticked after the landing. time_limit: in seconds of robot time.
     """
     land = SkillAction("land", context, LAND, outcomes=LANDED)
     charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
@@ -66,19 +66,19 @@ def guarded_flight(
         context,
         pilot_patience,
         in_order(
-            "fly, then judge",
+            "fly, then verify",
             first_that_works(
                 "fly or land",
                 in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
                 SuccessIsFailure("landed, but not done", failed),
             ),
-            judge,
+            verdict,
         ),
     )
 
 
 def take_off(context: MissionContext, height: float) -> Behaviour:
-    """Climb to `height`. A take-off that was held in the air is refused when it begins again: then climb on."""
+    """Climb to `height`. A take-off that was held in the air cannot start again; a straight climb replaces it."""
     above = PointAbove("straight up", context, height)
     return OnEnding(
         "up",
@@ -94,12 +94,12 @@ def take_off(context: MissionContext, height: float) -> Behaviour:
 
 
 def fly_home(context: MissionContext, height: float, speed: float) -> SkillAction:
-    """Over what stands in the way, and no landing. height: at which to begin, in metres."""
+    """Flight home over all obstacles, without a landing. height: at the start, in metres. speed: in m/s."""
     return SkillAction("return_home", context, "return_home", {"height": height, "speed": speed}, outcomes=AT_HOME)
 
 
 def or_pause(context: MissionContext, flight: Behaviour) -> Pausable:
-    """`flight`, which the operator may pause as long as the battery is good: the drone then hovers."""
+    """`flight`, which the operator may pause while the battery is NORMAL. The drone hovers meanwhile."""
     return Pausable(
         "the flight",
         context,
@@ -114,7 +114,7 @@ def or_pause(context: MissionContext, flight: Behaviour) -> Pausable:
 
 
 def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Behaviour) -> WhileGranted:
-    """`mission`, held while the safety pilot has the drone. It ends when he keeps it, or has landed it."""
+    """`mission`, held while the safety pilot has the drone. It ends if the pilot keeps the drone, or lands it."""
     return WhileGranted(
         "unless the pilot flies",
         context,
@@ -127,6 +127,6 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
 
 
 def rescue(context: MissionContext) -> Behaviour:
-    """What to do when somebody aborts the mission, or a leaf raises: land, unless the safety pilot has the drone."""
+    """Landing after an abort or an exception in a leaf, unless the safety pilot has the drone."""
     may_fly = ResourceIs("may we fly?", context, "SDK_authority", "AVAILABLE")
     return guarded("rescue", may_fly, land_where_it_is(context))

@@ -1,8 +1,8 @@
-"""Missions that stand still for a while and then go on where they were.
+"""Nodes that hold a flight for a while, and let it continue where it was.
 
-Neither of these halts what stands below it. Only the leaves that need what is not there are held: their goals are
-interrupted, and start anew later. All else is ticked on, so that guards still guard, a map is still made, and a branch
-that loses its sensor still gives way to another.
+Neither node halts its children. It holds only those leaves that need what is not available: their goals are
+interrupted, and start again later. All other nodes are ticked as always. So guards stay active, mapping continues, and
+a branch that loses its sensor is still replaced by another one.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from skillwing.dsl.queries import checks_of, needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
 
 AGAIN_AFTER = 1.0
-"""Robot seconds after which a pause begins anew with what failed to hold the drone."""
+"""Time after which a paused node starts `meanwhile` again when it has failed, in seconds of robot time."""
 
 
 class ResourceChange(NamedTuple):
-    """A resource and the state that it comes into."""
+    """A resource and its new state."""
 
     resource: str
     state: str
 
 
 class WhileGranted(Decorator):
-    """Flies its child while `resource` is in one of `states`; at other times skills that need it are held.
+    """Runs its child while `resource` is in one of `states`. At other times it holds the skills that need the resource.
 
-    FAILURE when the grant stays away for more than `patience` robot seconds, or when `ended_by` happens meanwhile: for
-    a drone, that the safety pilot blocks it, or lands it.
+    FAILURE when that lasts for more than `patience` seconds of robot time, or when `ended_by` happens meanwhile. For a
+    drone: when the safety pilot keeps it, or lands it.
     """
 
     def __init__(
@@ -64,13 +64,13 @@ class WhileGranted(Decorator):
 
     @property
     def reason(self) -> str | None:
-        """What is not granted, None if all is well."""
-        return None if self._gone_since is None else self._words
+        """The state of the resource while it holds the child; None otherwise."""
+        return None if self._gone_since is None else self._state_text
 
     def blocks(self, skill: str) -> str | None:
         if self._gone_since is None or self.resource not in needed_by(self._context.skillset.skill(skill)):
             return None
-        return self._words
+        return self._state_text
 
     def explains(self, skill: str, terminal: Terminal) -> bool:
         if terminal.ending is Ending.INVARIANT_VIOLATED:
@@ -82,7 +82,7 @@ class WhileGranted(Decorator):
     def tick(self) -> Iterator[Behaviour]:
         if self.status is not Status.RUNNING:
             self._gone_since = None
-        over = self._look()
+        over = self._check_resource()
         if over is None:
             yield from super().tick()
             return
@@ -94,14 +94,14 @@ class WhileGranted(Decorator):
     def update(self) -> Status:
         return self.decorated.status
 
-    def _look(self) -> str | None:
-        """Take note of what is granted now; why that is the end, if it is."""
+    def _check_resource(self) -> str | None:
+        """Update the hold. Returns the reason if the node has to end."""
         interface, now = self._context.interface, self._context.now()
         if interface.state(self.resource) in self.states:
             if self._gone_since is not None:
                 self._gone_since = None
                 self._learn_of_change()
-            self.feedback_message = self._words
+            self.feedback_message = self._state_text
             return None
         ended = interface.state(self.ended_by.resource) == self.ended_by.state
         if self._gone_since is None:
@@ -109,26 +109,26 @@ class WhileGranted(Decorator):
             self._can_end = False
             self._learn_of_change()
         self._can_end |= not ended
-        self.feedback_message = f"{self._words}; waiting for {' or '.join(self.states)}"
+        self.feedback_message = f"{self._state_text}; waiting for {' or '.join(self.states)}"
         if ended and self._can_end:
-            return f"{self._words} and {self.ended_by.resource} became {self.ended_by.state}"
+            return f"{self._state_text} and {self.ended_by.resource} became {self.ended_by.state}"
         if now - self._gone_since > self.patience:
-            return f"{self._words} for more than {self.patience:g} s; it has to be {' or '.join(self.states)}"
+            return f"{self._state_text} for more than {self.patience:g} s; it has to be {' or '.join(self.states)}"
         return None
 
     def _learn_of_change(self) -> None:
-        self._context.observe(self._words, self._context.interface.change_record(self.resource))
+        self._context.observe(self._state_text, self._context.interface.change_record(self.resource))
 
     @property
-    def _words(self) -> str:
+    def _state_text(self) -> str:
         return f"{self.resource} is {self._context.interface.state(self.resource) or 'not known'}"
 
 
 class Pausable(Composite):
-    """Flies `body`, and while it is paused `meanwhile` instead of everything in `body` that is in its way.
+    """Runs `body`. While paused, it runs `meanwhile`, and holds all leaves of `body` that take the same resources.
 
-    A pause lasts while `condition` succeeds: one that cannot begin is refused, and one that can go on no longer ends by
-    itself. children: condition, meanwhile, body; ends as body does.
+    A pause needs `condition`: it is refused if the condition fails, and ends by itself when it fails later.
+    children: condition, meanwhile, body. The node ends as `body` does.
     """
 
     def __init__(
@@ -146,11 +146,11 @@ class Pausable(Composite):
 
     @property
     def reason(self) -> str | None:
-        """Why it is paused, None if it is not."""
+        """Reason of the pause; None if it is not paused."""
         return self._paused
 
     def pause(self, reason: str) -> str | None:
-        """PauseGate the body from now on. Returns what is against it: then nothing has changed."""
+        """Hold the body from now on. Returns the reason if that is not possible; then nothing has changed."""
         if self.status is not Status.RUNNING:
             return "the mission is in a part that is not paused"
         if self._paused is None:
@@ -162,7 +162,7 @@ class Pausable(Composite):
         return None
 
     def resume(self) -> None:
-        """Let the body go on where it was. Nothing happens if it is not paused."""
+        """Let the body continue where it was. No effect if it is not paused."""
         self._paused = None
 
     def blocks(self, skill: str) -> str | None:
@@ -192,7 +192,7 @@ class Pausable(Composite):
             self.stop(self._body.status)
         else:
             if self._paused is not None:
-                yield from self._hold_place()
+                yield from self._tick_meanwhile()
             self.status = Status.RUNNING
         yield self
 
@@ -200,7 +200,7 @@ class Pausable(Composite):
         self._paused = None
         super().stop(new_status)
 
-    def _hold_place(self) -> Iterator[Behaviour]:
+    def _tick_meanwhile(self) -> Iterator[Behaviour]:
         if self._context.now() < self._again_at:
             return
         yield from self._meanwhile.tick()
@@ -209,7 +209,7 @@ class Pausable(Composite):
 
     @property
     def _claimed(self) -> frozenset[str]:
-        """Resources that are taken while it is paused."""
+        """Resources that `meanwhile` takes."""
         if self._claims is None:
             skillset = self._context.skillset
             claims = (taken_by(skillset.skill(leaf.skill)) for leaf in _skills_below(self._meanwhile))

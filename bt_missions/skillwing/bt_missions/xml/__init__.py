@@ -1,1 +1,1 @@
-"""Missions as files: trees in the XML of BehaviorTree.CPP v4, read, written, and described for the Groot2 editor."""
+"""Missions as tree files: XML of BehaviorTree.CPP v4, read and written, with a palette for the Groot2 editor."""

@@ -1,4 +1,4 @@
-"""The blackboard of a tree file: named entries, and one set of names for every subtree."""
+"""Blackboards of a tree file: named entries, and one set of names for each subtree."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ _NOTHING: Any = object()
 
 
 class BlackboardEntry:
-    """One entry. It holds what an option gave it before the flight, or asks `source` whenever it is read."""
+    """One entry: a constant from an option, or a value that `source` returns at each read."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.source: Callable[[], Any] | None = None
-        self.is_excused = False
-        """Whether nobody can know yet what fills it, or that has been told already: then its lack is no problem."""
+        self.may_be_empty = False
+        """True if a missing value is no problem: the caller that sets it is unknown, or the problem is reported."""
         self._value = _NOTHING
 
     @property
-    def is_known(self) -> bool:
-        """Whether its value is known before the flight, and stays."""
+    def is_constant(self) -> bool:
+        """True if the value is known before the flight, and stays."""
         return self.source is None and self._value is not _NOTHING
 
     @property
     def is_filled(self) -> bool:
-        """Whether anything gives it a value, now or in flight."""
+        """True if it has a value, or gets one in flight."""
         return self.source is not None or self._value is not _NOTHING
 
-    def excuse(self) -> BlackboardEntry:
-        self.is_excused = True
+    def allow_empty(self) -> BlackboardEntry:
+        self.may_be_empty = True
         return self
 
-    def hold(self, value: Any) -> BlackboardEntry:
+    def set(self, value: Any) -> BlackboardEntry:
         self._value = value
         return self
 
     def __call__(self) -> Any:
-        """The value now. Raises LookupError where nothing has given one."""
+        """The value now. Raises LookupError if there is none."""
         if self.source is not None:
             return self.source()
         if self._value is _NOTHING:
@@ -46,8 +46,10 @@ class BlackboardEntry:
 
 
 class Blackboard:
-    """The names that one subtree sees. links: its ports, tied to entries outside; inherit: it sees all of `outer`;
-    excused: it is that of a tree that nobody calls, and what a caller would fill is not missed."""
+    """The names that one subtree sees. links: entries outside for its ports; inherit: it sees all names of `outer`.
+
+    may_be_empty: of a tree without a caller; entries that a caller would set may stay empty.
+    """
 
     def __init__(
         self,
@@ -55,15 +57,15 @@ class Blackboard:
         links: Mapping[str, BlackboardEntry] | None = None,
         *,
         inherit: bool = False,
-        excused: bool = False,
+        may_be_empty: bool = False,
     ) -> None:
         self._outer = outer
         self._inherit = inherit
-        self._excused = excused
+        self._may_be_empty = may_be_empty
         self._entries = dict(links or {})
 
     def entry(self, name: str) -> BlackboardEntry:
-        """The entry of that name, made if there is none. `@name` is one of the main tree, from wherever it is used."""
+        """The entry of that name, made if there is none. `@name` means an entry of the main tree."""
         if name.startswith("@"):
             return self._outermost.entry(name[1:])
         if name not in self._entries:
@@ -72,7 +74,7 @@ class Blackboard:
         return self._entries[name]
 
     def _made(self, name: str) -> BlackboardEntry:
-        return BlackboardEntry(name).excuse() if self._excused else BlackboardEntry(name)
+        return BlackboardEntry(name).allow_empty() if self._may_be_empty else BlackboardEntry(name)
 
     @property
     def _outermost(self) -> Blackboard:

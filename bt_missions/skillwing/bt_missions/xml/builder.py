@@ -1,4 +1,4 @@
-"""Builds the nodes of a tree file, and collects everything that is wrong with it on the way."""
+"""Builder of the nodes of a tree file, which collects all problems of the file."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeM
 from skillwing.dsl.suggest import closest, listed
 
 _AUTOREMAP = "_autoremap"
-_TRUTHS = {"true": True, "1": True, "false": False, "0": False}
-_OF_EDITORS = ("_uid", "_fullpath", "_description", "_collapsed")
-"""Attributes with which editors remember how a node looks."""
-_THEIRS = {
+_BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
+_EDITOR_ATTRIBUTES = ("_uid", "_fullpath", "_description", "_collapsed")
+"""Attributes in which editors store the layout of a node."""
+_REPLACEMENTS = {
     **dict.fromkeys(("Script", "ScriptCondition", "Precondition"), "use ResourceIs or DataCompare."),
     **dict.fromkeys(("IfThenElse", "WhileDoElse"), "put its parts into Sequence and Fallback."),
     **dict.fromkeys((f"Switch{cases}" for cases in range(2, 7)), "ask for each case with ResourceIs or DataCompare."),
 }
-"""Nodes that BehaviorTree.CPP has and this does not, which resemble others: what to write instead."""
+"""Nodes of BehaviorTree.CPP that are not supported, each with its replacement."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class _Reference:
 
 
 class Builder:
-    """One building of the trees of one file."""
+    """Builder for one build of the trees of one file."""
 
     def __init__(self, source: TreeFile, types: Mapping[str, NodeType], context: MissionContext) -> None:
         self.problems: list[FileProblem] = []
@@ -47,12 +47,12 @@ class Builder:
         self._references: list[_Reference] = []
         self._early: list[tuple[BlackboardEntry, FileProblem]] = []
         self._callers: dict[str, list[int]] = {}
-        """Lines that config trees which there are not, by their names."""
+        """Lines that call unknown trees, by the name of the tree."""
         self._open: list[str] = []
         self._built: set[str] = set()
 
     def build(self, tree: str, blackboard: Blackboard) -> Behaviour:
-        """The node at the top of a tree. `PlaceholderNode` stands for what cannot be built, or is not there."""
+        """The top node of a tree. A `PlaceholderNode` replaces each node that cannot be built, or is missing."""
         if tree not in self._source.trees:
             return PlaceholderNode(tree)
         self._built.add(tree)
@@ -62,28 +62,27 @@ class Builder:
         return top
 
     def build_unused(self) -> Iterator[Behaviour]:
-        """The trees that nobody has called until now; what their callers would give them is not missed."""
+        """The trees without a caller until now. Entries that a caller would set may stay empty."""
         for tree in self._source.trees:
             if tree not in self._built:
-                element, blackboard = self._source.trees[tree], Blackboard(excused=True)
-                yield self.build(tree, Blackboard(blackboard, self._defaults(tree, element, blackboard), excused=True))
+                element, outer = self._source.trees[tree], Blackboard(may_be_empty=True)
+                yield self.build(tree, Blackboard(outer, self._defaults(tree, element, outer), may_be_empty=True))
 
     def finish(self) -> None:
-        """Report what is missing for all who use it: trees, and entries that are read and that nothing fills. To be
-        called when all trees are built."""
+        """Report missing trees and entries without a value, each once for all uses. Call it after all builds."""
         readers: dict[BlackboardEntry, list[_Reference]] = {}
         for reference in self._references:
-            if not (reference.entry.is_filled or reference.entry.is_excused):
+            if not (reference.entry.is_filled or reference.entry.may_be_empty):
                 readers.setdefault(reference.entry, []).append(reference)
         for entry, references in readers.items():
             first, lines = references[0], [reference.line for reference in references]
             text = f"`{first.port}` reads `{{{entry.name}}}`, which nothing fills; declare it as a port of the tree."
-            self.problems.append(FileProblem(first.line, text + _so_do(lines)))
+            self.problems.append(FileProblem(first.line, text + _other_lines(lines)))
         self.problems += [problem for entry, problem in self._early if entry.is_filled]
         for tree, lines in self._callers.items():
             near = closest(tree, self._source.trees)
             hint = f"did you mean `{near}`?" if near else f"there is {listed(self._source.trees)}."
-            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`; {hint}{_so_do(lines)}"))
+            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`; {hint}{_other_lines(lines)}"))
 
     def _node(self, element: Element, blackboard: Blackboard) -> Behaviour:
         tag, attributes = _plain_form(element)
@@ -139,11 +138,11 @@ class Builder:
     def _intended_type(
         self, element: Element, tag: str, attributes: Mapping[str, str], children: list[Behaviour]
     ) -> NodeType | None:
-        """What an unknown tag is probably meant to be, so that the rest of it can be looked at all the same."""
+        """The type that an unknown tag probably stands for, so that its attributes and children can be checked."""
         if not tag:
-            return None  # the frame has been told of
-        if tag in _THEIRS:
-            self._note(element, f"`{tag}` of BehaviorTree.CPP is not known here; {_THEIRS[tag]}")
+            return None  # the problem of the file's frame is reported already
+        if tag in _REPLACEMENTS:
+            self._note(element, f"`{tag}` of BehaviorTree.CPP is not supported; {_REPLACEMENTS[tag]}")
             return None
         near = closest(tag, self._types)
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
@@ -164,18 +163,18 @@ class Builder:
         links = {port: self._link(port, text, element, blackboard) for port, text in given.items()}
         tree = intended_name(called, self._source.trees)
         if called and called not in (tree, RESCUE):
-            # That there has to be a rescue is told of the file.
+            # A missing rescue is reported as a problem of the file.
             self._callers.setdefault(called, []).append(element.line)
         if tree is None:
             return PlaceholderNode(name)
         if tree in self._open:
-            self._note(element, f"Tree `{tree}` stands in itself and would never end.")
+            self._note(element, f"Tree `{tree}` contains itself and would never end.")
             return PlaceholderNode(name)
         links = self._defaults(tree, element, blackboard) | links
         return self.build(tree, Blackboard(blackboard, links, inherit=inherit))
 
     def _called_tree(self, element: Element, attributes: dict[str, str]) -> str:
-        """The tree that a SubTree names; empty, and noted, where it names none."""
+        """The tree that a SubTree names; empty, with a problem noted, if it names none."""
         name = intended_name("ID", attributes)
         if name is None:
             self._note(element, f"This {SUBTREE} names no tree; give it the ID of one.")
@@ -185,7 +184,7 @@ class Builder:
         return attributes.pop(name)
 
     def _inherits(self, element: Element, attributes: Mapping[str, str]) -> bool:
-        """Whether a SubTree sees all that stands around it. Notes what else is written with an underscore."""
+        """True if a SubTree sees all names around it. Other attributes with an underscore are problems."""
         text = "false"
         for name in (each for each in attributes if each.startswith("_")):
             near = intended_name(name, (_AUTOREMAP,))
@@ -194,12 +193,12 @@ class Builder:
             elif near != name:
                 self._note(element, f"`{SUBTREE}` has no `{name}`; did you mean `{near}`?")
             text = text if near is None else attributes[name].lower()
-        if text not in _TRUTHS:
+        if text not in _BOOLEANS:
             self._note(element, f"`{_AUTOREMAP}` is `{text}`; it takes `true` or `false`.")
-        return _TRUTHS.get(text, True)
+        return _BOOLEANS.get(text, True)
 
     def _defaults(self, tree: str, element: Element, blackboard: Blackboard) -> dict[str, BlackboardEntry]:
-        """The ports of a tree that have a value of their own."""
+        """The ports of a tree that have a default."""
         ports = self._source.models.get(tree, TreeModel()).ports
         return {
             port.name: self._link(port.name, port.default, element, blackboard)
@@ -210,7 +209,7 @@ class Builder:
     def _link(self, port: str, text: str, element: Element, blackboard: Blackboard) -> BlackboardEntry:
         entry = NodeConfig("", {port: text}, (), blackboard, self._context).entry(port)
         if entry is None:
-            return BlackboardEntry(port).hold(text)
+            return BlackboardEntry(port).set(text)
         self._references.append(_Reference(entry, port, element.line))
         return entry
 
@@ -220,7 +219,7 @@ class Builder:
 
 def _plain_form(element: Element) -> tuple[str, dict[str, str]]:
     """Tag and attributes; `<Action ID="goto"/>` is `<goto/>`."""
-    attributes = {name: text for name, text in element.attributes.items() if name not in _OF_EDITORS}
+    attributes = {name: text for name, text in element.attributes.items() if name not in _EDITOR_ATTRIBUTES}
     if element.tag in set(Category) and "ID" in attributes:
         return attributes.pop("ID"), attributes
     return element.tag, attributes
@@ -228,8 +227,8 @@ def _plain_form(element: Element) -> tuple[str, dict[str, str]]:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """The attributes of a tag. ports: those that are ports, misspelt ones among them; is_incomplete: there are others,
-    and nobody can tell what they were to be."""
+    """The attributes of a tag. ports: known and misspelt ports; is_incomplete: other attributes remain that resemble no
+    port."""
 
     ports: Mapping[str, str]
     problems: tuple[str, ...]
@@ -261,16 +260,16 @@ def _read_attributes(known: NodeType, attributes: Mapping[str, str]) -> _Given:
 
 
 def _script(name: str) -> str:
-    return f"`{name}` is a script of BehaviorTree.CPP, which is not known here; take it out."
+    return f"`{name}` is a script of BehaviorTree.CPP, which is not supported; remove it."
 
 
-def _so_do(lines: Iterable[int]) -> str:
-    """In which further lines the same stands."""
+def _other_lines(lines: Iterable[int]) -> str:
+    """Sentence with the further lines of the same problem."""
     match sorted(set(lines)):
         case [_, other]:
-            return f" So it is in line {other}."
+            return f" The same in line {other}."
         case [_, *others, last]:
-            return f" So it is in lines {', '.join(map(str, others))} and {last}."
+            return f" The same in lines {', '.join(map(str, others))} and {last}."
         case _:
             return ""
 
@@ -283,6 +282,6 @@ def _child_problems(known: NodeType, children: list[Behaviour]) -> Iterator[str]
         case Category.DECORATOR if count != 1:
             yield f"`{known.tag}` has {count} children; it takes one."
         case Category.ACTION | Category.CONDITION if count:
-            yield f"`{known.tag}` is a leaf; take out what stands in it."
+            yield f"`{known.tag}` is a leaf; remove its children."
         case _:
             pass

@@ -1,4 +1,4 @@
-"""Leaves that look at the robot, and leaves for the change of branches."""
+"""Leaves that check the robot, and leaves for switches between branches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from py_trees.behaviours import Failure, Success
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.xml.node_type import BOOLEANS, Category, NodeConfig, NodeType, Port
-from skillwing.bt_missions.xml.values import written
+from skillwing.bt_missions.xml.values import attribute_text
 
 PATIENCE = "10"
 
@@ -32,7 +32,7 @@ def _describe_resource_is(node: Behaviour) -> Mapping[str, str] | None:
         return None
     attributes = {"resource": node.resource, "states": " ".join(node.states)}
     if node.wait:
-        attributes["wait"] = written(node.wait)
+        attributes["wait"] = attribute_text(node.wait)
     return {**attributes, "question": "true"} if node.question else attributes
 
 
@@ -44,11 +44,11 @@ def _make_data_compare(config: NodeConfig) -> Behaviour:
 def _describe_data_compare(node: Behaviour) -> Mapping[str, str] | None:
     if not isinstance(node, DataCompare):
         return None
-    return {"datum": ".".join([node.datum, *node.fields]), "sign": node.sign, "value": written(node.value)}
+    return {"datum": ".".join([node.datum, *node.fields]), "sign": node.sign, "value": attribute_text(node.value)}
 
 
 def _plain(text: str) -> float | str | bool:
-    """A number or boolean where the text is one."""
+    """A number or a boolean if the text is one; else the text."""
     if text.lower() in BOOLEANS:
         return BOOLEANS[text.lower()]
     try:
@@ -69,9 +69,9 @@ LOOKING = (
         _describe_resource_is,
         (
             Port("resource", "name of the resource"),
-            Port("states", "in one of which it has to be"),
-            Port("wait", "robot seconds to wait for it", "double", "0"),
-            Port("question", "true: a no is an answer, and not what went wrong", "bool", "false"),
+            Port("states", "states of which it has to be in one"),
+            Port("wait", "longest wait for it, in seconds of robot time", "double", "0"),
+            Port("question", "true: a failure is an answer, not the reason of a later failure", "bool", "false"),
         ),
     ),
     NodeType(
@@ -82,7 +82,7 @@ LOOKING = (
         (
             Port("datum", "name of the datum; `position.z` names a field"),
             Port("sign", "one of " + " ".join(SIGNS)),
-            Port("value", "what to compare it with"),
+            Port("value", "value to compare it with"),
         ),
     ),
     NodeType(
@@ -93,9 +93,9 @@ LOOKING = (
         ),
         describe=_describe_switch,
         ports=(
-            Port("subject", "what goes over to something else"),
-            Port("before", "from what"),
-            Port("after", "to what"),
+            Port("subject", "subject of the switch"),
+            Port("before", "branch that is left"),
+            Port("after", "branch that takes over"),
         ),
     ),
     NodeType(
@@ -103,14 +103,14 @@ LOOKING = (
         Category.CONDITION,
         make=lambda config: NeverSwitched(config.name, config.context, config.text("subject")),
         describe=lambda node: {"subject": node.subject} if isinstance(node, NeverSwitched) else None,
-        ports=(Port("subject", "what must not have gone over to something else"),),
+        ports=(Port("subject", "subject without a switch until now"),),
     ),
     NodeType(
         "Settled",
         Category.ACTION,
         make=lambda config: WaitForSettled(config.name, config.context, config.number("patience")),
-        describe=lambda node: {"patience": written(node.patience)} if isinstance(node, WaitForSettled) else None,
-        ports=(Port("patience", "robot seconds to wait at most for what is stopping", "double", PATIENCE),),
+        describe=lambda node: {"patience": attribute_text(node.patience)} if isinstance(node, WaitForSettled) else None,
+        ports=(Port("patience", "longest wait for goals that stop, in seconds of robot time", "double", PATIENCE),),
     ),
     NodeType(
         "AlwaysSuccess",

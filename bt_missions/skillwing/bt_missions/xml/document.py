@@ -1,4 +1,4 @@
-"""An XML file as elements that know their line."""
+"""XML file as elements with their lines, and the problems of a tree file."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionPr
 
 @dataclass(frozen=True, slots=True, order=True)
 class FileProblem:
-    """line, column: counted from 1, 0 for the file, or the line, as a whole; text: what is wrong and what to do."""
+    """A problem of a tree file. line, column: from 1, or 0 for the whole; text: the problem and its fix."""
 
     line: int
     text: str
     column: int = 0
 
-    def of(self, file: Path) -> MissionProblem:
-        """The same with its place."""
+    def in_file(self, file: Path) -> MissionProblem:
+        """The same problem, with its place."""
         place = ":".join(str(part) for part in (file, self.line, self.column) if part)
         return MissionProblem(self.text, place)
 
 
 class TreeFileError(FaultyMissionError):
-    """A tree file that cannot be flown. file: which; problems: all that was found, by line."""
+    """A tree file that cannot be flown. problems: all that were found, by line."""
 
     def __init__(self, file: Path, problems: Iterable[FileProblem]) -> None:
         self.file = file
-        super().__init__(problem.of(file) for problem in sorted(set(problems)))
+        super().__init__(problem.in_file(file) for problem in sorted(set(problems)))
 
 
 _XML = expat.errors
@@ -42,13 +42,13 @@ _REASONS = {
     _XML.XML_ERROR_UNCLOSED_TOKEN: "What begins here is not closed. Add what is missing: a quote or a `>`.",
     _XML.XML_ERROR_UNKNOWN_ENCODING: "The encoding that is declared here is not known. Save the file in UTF-8.",
 }
-"""What is wrong with a file that is no XML, by what the parser says."""
+"""Problem of a file that is not XML, by the message of the parser."""
 _NO_XML = "This is no XML from here on. Look for a `<`, a quote, a `=` or a `>` that is missing or too many."
 
 
 @dataclass(slots=True)
 class Element:
-    """One tag with its attributes and what stands in it; text between tags means nothing in a tree file."""
+    """One tag with its attributes and children. Text between tags has no meaning in a tree file."""
 
     tag: str
     attributes: dict[str, str]
@@ -59,13 +59,13 @@ class Element:
 def read_document(file: Path) -> Element:
     """The root element of a file.
 
-    Raises InvalidOptionError where it cannot be read, TreeFileError where it is no XML.
+    Raises InvalidOptionError if it cannot be read, TreeFileError if it is not XML.
     """
     return parse_document(read_source(file), file)
 
 
 def parse_document(content: bytes, file: Path) -> Element:
-    """The root element of a file's content; `file` is only named. Raises as `read_document` does."""
+    """The root element of a file's content; `file` is only for messages. Raises as `read_document` does."""
     reader = expat.ParserCreate()
     outside = Element("", {}, 0)
     open_elements = [outside]
@@ -76,7 +76,7 @@ def parse_document(content: bytes, file: Path) -> Element:
         open_elements.append(element)
 
     def refuse_entities(*_: object) -> None:
-        # A tree has no use for them, and nested ones can fill the memory.
+        # A tree needs none, and nested ones can fill the memory.
         raise TreeFileError(file, [FileProblem(reader.CurrentLineNumber, "Take out the entity; a tree needs none.")])
 
     reader.StartElementHandler = start
@@ -88,15 +88,15 @@ def parse_document(content: bytes, file: Path) -> Element:
         refuse_if_not_utf8(content, file)
         text = _reason(expat.ErrorString(error.code), open_elements[1:])
         raise TreeFileError(file, [FileProblem(error.lineno, text, error.offset + 1)]) from error
-    except (LookupError, ValueError) as error:  # an encoding that Python does not know, or not here
+    except (LookupError, ValueError) as error:  # an unknown encoding
         text = _REASONS[_XML.XML_ERROR_UNKNOWN_ENCODING]
         raise TreeFileError(file, [FileProblem(reader.CurrentLineNumber, text)]) from error
     return outside.children[0]
 
 
-def _reason(told: str, open_elements: list[Element]) -> str:
-    """What is wrong, in our own words. open_elements: those that were open there, the innermost last."""
-    if open_elements and told in (_XML.XML_ERROR_TAG_MISMATCH, _XML.XML_ERROR_NO_ELEMENTS):
+def _reason(message: str, open_elements: list[Element]) -> str:
+    """Sentence for a message of the parser. open_elements: those that were open there, the innermost last."""
+    if open_elements and message in (_XML.XML_ERROR_TAG_MISMATCH, _XML.XML_ERROR_NO_ELEMENTS):
         unclosed = open_elements[-1]
         return f"`<{unclosed.tag}>` of line {unclosed.line} is not closed before this. Write `</{unclosed.tag}>`."
-    return _REASONS.get(told, _NO_XML)
+    return _REASONS.get(message, _NO_XML)

@@ -1,4 +1,4 @@
-"""A tree file as a mission."""
+"""`XmlMission`: a tree file as a mission."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError
 
 NEEDS = "needs"
-"""The entry of the metadata that says what a mission needs before it starts."""
+"""Key of the metadata for the resource states that a mission needs at its start."""
 OPTION_TYPES: dict[str, Any] = {
     "double": float,
     "float": float,
@@ -36,21 +36,22 @@ OPTION_TYPES: dict[str, Any] = {
     "Position[]": tuple[Position, ...],
     "Area": Area | None,
 }
-"""What the ports of the main tree may be."""
+"""Types of the ports of the main tree."""
 
 
 def load_mission(file: Path) -> XmlMission:
-    """The mission in a tree file. Raises TreeFileError for a file that is none.
+    """The mission in a tree file. Raises TreeFileError for other files.
 
-    One with `problems` cannot be flown, but it can be checked, which lists what is wrong with its trees as well.
+    A mission with `problems` cannot be flown, but it can be checked, to list the problems of its trees as well.
     """
     return XmlMission(read_tree_file(file))
 
 
 class XmlMission(Mission):
-    """name: ID of the main tree; its input ports are the options. Metadata of its model give summary and needs.
+    """Mission from a tree file. name: ID of the main tree. Its input ports are the options, and the metadata of its
+    model hold summary and needs.
 
-    problems: of the file's frame, of the options and of the needs, whatever its trees are.
+    problems: those of the file's frame, of the options and of the needs.
     """
 
     def __init__(self, source: TreeFile) -> None:
@@ -73,12 +74,12 @@ class XmlMission(Mission):
         return f"{self.file}:{self._source.main_model.lines.get(NEEDS, 0)}"
 
     def require_usable(self) -> None:
-        """Raises TreeFileError with the problems of the file, if there are any."""
+        """Raise TreeFileError with the problems of the file, if there are any."""
         if self.problems:
             raise TreeFileError(self._source.file, self.problems)
 
     def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
-        """Raises TreeFileError with every problem there is between the file and the skillset."""
+        """Build the trees. Raises TreeFileError with all problems of the file and with the skillset."""
         trees, problems = self._draft(context, options)
         if problems:
             raise TreeFileError(self._source.file, problems)
@@ -86,16 +87,16 @@ class XmlMission(Mission):
 
     def draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[MissionProblem]]:
         trees, problems = self._draft(context, options)
-        return trees, [problem.of(self._source.file) for problem in problems]
+        return trees, [problem.in_file(self._source.file) for problem in problems]
 
     def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[FileProblem]]:
         builder = Builder(self._source, node_types(context.skillset), context)
         blackboard = Blackboard()
         for port in self._source.main_model.ports:
-            # An option that could not be read has been told of.
-            blackboard.entry(port.name).excuse()
+            # An option that could not be read is reported already.
+            blackboard.entry(port.name).allow_empty()
         for name in options.__struct_fields__:
-            blackboard.entry(name).hold(getattr(options, name))
+            blackboard.entry(name).set(getattr(options, name))
         root = builder.build(self._source.main, blackboard)
         rescue = builder.build(RESCUE, blackboard)
         unused = tuple(builder.build_unused())
@@ -133,7 +134,7 @@ def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> It
 
 
 def _needs(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Of `needs="SDK_authority: AVAILABLE; zed_status: OK FAILED"`."""
+    """Parse `needs="SDK_authority: AVAILABLE; zed_status: OK FAILED"`."""
     model = source.main_model
     for need in filter(str.strip, model.metadata.get(NEEDS, "").split(";")):
         resource, colon, states = need.partition(":")

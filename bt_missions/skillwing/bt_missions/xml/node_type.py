@@ -1,4 +1,4 @@
-"""What a tag of a tree file stands for."""
+"""Node types: the tags of tree files, their ports, and the conversion to nodes and back."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ T = TypeVar("T")
 D = TypeVar("D")
 BOOLEANS = {"true": True, "false": False}
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
-"""The route of a plan that is none."""
+"""Route in place of one that cannot be read."""
 
 
 class Category(StrEnum):
-    """As Groot2 names them. The first two have children: any number of them, or exactly one."""
+    """Categories of nodes in Groot2. A CONTROL has any number of children, a DECORATOR one, the others none."""
 
     CONTROL = "Control"
     DECORATOR = "Decorator"
@@ -33,7 +33,7 @@ class Category(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """An attribute of a tag. kind: its type, as an editor shows it; default: None where it has to be given."""
+    """An attribute of a tag. kind: its type, as an editor shows it; default: None for a required one."""
 
     name: str
     about: str = ""
@@ -44,8 +44,8 @@ class Port:
 
 @dataclass(frozen=True, slots=True)
 class NodeType:
-    """make: builds the node, and raises PortError. describe: the attributes with which `make` would build a node
-    again, None for a node that is none of this type. standard: BehaviorTree.CPP knows it without being told."""
+    """A tag. make: builds the node, or raises PortError. describe: the attributes for `make` to build the same node
+    again; None for a node of another type. standard: BehaviorTree.CPP has this node."""
 
     tag: str
     category: Category
@@ -59,17 +59,18 @@ class NodeType:
 
 
 class PortError(Exception):
-    """An attribute that cannot be used; `str()` is a sentence."""
+    """An attribute that cannot be used; `str()` is a sentence about it."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeConfig:
-    """One tag that is about to become a node: its ports as they were written, or their defaults.
+    """Configuration of one node: its ports as they are written, or their defaults, and its children.
 
-    A port that cannot be used is noted in `problems`, and read as some value of its kind, so that all that is wrong
-    with a tag is found at once; who calls `make` refuses the node then. absent: ports whose lack has been told already.
-    unread: names that are not known, so that nobody can judge what they stand for. early: entries that are read before
-    the flight and that nothing has filled until then, each with what to say if something fills it in flight.
+    A port that cannot be used is noted in `problems` and read as some value of its type. So all problems of a tag are
+    found at once, and the caller of `make` refuses the node then.
+    absent: missing ports that are reported already. unread: ports without a readable text.
+    early: entries that are read before the flight and have no value yet, each with the problem to report if they get
+    one in flight.
     """
 
     name: str
@@ -85,32 +86,29 @@ class NodeConfig:
     def entry(self, port: str) -> BlackboardEntry | None:
         """The entry that a port refers to as `{name}`; None for a port with a plain value."""
         text = self.ports[port].strip()
-        return (
-            self.blackboard.entry(text[1:-1])
-            if text.startswith("{") and text.endswith("}") and ":" not in text
-            else None
-        )
+        is_reference = text.startswith("{") and text.endswith("}") and ":" not in text
+        return self.blackboard.entry(text[1:-1]) if is_reference else None
 
     def output(self, port: str) -> BlackboardEntry:
-        """The entry that an output port fills."""
+        """The entry that an output port sets."""
         entry = self.entry(port)
         if entry is None:
-            self.problems.append(f"`{port}` is `{self.ports[port]}`; it takes a entry's name in braces: `{{{port}}}`.")
+            text = self.ports[port]
+            self.problems.append(f"`{port}` is `{text}`; it takes the name of an entry in braces: `{{{port}}}`.")
         return entry or BlackboardEntry(port)
 
     def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
-        """What `use` makes of what the port holds before the flight: the value of an option, or the text itself.
+        """The result of `use` on the value of a port before the flight: the value of an option, or the text itself.
 
-        use: raises PortError. instead: for a port that cannot be used.
+        use: may raise PortError. instead: result for a port that cannot be used.
         """
         entry = self.entry(port)
-        if port in self.absent or (entry is not None and entry.is_excused and not entry.is_filled):
+        if port in self.absent or (entry is not None and entry.may_be_empty and not entry.is_filled):
             return instead
         try:
-            if entry is not None and not entry.is_known:
-                self.early.append(
-                    (entry, f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight.")
-                )
+            if entry is not None and not entry.is_constant:
+                text = f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight."
+                self.early.append((entry, text))
                 return instead
             return use(self.ports[port] if entry is None else entry())
         except PortError as error:
@@ -159,17 +157,17 @@ class NodeConfig:
         return self.value(port, use, known[0])
 
     def exactly(self, count: int) -> Sequence[Behaviour]:
-        """Its children, which have to be so many. Raises PortError."""
+        """The children. Raises PortError if their number is not `count`."""
         if len(self.children) != count:
             raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
         return self.children
 
     def route(self, port: str) -> Route:
-        """The route that a PlanRoute before this node has put into a entry."""
+        """The route that a PlanRoute before this node has written."""
 
         def use(value: object) -> Route:
             if not isinstance(value, Route):
-                raise PortError(f"`{port}` is `{self.ports[port]}`, which is no plan; put a PlanRoute before it.")
+                raise PortError(f"`{port}` is `{self.ports[port]}`, which is not a plan; put a PlanRoute before it.")
             return value
 
         return self.value(port, use, Route(self.context, RoutePlanner(NOWHERE)))

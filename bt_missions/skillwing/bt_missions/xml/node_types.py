@@ -1,4 +1,4 @@
-"""Every tag that a tree file may use."""
+"""All tags of tree files."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ from skillwing.dsl.model import Skillset
 
 
 def node_types(skillset: Skillset) -> Mapping[str, NodeType]:
-    """By tag: those that every robot has, and one for each skill. A skill never takes the name of another tag."""
+    """Node types by tag: one per skill, and those of all robots. A skill never replaces another tag of its name."""
     own = (*STRUCTURE, *LOOKING, *PLANNING)
     return {each.tag: each for each in (*skill_types(skillset), *own)}

@@ -1,4 +1,4 @@
-"""Tags around a route: the plan, the leaf that writes its next leg, the loop over its legs, and the judgement."""
+"""Tags around a route: the plan, the writer of its legs, the loop over its legs, and the check at its end."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from skillwing.bt_missions.subtrees.decorators import RepeatUntil
 from skillwing.bt_missions.xml.blackboard import BlackboardEntry
 from skillwing.bt_missions.xml.node_type import NOWHERE, Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
-from skillwing.bt_missions.xml.values import written
+from skillwing.bt_missions.xml.values import attribute_text
 
-_PLAN_PORT = Port("plan", "the route under way", "Route")
+_PLAN_PORT = Port("plan", "the current route", "Route")
 
 
 class PlanRoute(Behaviour):
-    """The plan is made when the tree is built; in flight there is nothing left to do, and this is SUCCESS."""
+    """Marks the start of a route, which is planned when the tree is built. SUCCESS in flight."""
 
     def __init__(self, name: str, route: Route) -> None:
         super().__init__(name)
@@ -35,7 +35,7 @@ class PlanRoute(Behaviour):
 def _make_plan(config: NodeConfig) -> Behaviour:
     area: Area | None = _converted(config, "area", Area | None, None)
     route = Route(config.context, RoutePlanner(_converted(config, "route", tuple[Position, ...], NOWHERE), area=area))
-    config.output("plan").hold(route)
+    config.output("plan").set(route)
     return PlanRoute(config.name, route)
 
 
@@ -62,7 +62,7 @@ def _describe_plan(node: Behaviour) -> Mapping[str, str] | None:
 
 
 class _Filling(Behaviour):
-    """Mixed into a leaf that writes: fills entries whenever it has written, whatever filled them before."""
+    """Mixin for a leaf that writes: after each write it becomes the source of its entries."""
 
     outputs: Mapping[BlackboardEntry, Callable[[], object]]
 
@@ -89,7 +89,7 @@ def _make_writer(config: NodeConfig) -> Behaviour:
     route = config.route("plan")
     writer = _FillingWriter(config.name, config.context, route)
     writer.outputs = {config.output("target"): route.target, config.output("crab"): route.crab}
-    writer.fill()  # Who reads these entries is built next, and asks whether anything fills them.
+    writer.fill()  # Nodes that read these entries are built next, and need a source.
     return writer
 
 
@@ -105,7 +105,7 @@ def _make_point_above(config: NodeConfig) -> Behaviour:
 
 
 def _describe_point_above(node: Behaviour) -> Mapping[str, str] | None:
-    return {"height": written(node.height), "target": UP} if isinstance(node, PointAbove) else None
+    return {"height": attribute_text(node.height), "target": UP} if isinstance(node, PointAbove) else None
 
 
 def _make_until(config: NodeConfig) -> Behaviour:
@@ -117,7 +117,7 @@ def _describe_until(node: Behaviour) -> Mapping[str, str] | None:
     if not isinstance(node, RepeatUntil):
         return None
     if getattr(node.done, "__func__", None) is not Route.is_done:
-        raise PortError(f"`{node.name}` asks Python code when to stop, which no tree file can say.")
+        raise PortError(f"`{node.name}` ends by Python code, which a tree file cannot hold.")
     return {"plan": PLAN}
 
 
@@ -130,7 +130,7 @@ PLANNING = (
         (
             Port("route", "waypoints, ENU, in m: an option, or JSON `[[x, y, z], ...]`", "Position[]"),
             Port("area", "west, south, east, north border of the detours; empty for none", "Area", ""),
-            Port("plan", "the route under way", "Route", output=True),
+            Port("plan", "the current route", "Route", output=True),
         ),
     ),
     NodeType(
@@ -141,7 +141,7 @@ PLANNING = (
         (
             _PLAN_PORT,
             Port("target", "end of the next leg", "Position", TARGET, output=True),
-            Port("crab", "heading that lays it into the plane of the LiDAR, rad", "double", CRAB, output=True),
+            Port("crab", "heading at which it lies in the plane of the LiDAR, rad", "double", CRAB, output=True),
         ),
     ),
     NodeType(
@@ -151,7 +151,7 @@ PLANNING = (
         _describe_point_above,
         (
             Port("height", "height of a point straight above the drone, in m", "double"),
-            Port("target", "that point, or the drone's own place if it is higher", "Position", UP, output=True),
+            Port("target", "that point, or the drone's position if it is higher", "Position", UP, output=True),
         ),
     ),
     NodeType("UntilRouteDone", Category.DECORATOR, _make_until, _describe_until, (_PLAN_PORT,)),

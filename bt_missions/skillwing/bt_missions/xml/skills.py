@@ -1,4 +1,4 @@
-"""A tag for every skill of a skillset: its inputs are its ports."""
+"""Tags for the skills of a skillset: the inputs of a skill are its ports."""
 
 from __future__ import annotations
 
@@ -11,34 +11,30 @@ from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAct
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
 from skillwing.bt_missions.xml.blackboard import BlackboardEntry
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
-from skillwing.bt_missions.xml.values import read, written
+from skillwing.bt_missions.xml.values import attribute_text, read_attribute
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text
 
 TARGET, CRAB, PLAN, UP = "{target}", "{crab}", "{plan}", "{up}"
-"""Where a written tree keeps what a WaypointWriter and a PointAbove say."""
+"""Entries of a written tree for the outputs of a WaypointWriter and a PointAbove."""
 _OWN_PORTS = (
-    Port("success_on", "endings that are SUCCESS, as in `S_ARRIVED S_BLOCKED`; by default its successes", default=""),
+    Port("success_on", "endings that are SUCCESS, such as `S_ARRIVED S_BLOCKED`; by default its successes", default=""),
     Port("failure_on", "endings that are FAILURE; by default all others", default=""),
-    Port("patience", "robot seconds to wait for resources that are being freed", "double", written(DEFAULT_PATIENCE)),
-    Port("leg_of", "the plan that is told how this leg ended", default=""),
-    Port(
-        "done",
-        "inputs of which a held goal has done a part, and the feedback that tells it: `laps=laps_done`",
-        default="",
-    ),
+    Port("patience", "longest wait for resources, in robot seconds", "double", attribute_text(DEFAULT_PATIENCE)),
+    Port("leg_of", "the plan that receives the end of this leg", default=""),
+    Port("done", "inputs that a held goal works off, with the feedback that counts it: `laps=laps_done`", default=""),
 )
 _RESERVED = ("name", "ID", *(port.name for port in _OWN_PORTS))
 
 
 def skill_types(skillset: Skillset) -> Iterator[NodeType]:
-    """The tags of a skillset's skills, in its order."""
+    """The tags of all skills, in the order of the skillset."""
     for skill in skillset.skills:
         yield _skill_type(skill)
 
 
 def input_port(name: str) -> str:
-    """The port of an input; one whose name means something else in a tag gets an underscore."""
+    """The port of an input. An underscore follows a name that has another meaning in a tag."""
     return f"{name}_" if name in _RESERVED else name
 
 
@@ -46,7 +42,7 @@ def _skill_type(skill: Skill) -> NodeType:
     inputs = tuple(
         Port(
             input_port(field.name),
-            # Its limits are for the manager's check and the preflight, which know them all.
+            # Limits are left out: the skill manager and the preflight check them.
             f"{type_text(field.type)}{f', in {field.unit}' if field.unit else ''}",
             _type_name(field.type),
             _default(field),
@@ -63,8 +59,8 @@ def _skill_type(skill: Skill) -> NodeType:
 
 
 def _default(field: Field) -> str:
-    """The text of a port that is not given: what the skill fills in by itself, or nothing."""
-    return "" if field.default is None else written(field.default)
+    """The text of a port that is not given: the default of the skill, or nothing."""
+    return "" if field.default is None else attribute_text(field.default)
 
 
 def _type_name(kind: Type) -> str:
@@ -76,13 +72,13 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
     for field in skill.inputs:
         port = input_port(field.name)
         text, entry = config.ports[port], config.entry(port)
-        if entry is not None and not entry.is_known:
-            # What is known now can be checked now; anything else is asked for at the moment of the start.
+        if entry is not None and not entry.is_constant:
+            # A constant can be checked now; other values are read at the start of the skill.
             inputs[field.name] = entry
         elif entry is not None or text != _default(field):
 
             def use(value: object, field: Field = field, port: str = port) -> object:
-                return read(value if isinstance(value, str) else written(value), field.type, port)
+                return read_attribute(value if isinstance(value, str) else attribute_text(value), field.type, port)
 
             inputs[field.name] = config.value(port, use, BlackboardEntry(port))
     outcomes = dict.fromkeys(config.words("success_on"), Status.SUCCESS)
@@ -120,24 +116,24 @@ def _describe(skill: Skill, node: Behaviour) -> Mapping[str, str] | None:
         if labels:
             attributes[port] = " ".join(labels)
     if node.patience != DEFAULT_PATIENCE:
-        attributes["patience"] = written(node.patience)
+        attributes["patience"] = attribute_text(node.patience)
     if node.done:
         attributes["done"] = " ".join(f"{name}={feedback}" for name, feedback in node.done.items())
     if node.on_end is not None:
         if getattr(node.on_end, "__func__", None) is not Route.leg_ended:
-            raise PortError(f"`{node.name}` calls Python code when it ends, which no tree file can say.")
+            raise PortError(f"`{node.name}` calls Python code when it ends, which a tree file cannot hold.")
         attributes["leg_of"] = PLAN
     return attributes
 
 
 def _source(node: SkillAction, name: str) -> str:
-    """Where the input of a leaf comes from, as an attribute."""
+    """Attribute for an input of a leaf: its value or its entry."""
     value = node.inputs[name]
     if not callable(value):
-        return written(value)
+        return attribute_text(value)
     if isinstance(value, BlackboardEntry):
         return f"{{{value.name}}}"
     entry = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
     if entry is None:
-        raise PortError(f"`{node.name}` takes `{name}` from Python code, which no tree file can say.")
+        raise PortError(f"`{node.name}` takes `{name}` from Python code, which a tree file cannot hold.")
     return entry

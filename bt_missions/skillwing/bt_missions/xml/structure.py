@@ -1,7 +1,7 @@
-"""Controls and decorators: BehaviorTree.CPP's names for what py_trees and `subtrees/` do.
+"""Controls and decorators: BehaviorTree.CPP's names for the nodes of py_trees and `subtrees/`.
 
-`Sequence` and `Fallback` remember where they are while a child runs; the `Reactive` ones ask every child anew at each
-tick. A `Parallel` here ends with the first child that fails.
+`Sequence` and `Fallback` continue with the child that runs. The `Reactive` ones tick every child again at each tick. A
+`Parallel` here ends with the first child that fails.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
-from skillwing.bt_missions.xml.values import written
+from skillwing.bt_missions.xml.values import attribute_text
 
 
 def _make_while_granted(config: NodeConfig) -> Behaviour:
@@ -45,7 +45,7 @@ def _describe_while_granted(node: Behaviour) -> Mapping[str, str] | None:
     return {
         "resource": node.resource,
         "states": " ".join(node.states),
-        "patience": written(node.patience),
+        "patience": attribute_text(node.patience),
         "ended_by": " ".join(node.ended_by),
     }
 
@@ -62,10 +62,10 @@ HOLDING = (
         _make_while_granted,
         _describe_while_granted,
         (
-            Port("resource", "name of the resource; skills that need it are held while it is in no other state"),
-            Port("states", "in one of which it lets them fly"),
-            Port("patience", "robot seconds for which it may stay away", "double"),
-            Port("ended_by", "a resource and a state which, if it comes into it meanwhile, ends the mission"),
+            Port("resource", "name of the resource; skills that need it are held in all other states"),
+            Port("states", "states in which the skills may run"),
+            Port("patience", "longest hold, in seconds of robot time", "double"),
+            Port("ended_by", "a resource and a state; this change during a hold ends the mission"),
         ),
     ),
     NodeType(
@@ -149,7 +149,7 @@ def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
 def _make_retry(config: NodeConfig) -> Behaviour:
     attempts = config.count("num_attempts")
     if attempts < 1:
-        # BehaviorTree.CPP would try for ever, and whatever comes after it, such as a landing, would never begin.
+        # BehaviorTree.CPP would try for ever, so that a landing after it would never start.
         config.problems.append(f"`num_attempts` is {attempts}; a mission has to end: it takes 1 or more.")
     return Retry(config.name, config.children[0], num_failures=attempts)
 
@@ -175,19 +175,19 @@ STRUCTURE = (
         _make_parallel,
         _describe_parallel,
         (
-            Port("success_count", "children that have to succeed: 1, or -1 for all", "int", "-1"),
-            Port("failure_count", "children that may fail before it fails: 1", "int", "1"),
+            Port("success_count", "number of children that have to succeed: 1, or -1 for all", "int", "-1"),
+            Port("failure_count", "number of failed children with which it fails: 1", "int", "1"),
         ),
         standard=True,
     ),
-    # A companion that succeeds does not end it, which no standard node says.
+    # Not a standard node: a companion that succeeds does not end it.
     NodeType("Alongside", Category.CONTROL, _make_alongside, _describe_alongside),
     NodeType(
         "OnEnding",
         Category.CONTROL,
         _make_on_ending,
         lambda node: {"endings": " ".join(node.endings)} if isinstance(node, OnEnding) else None,
-        (Port("endings", "of a skill in the first child, as in `NR S_BLOCKED`, on which the second takes over"),),
+        (Port("endings", "endings of a skill in the first child, such as `NR S_BLOCKED`, that start the second"),),
     ),
     *HOLDING,
     _decorator("Inverter", Inverter),
@@ -199,7 +199,7 @@ STRUCTURE = (
         Category.DECORATOR,
         _make_retry,
         describe=lambda node: {"num_attempts": str(node.num_failures)} if isinstance(node, Retry) else None,
-        ports=(Port("num_attempts", "how often it is tried, 1 or more", "int"),),
+        ports=(Port("num_attempts", "number of attempts, 1 or more", "int"),),
         standard=True,
     ),
     NodeType(
@@ -207,7 +207,7 @@ STRUCTURE = (
         Category.DECORATOR,
         make=lambda config: Repeat(config.name, config.children[0], num_success=config.count("num_cycles")),
         describe=lambda node: {"num_cycles": str(node.num_success)} if isinstance(node, Repeat) else None,
-        ports=(Port("num_cycles", "how often it has to succeed; -1 for ever", "int"),),
+        ports=(Port("num_cycles", "number of successes; -1 for ever", "int"),),
         standard=True,
     ),
     NodeType(
@@ -215,7 +215,7 @@ STRUCTURE = (
         Category.DECORATOR,
         _make_timeout,
         _describe_timeout,
-        (Port("msec", "milliseconds of robot time until the child is halted and this fails", "unsigned"),),
+        (Port("msec", "limit in milliseconds of robot time; then the child is halted and this fails", "unsigned"),),
         standard=True,
     ),
 )

@@ -1,4 +1,4 @@
-"""A tree file as a whole: its trees, the ports and metadata that models declare for them, and which one is flown."""
+"""Tree file: its trees, the ports and metadata that models declare for them, and the main tree."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PORTS = ("input_port", "inout_port", "output_port")
 
 @dataclass(frozen=True, slots=True)
 class DeclaredPort:
-    """A port of a tree, as its model says. default: None where there is none."""
+    """A port of a tree, as its model declares it. default: None if there is none."""
 
     name: str
     kind: str
@@ -31,20 +31,22 @@ class DeclaredPort:
 
 @dataclass(slots=True)
 class TreeModel:
-    """What a `<SubTree>` in `<TreeNodesModel>` says of a tree."""
+    """Declarations about a tree in a `<SubTree>` of `<TreeNodesModel>`."""
 
     ports: list[DeclaredPort] = field(default_factory=list[DeclaredPort])
     metadata: dict[str, str] = field(default_factory=dict[str, str])
     lines: dict[str, int] = field(default_factory=dict[str, int])
-    """In which line each entry of the metadata is written."""
+    """Line of each entry of the metadata."""
 
 
 @dataclass(frozen=True, slots=True)
 class TreeFile:
-    """main: ID of the tree that is flown; trees: the top node of each tree by ID; models: what is declared of them.
-    problems: of the frame around the trees. With any of them the file cannot be flown, and the trees can be checked all
-    the same, each under the name that its users most likely mean: `main` may then name none. An element without a tag
-    stands for a tree that is not one."""
+    """A file of format 4. main: ID of the main tree; trees: the top element of each tree by ID; models: declarations.
+
+    problems: of the frame around the trees. A file with problems cannot be flown, but its trees can be checked, each
+    under the name that is most likely intended. `main` may then be unknown. An element without a tag replaces the top
+    of a tree that cannot be read.
+    """
 
     file: Path
     main: str
@@ -58,7 +60,7 @@ class TreeFile:
 
 
 def read_tree_file(file: Path) -> TreeFile:
-    """Read a file of format 4. Raises TreeFileError for one that is none; trees are looked at later."""
+    """Read a file of format 4. Raises TreeFileError for other files; the trees are checked later."""
     return tree_file(read_document(file), file)
 
 
@@ -87,7 +89,7 @@ def tree_file(root: Element, file: Path) -> TreeFile:
 
 
 def _part(element: Element, problems: list[FileProblem]) -> str | None:
-    """What a part of the file is, or is meant to be."""
+    """The kind of a part of the file, or the kind that is most likely intended."""
     near = None if element.tag == "include" else closest(element.tag, _PARTS)
     if element.tag == "include":
         problems.append(FileProblem(element.line, "Files are not included; put all trees into this one."))
@@ -116,7 +118,7 @@ def _add_tree(
 
 
 def _attributes(element: Element, known: Sequence[str], problems: list[FileProblem]) -> dict[str, str]:
-    """The attributes of these names, misspelt ones among them."""
+    """The attributes with these names, also if misspelt."""
     found = {name: text for name, text in element.attributes.items() if name in known}
     for name, text in element.attributes.items():
         near = closest(name, known)
@@ -142,7 +144,7 @@ def _require_rescue(
 
 
 def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[FileProblem]) -> Element:
-    """A model as one of the kinds there are; what is like none and bears the name of a tree describes that tree."""
+    """A model with a known kind. One of an unknown kind with the name of a tree describes that tree."""
     if model.tag in _MODELS:
         return model
     near = closest(model.tag, _MODELS) or (SUBTREE if model.attributes.get("ID") in trees else None)
@@ -159,7 +161,7 @@ def _described(
     models: Mapping[str, TreeModel],
     problems: list[FileProblem],
 ) -> str:
-    """The tree, or the node, that a model describes; what its name is nearest to, where there is no such tree."""
+    """The tree or node that a model describes; for an unknown tree, the nearest name."""
     if element.tag != SUBTREE:
         return element.attributes.get("ID", "")
     name = _attributes(element, ("ID",), problems).get("ID", "")
@@ -170,12 +172,12 @@ def _described(
     near = closest(name, (tree for tree in trees if tree not in models))
     hint = f"did you mean `{near}`?" if near else f"there is {listed(trees)}."
     if not any(_calls(tree, name) for tree in trees.values()):
-        problems.append(FileProblem(element.line, f"A model describes a tree `{name}`, which there is not; {hint}"))
+        problems.append(FileProblem(element.line, f"A model describes a tree `{name}`, which does not exist; {hint}"))
     return near or name
 
 
 def _calls(element: Element, tree: str) -> bool:
-    """Whether it calls this tree, or anything below it does: who does is told that there is none."""
+    """True if the element, or one below it, calls this tree. Then the missing tree is reported at the call."""
     called = element.tag == SUBTREE and element.attributes.get("ID") == tree
     return called or any(_calls(child, tree) for child in element.children)
 
@@ -197,7 +199,7 @@ def _model(element: Element, problems: list[FileProblem]) -> TreeModel:
 
 
 def _main(root: Element, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]) -> str:
-    """The tree to fly, or what is most likely meant to be it."""
+    """The main tree, or the tree that is most likely intended."""
     main = _attributes(root, (MAIN,), problems).get(MAIN)
     others = [name for name in trees if name != RESCUE]
     if main is None and len(others) == 1:

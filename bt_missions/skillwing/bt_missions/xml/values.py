@@ -1,4 +1,4 @@
-"""Values as attributes of a tag."""
+"""Conversion of values to attributes of a tag, and back."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from skillwing.dsl.model import Type
 from skillwing.services.client.inputs import MalformedValueError, read_value
 
 
-def read(text: str, kind: Type, port: str) -> Any:
-    """The value that an attribute stands for: as on the command line, with semicolons between numbers too, or as JSON
-    behind `json:`. Raises PortError."""
+def read_attribute(text: str, kind: Type, port: str) -> Any:
+    """The value of an attribute: as on the command line, with semicolons between numbers too, or JSON after `json:`.
+
+    Raises PortError.
+    """
     text = text.removeprefix("json:").strip()
     if ";" in text and not text.startswith(("[", "{")):
         text = text.replace(";", ",")
@@ -24,8 +26,8 @@ def read(text: str, kind: Type, port: str) -> Any:
         raise PortError(f"`{port}` is `{text}`; it takes {error}.") from error
 
 
-def written(value: object) -> str:
-    """A value as `read` reads it: plain structures and lists with commas between their values, others as JSON."""
+def attribute_text(value: object) -> str:
+    """A value as `read_attribute` reads it: commas between the values of structures and lists, else JSON."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -36,6 +38,6 @@ def written(value: object) -> str:
             parts = list(items.values() if isinstance(items, Mapping) else items)
             if any(isinstance(part, Mapping | list | tuple) for part in parts):
                 return f"json:{msgspec.json.encode(value).decode()}"
-            return ",".join(written(part) for part in parts)
+            return ",".join(attribute_text(part) for part in parts)
         case _:
             return str(value)

@@ -1,4 +1,4 @@
-"""Trees as XML: what `builder.py` would build again, with a model of every node for the Groot2 editor."""
+"""Writer of tree files that `builder.py` can build again, with a model of each node for the Groot2 editor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MODELS = "TreeNodesModel"
 
 
 class NotWritableError(SkillwingError):
-    """A tree does something in Python that no tree file can say. problems: a sentence for each such node."""
+    """A part of a tree is Python code, which a tree file cannot hold. problems: a sentence for each such node."""
 
     def __init__(self, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)
@@ -29,7 +29,7 @@ class NotWritableError(SkillwingError):
 
 
 def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
-    """A mission as a tree file; options are written as the values that they had. Raises NotWritableError."""
+    """A mission as a tree file, with the values of its options. Raises NotWritableError."""
     types = node_types(skillset)
     root = _document(name)
     problems: list[str] = []
@@ -44,7 +44,7 @@ def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
 
 
 def write_models(skillset: Skillset) -> str:
-    """The models of every node that BehaviorTree.CPP does not know: what Groot2 imports as its palette."""
+    """The models of all nodes that BehaviorTree.CPP does not have: the palette that Groot2 imports."""
     root = _document(None)
     _append_models(root, node_types(skillset).values())
     return _text(root)
@@ -58,11 +58,11 @@ def _document(main: str | None) -> ElementTree.Element:
 
 
 def _with_plan(top: Behaviour) -> Behaviour:
-    """A tree of a Python mission finds its plan made; one of a file begins with it. Raises NotWritableError."""
+    """The tree with a PlanRoute at its start, which a mission in Python does not need. Raises NotWritableError."""
     nodes = list(top.iterate())
     routes = {node.route for node in nodes if isinstance(node, WaypointWriter | PlanRoute)}
     if len(routes) > 1:
-        raise NotWritableError([f"`{top.name}` flies {len(routes)} routes, and a tree file is written for one."])
+        raise NotWritableError([f"`{top.name}` flies {len(routes)} routes, and a tree file holds one."])
     if not routes or any(isinstance(node, PlanRoute) for node in nodes):
         return top
     return in_order("with a plan", PlanRoute("plan", routes.pop()), top)
