@@ -20,17 +20,17 @@ class System:
 
     def __init__(self, *, simulated: bool = True) -> None:
         self.network = InProcessNetwork()
-        self.unfinished = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
+        self.work = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
         self.told: list[str] = []
-        self.unfinished.attach(
-            self.network.bus("attendance"), on_change=lambda: self.told.append(self.unfinished.words)
+        self.work.attach(
+            self.network.bus("supervisor"), on_change=lambda: self.told.append(self.work.text)
         )
         self.bus = self.network.bus("robot")
 
     def tell(self, key: str, message: GoalStatus | MissionStatus | Record) -> str:
         self.bus.advertise(key, events=True).put(encode(message))
         self.network.run_for(0.1)
-        return self.unfinished.words
+        return self.work.text
 
     def flight(self, state: str, t: float) -> str:
         kind = RecordKind.RESOURCE
@@ -49,7 +49,7 @@ class System:
 @pytest.mark.parametrize(("simulated", "fate"), [(True, SIMULATED), (False, REAL)])
 def test_a_robot_in_the_air_is_told_of_with_what_was_cut_short(simulated: bool, fate: str) -> None:
     system = System(simulated=simulated)
-    assert system.unfinished.words == ""
+    assert system.work.text == ""
     assert system.mission("RUNNING") == "Cut short: mission patrol."
     assert system.goto(State.RUNNING) == "Cut short: mission patrol, goto."
     assert system.flight("IN_AIR", 3.0) == f"Cut short: mission patrol, goto. m600 was in the air. {fate}"
@@ -76,7 +76,7 @@ def test_a_mission_that_was_killed_is_not_cut_short_any_more() -> None:
     assert system.mission("RUNNING")
     alive.cancel()
     system.network.run_for(0.1)
-    assert system.unfinished.words == ""
+    assert system.work.text == ""
 
 
 def test_it_is_known_to_other_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -85,7 +85,7 @@ def test_it_is_known_to_other_commands(tmp_path: Path, monkeypatch: pytest.Monke
         announcement.update((), "Cut short: goto.")
         state = read_run_state("m600")
         assert state is not None
-        assert state.unfinished == "Cut short: goto."
+        assert state.active_work == "Cut short: goto."
 
 
 def test_what_is_not_to_be_left_are_states_of_the_skillset() -> None:

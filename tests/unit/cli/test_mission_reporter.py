@@ -33,7 +33,7 @@ class System:
         self.network = InProcessNetwork()
         self.told: list[str] = []
         self.reports = MissionReporter(run_dir, "m600", lambda: STATES)
-        self.bus: Bus = self.network.bus("attendance")
+        self.bus: Bus = self.network.bus("supervisor")
         self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
         self._mission = self.network.bus("mission")
         self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
@@ -195,7 +195,7 @@ def test_a_run_that_cannot_be_reported_gets_a_sentence(
     ("words", "sentence"),
     [
         (["--no-record", "--viewer", "web"], "Leave out `--no-record`."),
-        ([], "holds the recording of a run already"),
+        ([], "holds the recording of a run"),
     ],
 )
 def test_what_cannot_be_shown_or_recorded_starts_nothing(

@@ -17,7 +17,7 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
             "new-skill wave",
             "`skillwing new-skill` lacks `--skillset FILE` (skillset file). See `skillwing new-skill -h`.",
         ),
-        ("trigger a", "`skillwing trigger` lacks `STATE` (state to bring it to). See `skillwing trigger -h`."),
+        ("trigger a", "`skillwing trigger` lacks `STATE` (its new state). See `skillwing trigger -h`."),
         ("up --roboter a", "`skillwing up` has no option `--roboter`; did you mean `--robot`? See `skillwing up -h`."),
         ("down -z", "`skillwing down` has no option `-z`. See `skillwing down -h`."),
         ("--nope", "`skillwing` has no option `--nope`. See `skillwing -h`."),

@@ -26,7 +26,7 @@ class LauncherOnPaper:
     """Starts nothing, and says who died."""
 
     endpoint = ""
-    deaths: Sequence[ProcessExit] = ()
+    exits: Sequence[ProcessExit] = ()
 
     def __init__(self, *arguments: object, **options: object) -> None:
         pass
@@ -61,7 +61,7 @@ class BusOnPaper:
 @pytest.fixture
 def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., session.SessionEnd]:
     def fly(*deaths: ProcessExit) -> session.SessionEnd:
-        monkeypatch.setattr(LauncherOnPaper, "deaths", deaths)
+        monkeypatch.setattr(LauncherOnPaper, "exits", deaths)
         monkeypatch.setattr(session, "Launcher", LauncherOnPaper)
         monkeypatch.setattr(session, "ZenohBus", BusOnPaper)
         sees: Any = SimpleNamespace(

@@ -165,7 +165,7 @@ def test_a_viewer_that_is_gone_at_the_end_is_no_failure(
 
     monkeypatch.setattr(rr.RecordingStream, "flush", flush)
     record(tell(), tmp_path)
-    assert "did not get the end" in caplog.text
+    assert "did not receive the end" in caplog.text
     assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
 
 
@@ -173,8 +173,8 @@ def test_without_rerun_the_timeline_is_still_written(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "rerun", None)
-    for module in ("recording", "mission_view"):
-        monkeypatch.delitem(sys.modules, f"skillwing.services.telemetry.{module}", raising=False)
+    for module in ("rerun_stream", "mission_view"):
+        monkeypatch.delitem(sys.modules, f"skillwing.services.recording.{module}", raising=False)
     story = tell()
     record(story, tmp_path)
     assert len(read_records(tmp_path)) == len(story.records)
