@@ -14,7 +14,7 @@ from flights import Flight
 from rich.console import Console
 
 from skillwing.bt_missions.cli.foreground import ABORTING, aborted_by_signals
-from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.processes.stop_signal import ONE_WISH
 from skillwing.services.protocol import MissionPhase
 
 IN_THE_AIR = 17.0

@@ -17,8 +17,8 @@ from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
-from skillwing.services.commands.exit_codes import FAILED, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 
 
 def test_options_are_read_from_words() -> None:

@@ -21,11 +21,6 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
-from skillwing.services.commands.briefing import briefing
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
 from skillwing.services.protocol import (
     AbortMission,
@@ -37,6 +32,10 @@ from skillwing.services.protocol import (
     ResumeMission,
 )
 from skillwing.services.robot import find_robot
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
     str,
@@ -121,7 +120,7 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
         _refuse_second_mission(system)
-        known = briefing(system.target, chosen.name)
+        known = mission_context(system.target, chosen.name)
         site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
         given = chosen.read_options(site | asked)
         require_fit(chosen, system.skillset, given)
