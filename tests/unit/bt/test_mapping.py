@@ -669,9 +669,8 @@ def test_the_time_limit_counts_pauses(paused: Flight) -> None:
 
 @given(st.lists(st.sampled_from(["pause", "resume", "take", "give", "tick", "wait", "stop", "arrive"]), max_size=60))
 @settings(max_examples=100, deadline=None)
-def test_whoever_holds_the_drone_whenever_it_flies_on_in_the_end(m600: Skillset, order: list[str]) -> None:
-    """However often the operator and the pilot hold it, there is never more than one motion, none while it is held,
-    and the route is flown when both let go."""
+def test_after_any_holds_the_route_is_flown(m600: Skillset, order: list[str]) -> None:
+    """Under any holds there is at most one motion at a time, none during a hold, and the route is flown at last."""
     flight = Flight(m600)
     flight.start_mapping()
 

@@ -1,4 +1,4 @@
-"""The words of `skillwing mission`, as far as they need no system."""
+"""Commands of `skillwing mission` that need no system."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentenc
 def test_options_are_read_as_they_are_shown(
     route: list[tuple[float, float, float]], speed: float, height: float | None
 ) -> None:
-    """What `mission list` prints as a default can be typed as a value."""
+    """A default printed by `mission list` can be typed as a value."""
     options = MISSION.read_options({"route": route, "speed": speed, "height": height})
     shown = {name: option_text(value) for name, value in msgspec.to_builtins(options).items()}
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]

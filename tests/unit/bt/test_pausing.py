@@ -1,4 +1,4 @@
-"""Leaves that are held, what holds them, and what takes over on an ending."""
+"""Leaves that are held, the nodes that hold them, and `OnEnding`."""
 
 from __future__ import annotations
 

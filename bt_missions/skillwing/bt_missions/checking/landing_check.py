@@ -234,16 +234,16 @@ class _TreeWalker:
                 yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
     def _ends_of_skill(self, leaf: SkillAction, skill: str, place: DronePlace) -> Iterator[NodeEnd]:
-        aloft, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
+        in_air, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
         if skill == TAKEOFF:
             yield NodeEnd(Status.FAILURE, place, leaf)
-            if not aloft:
+            if not in_air:
                 yield from (NodeEnd(status, DronePlace.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
         elif skill == LAND:
             yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
-            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if aloft else place, leaf)
+            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if in_air else place, leaf)
         else:
-            if aloft or not flying:
+            if in_air or not flying:
                 # A skill that flies controls the drone again.
                 yield NodeEnd(Status.SUCCESS, DronePlace.AIR if flying else place, leaf)
             yield NodeEnd(Status.FAILURE, place, leaf)

@@ -1,4 +1,4 @@
-"""Whoever misspells something is told of it once, and not of what follows from it."""
+"""Each misspelt name is reported once, and no problem that only follows from it."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ FILE = Path("mission.xml")
 
 TEMPLATE = (files("skillwing.bt_missions.cli.templates") / "template.xml").read_text(encoding="utf-8")
 NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
-"""Attributes whose words are names, besides those of options, which stand in braces or are declared as a `name`."""
+"""Attributes whose words are names, apart from options, which are in braces or declared as a `name`."""
 FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
-"""Tags and attributes that may hold anything, or without which a file is no tree file."""
+"""Tags and attributes that may hold any text, or that every tree file needs."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Slot:
 
 
 def slots(text: str) -> list[list[Slot]]:
-    """All names in which a slip shows, tag by tag."""
+    """All names in which a mistake shows, tag by tag."""
     found: list[list[Slot]] = []
     unclosed: list[tuple[re.Match[str], list[Slot]]] = []
     for tag in re.finditer(r"<(/?)(\w+)((?:[^<>\"]|\"[^\"]*\")*)>", text):
