@@ -13,23 +13,23 @@ import platform
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from datetime import date
-from functools import partial
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
 from skillwing.dsl import parse
-from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.events import Event
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
 from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.marked_page import Marks, page_with
-from skillwing.services.protocol import BeginGoal, EndGoal, FireExtern, Granted, Record
+from skillwing.services.protocol import BeginGoal, EndGoal, EndKind, FireExtern, Granted, Record
 from skillwing.services.replay.files import StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
-from skillwing.services.replay.steps import FORMAT, Head
+from skillwing.services.replay.steps import FORMAT, Head, Made
 
 SOURCE = """
     skillset digger {
@@ -49,21 +49,20 @@ MARKS = Marks.named("journal cost")
 
 
 class Manager:
-    """A core, with a journal and somebody who writes its steps down if given; takes the time of every step."""
+    """A core, with a journal and a record of its steps if given; takes the time of every step."""
 
     def __init__(self, journal: Journal | None, steps: StepWriter | None = None) -> None:
         self._journal = journal
-        make = ResourceCore
-        if steps is not None:
-            make = partial(RecordedCore, writer=steps, remembered=lambda: None, now=0.0)
-        self._core = make(DIGGER, source="rm", new_record_id=RecordIds("rm"))
+        core = ResourceCore(DIGGER, source="rm", new_record_id=RecordIds("rm"))
+        made = Made(0.0, None, EMPTY_SNAPSHOT, same_data=False)
+        self._core = core if steps is None else RecordedCore(core, made, steps, lambda: None)
         self.times: list[float] = []
         if journal is not None:
-            journal.write(self._core.initial_entries(), (), 0.0)
+            journal.write(core.initial_entries(), (), 0.0)
 
-    def take(self, call: Callable[[ResourceCore], Step[Any]], now: float) -> Any:
+    def take(self, event: Event, now: float) -> Any:
         begun = time.perf_counter()
-        step = call(self._core)
+        step = self._core.step(event, now)
         if self._journal is not None:
             records = [each for each in step.publications if isinstance(each, Record)]
             self._journal.write(step.entries, records, now)
@@ -71,18 +70,17 @@ class Manager:
         return step.reply
 
     def fly(self, repeats: int) -> None:
-        """Goals that begin and end, and an extern transition between any two of them."""
+        """Take goals that begin and end, and an extern transition between any two of them."""
         for number in range(repeats):
             now, goal = float(number), f"01890000-0000-7000-8000-{number:012d}"
             begin = BeginGoal(
                 goal_id=goal, skill="dig", inputs={}, manager="skill/dig", owner="bench", schema=DIGGER.schema_hash
             )
-            granted = self.take(lambda core, begin=begin, now=now: core.begin(begin, now), now)
+            granted = self.take(begin, now)
             assert isinstance(granted, Granted)
-            end = EndGoal(goal_id=goal, skill="dig", token=granted.token, how="result", result="DONE")
-            self.take(lambda core, end=end, now=now: core.end(end, now), now)
-            extern = FireExtern(resource="engine", target=("OFF", "ON")[number % 2], source="bench")
-            self.take(lambda core, extern=extern, now=now: core.fire_extern(extern, now), now)
+            end = EndGoal(goal_id=goal, skill="dig", token=granted.token, how=EndKind.RESULT, result="DONE")
+            self.take(end, now)
+            self.take(FireExtern(resource="engine", target=("OFF", "ON")[number % 2], source="bench"), now)
 
 
 def measure(repeats: int) -> list[str]:
@@ -97,7 +95,7 @@ def measure(repeats: int) -> list[str]:
         steps = Path(folder) / "steps"
         recorded = Manager(None, StepWriter(steps, head))
         recorded.fly(repeats)
-        rows.append(("with its steps written down", recorded.times, repeats))
+        rows.append(("with its steps recorded", recorded.times, repeats))
         step_bytes = sum(file.stat().st_size for file in steps.iterdir()) / len(recorded.times)
         for name, durable, count in (
             ("with the journal", False, repeats),
@@ -122,7 +120,7 @@ def measure(repeats: int) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="What the resource manager's journal costs.")
+    parser = argparse.ArgumentParser(description="Cost of the resource manager's journal.")
     parser.add_argument("--repeats", type=int, default=3000, help="goals")
     parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
     options = parser.parse_args()

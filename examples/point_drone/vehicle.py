@@ -24,7 +24,7 @@ CONSUMPTION = 0.05
 
 
 class Mode(StrEnum):
-    """What it does. The values of those in which it acts by itself are what it tells others."""
+    """The flight mode. The values of autonomous modes are published as the failsafe."""
 
     OFF = "rotors off"
     FOLLOW = "following setpoints"
@@ -35,8 +35,10 @@ class Mode(StrEnum):
 
 
 class Vehicle:
-    """It stands at the origin at time `t`. `authority` is the switch of its safety pilot, `charge` that of the battery
-    [%]; set them as you like."""
+    """A point mass that stands at the origin at time `t`.
+
+    Attributes to set: `authority`, the switch of its safety pilot; `charge` of the battery [%].
+    """
 
     def __init__(self, t: float = 0.0) -> None:
         self.position: Vector3 = (0.0, 0.0, 0.0)
@@ -53,12 +55,12 @@ class Vehicle:
 
     @property
     def on_ground(self) -> bool:
-        """It stands, and its rotors are off."""
+        """True if it stands with its rotors off."""
         return self.mode is Mode.OFF
 
     @property
     def failsafe(self) -> str:
-        """What it does by itself, empty if nothing."""
+        """The autonomous mode; empty if there is none."""
         return self.mode if self.mode in (Mode.HOLD, Mode.LAND, Mode.BATTERY) else ""
 
     def command(self, setpoint: AutopilotSetpoint, t: float) -> None:

@@ -88,11 +88,11 @@ def test_a_verdict_does_not_quote_a_huge_datum() -> None:
         """
     )
     core = ResourceCore(skillset, source="test", new_record_id=lambda: "r")
-    core.update_datum(DataSample(name="page", value=ALMOST_TOO_LONG, t=0.0), 0.0)
+    core.step(DataSample(name="page", value=ALMOST_TOO_LONG, t=0.0), 0.0)
     begin = BeginGoal(
         goal_id="g", skill="read", inputs={}, manager="skill/read", owner="me", schema=skillset.schema_hash
     )
-    step = core.begin(begin, 0.0)
+    step = core.step(begin, 0.0)
     for publication in (step.reply, *step.publications):
         assert encode(publication)
 

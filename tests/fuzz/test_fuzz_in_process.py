@@ -20,20 +20,18 @@ from payloads import Spoiler, long_list, payload, valid, wide
 
 from skillwing.onboard import topics
 from skillwing.services.bus import Answered, Refused
-from skillwing.services.core.grants import LOCAL_OUTCOMES
+from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
     Ended,
-    EndGoal,
     FireEvent,
     FireExtern,
     GoalCall,
     ProtocolError,
     RecordOutcome,
-    RenewGoal,
     StartGoal,
     Terminal,
     decode,
@@ -69,7 +67,7 @@ def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Rand
             continue
         before = core.revision
         try:
-            perform(core, call, float(now))
+            core.step(call, float(now))
         except RefusedError as refusal:
             assert core.revision == before
             assert encode(refusal.reply)
@@ -81,7 +79,7 @@ def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, pla
     """Of outcomes with random fields hardly any would be accepted."""
     numbers = iter(range(10_000))
     core = ResourceCore(SKILLSET, source="test", new_record_id=lambda: f"record {next(numbers)}")
-    core.attach_manager(AttachManager(manager="skill/x", incarnation="one"), 0.0)
+    core.step(AttachManager(manager="skill/x", incarnation="one"), 0.0)
     skill, schema = SKILLSET.skills[0].name, SKILLSET.schema_hash
     begin = BeginGoal(goal_id="g", skill=skill, inputs={}, manager="skill/x", owner="me", schema=schema)
     terminal = valid(random, Terminal, WORDS)
@@ -93,7 +91,7 @@ def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, pla
         fields |= {"terminal": terminal}
     request = decode(msgspec.msgpack.encode(fields), RecordOutcome)
     try:
-        ended = core.record_outcome(request, 1.0).reply
+        ended = core.step(request, 1.0).reply
     except RefusedError as refusal:
         assert not plausible
         assert encode(refusal.reply)
@@ -101,27 +99,7 @@ def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, pla
     assert decode(encode(ended), Ended) == ended
     assert isinstance(ended, Ended)
     assert ended.terminal == request.terminal
-    assert core.begin(begin, 2.0).reply == ended
-
-
-def perform(core: ResourceCore, call: object, now: float) -> None:
-    match call:
-        case BeginGoal():
-            core.begin(call, now)
-        case EndGoal():
-            core.end(call, now)
-        case RecordOutcome():
-            core.record_outcome(call, now)
-        case RenewGoal():
-            core.renew(call)
-        case FireExtern():
-            core.fire_extern(call, now)
-        case FireEvent():
-            core.fire_event(call, now)
-        case AttachManager():
-            core.attach_manager(call, now)
-        case _:
-            raise AssertionError(f"a call that no core takes: {call}")
+    assert core.step(begin, 2.0).reply == ended
 
 
 @given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))

@@ -14,10 +14,12 @@ from held_objects import items_held
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.core.delivery import SILENCES_UNTIL_SETTLED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, GOALS_REMEMBERED, SILENCES_UNTIL_SETTLED, SkillCore
+from skillwing.services.core.skill_core import GOALS_REMEMBERED, PENDING_OUTCOMES_LIMIT, SkillCore
+from skillwing.services.core.skill_events import Dispatched, QuestionAnswered, Terminated, Validated
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking.system import make_mock_skill
@@ -28,7 +30,7 @@ from skillwing.services.protocol import (
     ErrorReply,
     GoalVerdict,
     InterruptGoal,
-    RenewGoal,
+    RecordOutcome,
     StartGoal,
 )
 
@@ -61,7 +63,7 @@ class Goals:
             SKILLSET, "pack", source="skill/pack", new_record_id=lambda: f"s{next(records)}", incarnation="one"
         )
         attach = AttachManager(manager="skill/pack", incarnation="one", schema=SKILLSET.schema_hash)
-        self.resources.attach_manager(attach, 0.0)
+        self.resources.step(attach, 0.0)
         self.number = 0
 
     def run(self, goals: int) -> None:
@@ -73,24 +75,24 @@ class Goals:
             goal_id = f"goal-{self.number}"
             for never_begun in (f"never-{self.number}", f"early-{self.number}"):
                 with contextlib.suppress(RefusedError):
-                    self.skill.interrupt(InterruptGoal(goal_id=never_begun, client="c"), now)
-            self._perform(self.skill.start(self._start(f"early-{self.number}"), now), now)
-            self._perform(self.skill.start(self._start(f"wrong-{self.number}", inputs={"haste": 1.0}), now), now)
-            self._perform(self.skill.start(self._start(goal_id), now), now)
-            self._perform(self.skill.start(self._start(f"busy-{self.number}"), now), now)
-            self._perform(self.skill.terminated(goal_id, "PACKED", None, now), now)
+                    self.skill.step(InterruptGoal(goal_id=never_begun, client="c"), now)
+            self._perform(self.skill.step(self._start(f"early-{self.number}"), now), now)
+            self._perform(self.skill.step(self._start(f"wrong-{self.number}", inputs={"haste": 1.0}), now), now)
+            self._perform(self.skill.step(self._start(goal_id), now), now)
+            self._perform(self.skill.step(self._start(f"busy-{self.number}"), now), now)
+            self._perform(self.skill.step(Terminated(goal_id, "PACKED"), now), now)
             assert self.skill.current is None
             assert not self.resources.grants
 
     def leave_unheard(self) -> None:
         """As many goals as can be in doubt at once, of which the resource manager never hears."""
         now = float(self.number)
-        for number in range(DOUBTS_AT_ONCE):
+        for number in range(PENDING_OUTCOMES_LIMIT):
             start = self._start(f"unheard-{number}", inputs={"haste": 1.0})
-            questions, asked = self._questions(self.skill.start(start, now)), 0
+            questions, asked = self._questions(self.skill.step(start, now)), 0
             while questions:
                 asked += 1
-                questions = self._questions(self.skill.answered(questions[0], None, now))
+                questions = self._questions(self.skill.step(QuestionAnswered(questions[0], None), now))
             assert asked == SILENCES_UNTIL_SETTLED
 
     def _questions(self, actions: tuple[object, ...]) -> list[AskResources]:
@@ -103,23 +105,17 @@ class Goals:
         for action in actions:
             match action:
                 case CallHook(hook=Hook.VALIDATE, goal_id=goal_id):
-                    self._perform(self.skill.validated(goal_id, None, now), now)
+                    self._perform(self.skill.step(Validated(goal_id), now), now)
                 case CallHook(hook=Hook.DISPATCH, goal_id=goal_id):
-                    self._perform(self.skill.dispatched(goal_id, now), now)
+                    self._perform(self.skill.step(Dispatched(goal_id), now), now)
                 case AskResources(call=call):
-                    self._perform(self.skill.answered(action, self._judged(call, now), now), now)
+                    self._perform(self.skill.step(QuestionAnswered(action, self._judged(call, now)), now), now)
                 case _:
                     pass
 
-    def _judged(self, call: BeginGoal | EndGoal | RenewGoal, now: float) -> GoalVerdict | ErrorReply:
+    def _judged(self, call: BeginGoal | EndGoal | RecordOutcome, now: float) -> GoalVerdict | ErrorReply:
         try:
-            match call:
-                case BeginGoal():
-                    return self.resources.begin(call, now).reply
-                case EndGoal():
-                    return self.resources.end(call, now).reply
-                case RenewGoal():
-                    return self.resources.renew(call).reply
+            return self.resources.step(call, now).reply
         except RefusedError as refusal:
             return refusal.reply
 

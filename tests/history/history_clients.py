@@ -15,7 +15,7 @@ from sequential_manager import Call, Lose, Reply, Told
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, Bus, NoReply, Refused
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.core.grants import LOCAL_OUTCOMES
+from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,

@@ -7,7 +7,7 @@ remembered is enough to go on from.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
@@ -15,9 +15,18 @@ import msgspec
 from linearizability import Operation
 
 from skillwing.dsl.model import Skillset
+from skillwing.services.core.events import GoalSilent
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import EMPTY_SNAPSHOT, ResourceCore, Step
-from skillwing.services.core.snapshot import Entry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import (
+    EMPTY_SNAPSHOT,
+    Entry,
+    FinishedGoal,
+    GrantEntry,
+    ManagerEntry,
+    ResourceEntry,
+    Snapshot,
+)
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -30,7 +39,6 @@ from skillwing.services.protocol import (
     Granted,
     QueryStates,
     RecordOutcome,
-    RenewGoal,
     ResourceStates,
     Violated,
 )
@@ -109,30 +117,19 @@ class SequentialManager:
     def _core_at(self, state: Memory) -> ResourceCore:
         """A core in this state: that of the last step, if it is still there, for making one takes most of the time."""
         if self._at is None or self._at[0] is not state:
-            self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, kept=state.kept)
+            self._at = state, ResourceCore(self._skillset, source="model", new_record_id=_no_id, snapshot=state.kept)
         return self._at[1]
 
-    def _perform(self, core: ResourceCore, call: Call) -> Step[GoalVerdict] | Step[ResourceStates] | Step[None]:
+    def _perform(self, core: ResourceCore, call: Call) -> Step:
         match call:
-            case BeginGoal():
-                step = core.begin(call, self._time_of_grant(call.goal_id))
-            case EndGoal():
-                step = core.end(call, 0.0)
-            case RecordOutcome():
-                step = core.record_outcome(call, 0.0)
-            case RenewGoal():
-                step = core.renew(call)
-            case FireExtern():
-                step = core.fire_extern(call, 0.0)
-            case FireEvent():
-                step = core.fire_event(call, 0.0)
-            case AttachManager():
-                step = core.attach_manager(call, 0.0)
-            case Lose():
-                step = core.goal_lost(call.goal_id, 0.0, "silent")
             case QueryStates():
-                step = Step(core.snapshot(0.0))
-        return step
+                return Step(core.resource_states(0.0))
+            case Lose():
+                return core.step(GoalSilent(call.goal_id, "silent"), 0.0)
+            case BeginGoal():
+                return core.step(call, self._time_of_grant(call.goal_id))
+            case _:
+                return core.step(call, 0.0)
 
     def _time_of_grant(self, goal_id: str) -> float:
         """The robot time in seconds at which a grant gets the token that the goal was given; 0 for any token."""
@@ -157,7 +154,7 @@ class SequentialManager:
             or over.goal_id in self._open_ended
             or self._clients[over.goal_id] != clients
         )
-        return replace(kept, goals=goals)
+        return msgspec.structs.replace(kept, goals=goals)
 
 
 def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
@@ -180,7 +177,7 @@ def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
                 managers.append(entry)
             case _:
                 raise AssertionError(f"the workshop has no data, and the core keeps {entry}")
-    return replace(
+    return msgspec.structs.replace(
         kept,
         resources=tuple(resources.values()),
         grants=tuple(grants.values()),

@@ -14,10 +14,12 @@ from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.core.skill_core import RENEWAL_PERIOD, RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.events import ManagerGone
+from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.skill_core import RENEWAL_PERIOD
 from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.managers.leased_core import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
-from skillwing.services.managers.resource_manager import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import Keys, Lost, Record, RecordKind, ResourceChange, StartGoal, State, decode, encode
@@ -148,7 +150,7 @@ def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() 
     manager, _ = robot._running[LIFT]
     manager._on_verdict = lambda sample: None  # pyright: ignore[reportAttributeAccessIssue]
     judge, _ = robot._running["resource_manager"]
-    judge._perform(lambda core, now: core.manager_lost(LIFT, now))  # pyright: ignore[reportAttributeAccessIssue]
+    judge._perform(ManagerGone(LIFT))  # pyright: ignore[reportAttributeAccessIssue]
     robot.run(RENEWAL_PERIOD + 0.1)
     assert robot.hooks["lift"].ended == "LOST"  # pyright: ignore[reportAttributeAccessIssue]
 

@@ -17,8 +17,8 @@ from skillwing.dsl import parse
 from skillwing.services.bus import Node, Topology
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.managers.leased_core import GRANT_LEASE
 from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
-from skillwing.services.managers.resource_manager import GRANT_LEASE
 from skillwing.services.mocking import MockRun, MockScript, make_mock_managers
 from skillwing.services.names import skill_process
 from skillwing.services.processes.router import LOOPBACK

@@ -15,6 +15,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_events import Event
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.hooks import Goal, SkillHooks
@@ -651,14 +652,14 @@ def test_a_refused_interrupt_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> 
     system = System(MockRun(delay=30.0, result="THERE"))
     goal = system.client.start("reach", REACH)
     system.until(goal, State.RUNNING)
-    interrupt, refusals = SkillCore.interrupt, [RefusedError(ErrorCode.UNAVAILABLE, "Not now.")]
+    step, refusals = SkillCore.step, [RefusedError(ErrorCode.UNAVAILABLE, "Not now.")]
 
-    def refuse_once(core: SkillCore, request: InterruptGoal, now: float) -> Any:
-        if refusals:
+    def refuse_once(core: SkillCore, event: Event, now: float) -> Any:
+        if refusals and isinstance(event, InterruptGoal):
             raise refusals.pop()
-        return interrupt(core, request, now)
+        return step(core, event, now)
 
-    monkeypatch.setattr(SkillCore, "interrupt", refuse_once)
+    monkeypatch.setattr(SkillCore, "step", refuse_once)
     system.client.interrupt(goal)
     assert system.run(goal, 10.0).ending is Ending.INTERRUPTED
     assert refusals == []

@@ -165,11 +165,11 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal.write(core.initial_entries(), (), 0.0)
     for name, value in (("slope", 0.1), ("permit", 1.0)):
-        core.update_datum(DataSample(name=name, value=value, t=0.0), 0.0)
+        core.step(DataSample(name=name, value=value, t=0.0), 0.0)
     begin = BeginGoal(goal_id="g", skill="dig", inputs={}, manager=SKILL, owner="test", schema=DIGGER.schema_hash)
     for step in (
-        core.begin(begin, 0.0),
-        core.fire_extern(FireExtern(resource="engine", target="OFF", source="test"), 0.0),
+        core.step(begin, 0.0),
+        core.step(FireExtern(resource="engine", target="OFF", source="test"), 0.0),
     ):
         journal.write(step.entries, [each for each in step.publications if isinstance(each, Record)], 0.0)
 
@@ -226,7 +226,7 @@ def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
     broken = JournalUnreadableError(Path("journal.sqlite"), "The journal cannot be read now: disk I/O error.")
     with monkeypatch.context() as disk:
         disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk fails.")))
-        disk.setattr(Journal, "kept", raising(broken))
+        disk.setattr(Journal, "snapshot", raising(broken))
         digger.send_start("dig")
         with pytest.raises(JournalUnreadableError):
             digger.run(0.1)
@@ -241,7 +241,7 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal = Journal(path, identity)
     journal.write(core.initial_entries(), (), 0.0)
-    step = core.fire_extern(FireExtern(resource="engine", target="OFF", source="test"), 50.0)
+    step = core.step(FireExtern(resource="engine", target="OFF", source="test"), 50.0)
     journal.write(step.entries, (), 50.0)
     journal.close()
 

@@ -17,10 +17,11 @@ SERVICES = "skillwing/services"
 MUTATED = (
     "core/*.py",
     "managers/lease_watch.py",
-    "managers/presence.py",
+    "managers/leased_core.py",
+    "managers/liveliness_monitor.py",
+    "managers/registration.py",
     "managers/resource_manager.py",
-    "managers/standing.py",
-    "client/asking.py",
+    "client/retry.py",
     "client/goal_tracker.py",
 )
 """The cores, and where rules stand outside of them."""

@@ -14,7 +14,7 @@ from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.bus.inprocess import InProcessBus, Utterance
 from skillwing.services.client.retry import LONGEST_DELAY
-from skillwing.services.core.skill_actions import GoalRun
+from skillwing.services.core.goal_states import Executing, Finished, Finishing, GoalRun, Stopping
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, State
 
@@ -80,7 +80,7 @@ class Audit:
         if what == "renew":
             return
         for process in self._world.skill_managers:
-            run = _doubts(process).get(goal_id) if what == LOCAL_OUTCOME else process.skill_core.current
+            run = _pending(process).get(goal_id) if what == LOCAL_OUTCOME else process.skill_core.current
             if process.bus is not said.source or run is None or run.goal_id != goal_id:
                 continue
             self._look_at_patience(process, what, goal_id)
@@ -106,15 +106,17 @@ class Audit:
         for process in self._world.skill_managers:
             if process.stopped:
                 continue
-            for doubt in _doubts(process).values():
-                if doubt.status is not None:
-                    self._look_at_waiting(process, doubt, doubt.status.t, LOCAL_OUTCOME)
+            for pending in _pending(process).values():
+                if pending.status is not None:
+                    self._look_at_waiting(process, pending, pending.status.t, LOCAL_OUTCOME)
             run = process.skill_core.current
             if run is None or run.status is None:
                 continue
-            if not run.stoppable:
-                self._look_at_waiting(process, run, run.status.t, "begin" if run.ending is None else "end")
-            elif run.state is State.INTERRUPTING:
+            if not isinstance(run.state, Executing):
+                self._look_at_waiting(
+                    process, run, run.status.t, "end" if isinstance(run.state, Finishing) else "begin"
+                )
+            elif isinstance(run.state, Stopping):
                 limit = max(run.status.t, process.ran_since) + process.skill_core.skill.interrupt.timeout
                 if self._world.network.now() > limit + SLACK:
                     self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
@@ -135,18 +137,18 @@ class Audit:
             run = process.skill_core.current
             if run is None:
                 continue
-            if run.token and run.ending is None and run.goal_id not in held:
+            if isinstance(run.state, Executing) and run.goal_id not in held:
                 self._note("what is lost stops", f"{run.goal_id} runs without a grant in {process.name}")
             for client in world.clients:
                 handle = client.node.goals.get(run.goal_id)
-                if run.goal_id in client.node.unwanted and run.state is not State.INTERRUPTING:
+                if run.goal_id in client.node.unwanted and run.phase is not State.INTERRUPTING:
                     self._note("interrupts count", f"{run.goal_id} runs on, {client.name} has interrupted it")
-                if handle is not None and handle.done and run.state is not State.INTERRUPTING:
+                if handle is not None and handle.done and run.phase is not State.INTERRUPTING:
                     text = f"{run.goal_id} runs on, its client was told {handle.terminal.label}"
                     self._note("what is lost stops", text)
             policy = process.skill_core.skill.owner_lost
             orphan = run.owner is not None and CLIENTS[0] not in world.running
-            if orphan and policy == "interrupt" and run.state is not State.INTERRUPTING:
+            if orphan and policy == "interrupt" and run.phase is not State.INTERRUPTING:
                 self._note("nothing outlives its owner", f"{run.goal_id} runs on, and its owner is gone")
         self._look_at_hooks(at_rest=False)
 
@@ -155,7 +157,7 @@ class Audit:
         world = self._world
         return (
             not world.resource_manager.resource_core.grants
-            and all(each.skill_core.current is None and not _doubts(each) for each in world.skill_managers)
+            and all(each.skill_core.current is None and not _pending(each) for each in world.skill_managers)
             and all(not each.node.interface._trackers for each in world.clients)
         )
 
@@ -170,8 +172,8 @@ class Audit:
         for process in world.skill_managers:
             run = process.skill_core.current
             if run is not None:
-                self._note("goals end", f"{run.goal_id} of {process.name} is still {run.state}")
-            for goal in _doubts(process):
+                self._note("goals end", f"{run.goal_id} of {process.name} is still {run.phase}")
+            for goal in _pending(process):
                 self._note("goals end", f"{goal} of {process.name} still waits to be written down")
         for process in world.clients:
             self._look_at_client(process)
@@ -179,8 +181,8 @@ class Audit:
         for process in world.running.values():
             if process.bus.unanswered:
                 self._note("every request is answered", f"{process.name} owes {process.bus.unanswered} answers")
-        if manager.node._leases.keys:
-            self._note("memory is bounded", f"leases of {manager.node._leases.keys} are left over")
+        if manager.node._leased._watch.keys:
+            self._note("memory is bounded", f"leases of {manager.node._leased._watch.keys} are left over")
         if world.plan.calm:
             for goal, terminal in witness.terminals.items():
                 if terminal.ending is Ending.LOST:
@@ -228,6 +230,7 @@ class Audit:
                     self._note("what is lost stops", f"`on_ended` of {goal} ran {times} times in {process.name}")
 
 
-def _doubts(process: Process) -> dict[str, GoalRun]:
+def _pending(process: Process) -> dict[str, GoalRun]:
     """Goals with a local outcome that the resource manager has not confirmed and no client has got."""
-    return {goal: run for goal, run in process.skill_core._in_doubt.items() if run.state is not State.TERMINATED}
+    pending = process.skill_core._delivery.pending_outcomes
+    return {goal: run for goal, run in pending.items() if not isinstance(run.state, Finished)}

@@ -9,41 +9,60 @@ from unittest.mock import patch
 
 from simulation.run import simulate
 from skillwing.services.client.goal_tracker import GoalTracker
-from skillwing.services.core import resource_core
-from skillwing.services.core.grants import Ledger
-from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core import ends, externs_and_events, grants, invariants, losses, readiness
+from skillwing.services.core.delivery import Delivery
+from skillwing.services.core.goal_states import (
+    Asking,
+    AskingCancelled,
+    Finished,
+    GoalRun,
+    Reaction,
+    Stopping,
+    Unstopped,
+)
+from skillwing.services.core.ledger import Ledger
+from skillwing.services.core.manager_state import ManagerState
 from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_events import RenewalAnswered
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.registration import Registration
-from skillwing.services.protocol import Ended, Ending, EndKind, State
-from skillwing.services.protocol import Granted as GrantedVerdict
+from skillwing.services.protocol import (
+    BeginGoal,
+    Ended,
+    EndGoal,
+    Ending,
+    EndKind,
+    Lost,
+    RecordOutcome,
+    Violated,
+)
 
 Wrong = Callable[..., Any]
 
 
-def _start_anew(right: Wrong) -> Wrong:
+def _start_again(right: Wrong) -> Wrong:
     def start(self: SkillCore, request: Any, now: float) -> Any:
-        self._ended.pop(request.goal_id)
+        self._finished.pop(request.goal_id)
         return right(self, request, now)
 
     return start
 
 
 def _answer_the_running_goal(right: Wrong) -> Wrong:
-    def finish(self: SkillCore, run: Any, terminal: Any, now: float) -> None:
-        if terminal.ending is Ending.BUSY:
-            run.goal_id = terminal.running_goal
-        right(self, run, terminal, now)
+    def publish(self: SkillCore, run: GoalRun, now: float) -> None:
+        if isinstance(run.state, Finished) and run.state.terminal.ending is Ending.BUSY:
+            run.goal_id = run.state.terminal.running_goal or ""
+        right(self, run, now)
 
-    return finish
+    return publish
 
 
 def _release_at_the_request(right: Wrong) -> Wrong:
-    def stop(self: SkillCore, run: Any, reason: str, cause: str | None, now: float) -> None:
-        right(self, run, reason, cause, now)
-        if run.stoppable:
-            self._end(run, EndKind.INTERRUPT, reason)
+    def stop(self: Unstopped, *args: Any) -> Reaction:
+        stopping, _, cause = right(self, *args)
+        state, action, _ = stopping.ask_end(EndKind.INTERRUPT, stopping.reason)
+        return state, action, cause
 
     return stop
 
@@ -59,18 +78,14 @@ def _forget_early_interrupts(right: Wrong) -> Wrong:
 
 
 def _dispatch_what_was_interrupted(right: Wrong) -> Wrong:
-    def begin_answered(self: SkillCore, run: Any, answer: Any, now: float) -> None:
-        if isinstance(answer, GrantedVerdict):
-            run.state = State.VALIDATING
-        right(self, run, answer, now)
-
-    return begin_answered
+    del right
+    return Asking.on
 
 
 def _never_force(right: Wrong) -> Wrong:
     def next_tick(self: SkillCore) -> float | None:
-        run = self._run
-        return None if run is not None and run.state is State.INTERRUPTING else right(self)
+        run = self.current
+        return None if run is not None and isinstance(run.state, Stopping) else right(self)
 
     return next_tick
 
@@ -78,10 +93,10 @@ def _never_force(right: Wrong) -> Wrong:
 def _judge_once(right: Wrong) -> Wrong:
     del right
 
-    def enforce(self: ResourceCore, now: float) -> None:
-        found = self._first_violation(now)
-        if found is not None:
-            self._violate(*found, {}, now)
+    def enforce(state: ManagerState, now: float) -> None:
+        violation = invariants.first_violation(state, now)
+        if violation is not None:
+            invariants._end_violated(state, violation, {}, now)
 
     return enforce
 
@@ -112,32 +127,48 @@ def _write_no_local_outcomes(right: Wrong) -> Wrong:
     return remember
 
 
+def _retry_only(*calls: type) -> Callable[[Wrong], Wrong]:
+    def wrong(right: Wrong) -> Wrong:
+        return lambda self, asked, **waits: right(self, asked, **waits) if isinstance(asked.call, calls) else None
+
+    return wrong
+
+
+def _ignore(*events: type) -> Callable[[Wrong], Wrong]:
+    return lambda right: lambda self, event, now: () if isinstance(event, events) else right(self, event, now)
+
+
 def _always(value: Any) -> Callable[[Wrong], Wrong]:
     return lambda right: lambda *args, **kwargs: value
 
 
 BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
-    "a start with a known id runs the goal again": ((SkillCore, "start", _start_anew),),
-    "a busy manager answers the running goal's id": ((SkillCore, "_finish", _answer_the_running_goal),),
-    "resources are released when the interrupt is requested": ((SkillCore, "_stop", _release_at_the_request),),
-    "an interrupt before the start is forgotten": ((SkillCore, "interrupt", _forget_early_interrupts),),
-    "a goal interrupted before its grant is dispatched": (
-        (SkillCore, "_begin_answered", _dispatch_what_was_interrupted),
-    ),
+    "a start with a known id runs the goal again": ((SkillCore, "_start", _start_again),),
+    "a busy manager answers the running goal's id": ((SkillCore, "_publish", _answer_the_running_goal),),
+    "resources are released when the interrupt is requested": ((Unstopped, "stop", _release_at_the_request),),
+    "an interrupt before the start is forgotten": ((SkillCore, "_interrupt", _forget_early_interrupts),),
+    "a goal interrupted before its grant is dispatched": ((AskingCancelled, "on", _dispatch_what_was_interrupted),),
     "nothing ends an interrupt that nobody confirms": ((SkillCore, "next_tick", _never_force),),
-    "a question that nobody answers is not asked again": ((SkillCore, "_bear_silence", _always(None)),),
+    "a question that nobody answers is not asked again": ((Delivery, "retry_or_fail", _retry_only(RecordOutcome)),),
     "verdicts of the resource manager are not followed": (
-        (SkillCore, "pushed", _always(())),
-        (SkillCore, "renewed", _always(())),
+        (SkillCore, "step", _ignore(Violated, Lost, RenewalAnswered)),
     ),
-    "goals outlive their owner": ((SkillCore, "owner_gone", _always(())),),
-    "the lost effect is skipped": ((resource_core, "_lost_effect", _always(None)),),
-    "preconditions are not judged with the start effect": ((ResourceCore, "_failing_preconditions", _always({})),),
-    "invariants are judged once, not to the fixpoint": ((ResourceCore, "_enforce_invariants", _judge_once),),
+    "goals outlive their owner": ((SkillCore, "_on_owner_gone", _always(None)),),
+    "the lost effect is skipped": (
+        (losses, "lost_effect", _always(None)),
+        (ends, "lost_effect", _always(None)),
+    ),
+    "preconditions are not judged with the start effect": ((grants, "failing_preconditions", _always({})),),
+    "invariants are judged once, not to the fixpoint": tuple(
+        (module, "enforce_invariants", _judge_once)
+        for module in (invariants, grants, readiness, ends, losses, externs_and_events)
+    ),
     "tokens are counted from one": ((Ledger, "next_token", _count_from_one),),
     "grants are not written to the journal": ((Journal, "write", _write_no_grants),),
     "a local outcome is not written down": ((Ledger, "remember", _write_no_local_outcomes),),
-    "a question in doubt that nobody answers is not asked again": ((SkillCore, "_bear_doubt", _always(None)),),
+    "a local outcome that nobody acknowledges is not sent again": (
+        (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
+    ),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "judged", _always(None))),
 }

@@ -11,7 +11,7 @@ from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
 from simulation.witness import Problem, Witness
 from simulation.world import World
 from skillwing.services.bus.inprocess import Utterance
-from skillwing.services.managers.registration import STANDING_PERIOD
+from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
 LOOK_PERIOD = 0.25
@@ -20,7 +20,7 @@ WELL_FOR = 9.0
 """Seconds after which everybody has noticed everything: retries, probes, leases and their debouncing."""
 REST_WITHIN = 25.0
 REST_FOR = 1.0
-ONE_OF_EACH_AFTER = 2 * STANDING_PERIOD + 4.0
+ONE_OF_EACH_AFTER = 2 * REGISTRATION_PERIOD + 4.0
 """Seconds after which one process of each name is left. That the first of them woke up and attached last takes the
 second a period to learn; that a third was started then takes the first one more. A lost question takes 3 s."""
 

@@ -20,7 +20,7 @@ from simulation.planted import BUGS, LATE, SEEDS, find, planted
 from simulation.run import Run, simulate
 from simulation.story import tell
 from skillwing.services.bus.faulty import Weather
-from skillwing.services.core import skill_core
+from skillwing.services.core import delivery
 
 RUNS = 2000
 CHUNKS = 20
@@ -55,7 +55,7 @@ def test_who_interrupts_without_a_resource_manager_waits_for_ten_silences(asked_
     )
     plan = Plan(1, "exclusive", Weather(), True, tuple(sorted(acts, key=lambda act: act.t)))
     assert Run(plan).carry_out().problems == ()
-    with patch.object(skill_core, "SILENCES_UNTIL_ERROR", 11):
+    with patch.object(delivery, "SILENCES_UNTIL_ERROR", 11):
         [problem] = Run(plan).carry_out().problems
     assert problem.law == "waiting ends"
     assert f"asks for the {asked_for} of goal-1 for the 11th time" in problem.text

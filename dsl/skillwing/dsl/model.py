@@ -89,7 +89,7 @@ class ScalarType:
 
     @property
     def is_number(self) -> bool:
-        return self.is_integer or self.is_float
+        return self.name not in ("bool", "string")
 
     @property
     def bounds(self) -> tuple[int, int] | None:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from skillwing.services.core.refusal import RefusedError
 
 __all__ = [
+    "BadRecordingError",
     "InvalidInputError",
     "InvalidOptionError",
     "NoReplyError",
@@ -51,6 +52,10 @@ class PassingError(SkillwingError):
 
 class NoSystemError(SkillwingError):
     """There is no running system to talk to."""
+
+
+class BadRecordingError(SkillwingError):
+    """A recording that is missing or damaged, or that this Skillwing cannot read."""
 
 
 class WrongSkillsetError(SkillwingError):

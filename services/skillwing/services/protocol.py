@@ -285,7 +285,7 @@ class QueryStates(Message, frozen=True, kw_only=True):
     pass
 
 
-class FireExtern(Message, frozen=True, kw_only=True):
+class FireExtern(Message, frozen=True, kw_only=True, tag="fire_extern"):
     """Drive an extern transition. `source` names who asks; `cause` the record that made it happen.
 
     `schema`: of the skillset whose names these are; empty from who speaks of names only, such as an operator.
@@ -298,7 +298,7 @@ class FireExtern(Message, frozen=True, kw_only=True):
     schema: Label = ""
 
 
-class FireEvent(Message, frozen=True, kw_only=True):
+class FireEvent(Message, frozen=True, kw_only=True, tag="fire_event"):
     """Fire an event. Fields as in `FireExtern`."""
 
     event: Label
@@ -307,7 +307,7 @@ class FireEvent(Message, frozen=True, kw_only=True):
     schema: Label = ""
 
 
-class AttachManager(Message, frozen=True, kw_only=True):
+class AttachManager(Message, frozen=True, kw_only=True, tag="attach"):
     """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
 
     Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
@@ -334,6 +334,10 @@ class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
     schema: Label
     cause: Label | None = None
     incarnation: Label = ""
+
+
+NO_TOKEN = 0
+"""Token of an `EndGoal` from a manager that never learned whether the goal was granted, nor with which token."""
 
 
 class EndKind(StrEnum):
@@ -458,7 +462,7 @@ GoalVerdict = Granted | NotReady | Violated | Lost | Ended
 # --- data --------------------------------------------------------------------------------------------------
 
 
-class DataSample(Message, frozen=True, kw_only=True):
+class DataSample(Message, frozen=True, kw_only=True, tag="sample"):
     """A value published by the robot bridge at robot time `t`."""
 
     name: Label

@@ -60,9 +60,9 @@ def run_dir(tmp_path: Path) -> Path:
         manager, schema = f"skill/{skill}", CRANE.schema_hash
         return BeginGoal(goal_id=f"g-{skill}", skill=skill, inputs=inputs, manager=manager, owner="t", schema=schema)
 
-    keep(core.begin(begin("lift", load=2.5), 1.0), 1.0)
-    keep(core.begin(begin("shine"), 2.0), 2.0)
-    keep(core.fire_extern(FireExtern(resource="power", target="OFF", source="the grid"), 3.0), 3.0)
+    keep(core.step(begin("lift", load=2.5), 1.0), 1.0)
+    keep(core.step(begin("shine"), 2.0), 2.0)
+    keep(core.step(FireExtern(resource="power", target="OFF", source="the grid"), 3.0), 3.0)
     file.close()
     return tmp_path
 

@@ -12,15 +12,17 @@ from typer.testing import CliRunner, Result
 from skillwing.dsl import parse
 from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
 from skillwing.services.commands.replay import replay
-from skillwing.services.core.grants import Ledger
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.core.events import TimePassed
+from skillwing.services.core.ledger import Ledger
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
+from skillwing.services.errors import BadRecordingError, InvalidOptionError
 from skillwing.services.ids import RecordIds
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import BeginGoal
-from skillwing.services.replay.errors import BadStepsError
 from skillwing.services.replay.files import StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
-from skillwing.services.replay.steps import FORMAT, Head
+from skillwing.services.replay.steps import FORMAT, Head, Made
 
 SOURCE = """
 skillset crane {
@@ -41,17 +43,12 @@ def run_dir(tmp_path: Path) -> Path:
     """A run in which time passed and a lift began."""
     head = Head(FORMAT, "r1", "crane", CRANE.schema_hash, "crane.skillset", SOURCE)
     writer = StepWriter(tmp_path / "steps", head)
-    core = RecordedCore(
-        CRANE,
-        source=RESOURCE_MANAGER,
-        new_record_id=RecordIds(RESOURCE_MANAGER),
-        writer=writer,
-        remembered=lambda: None,
-        now=0.0,
-    )
-    core.tick(1.0)
+    made = Made(0.0, None, EMPTY_SNAPSHOT, same_data=False)
+    plain = ResourceCore(CRANE, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
+    core = RecordedCore(plain, made, writer, lambda: None)
+    core.step(TimePassed(), 1.0)
     schema = CRANE.schema_hash
-    core.begin(BeginGoal(goal_id="g1", skill="lift", inputs={}, manager="skill/lift", owner="t", schema=schema), 12.5)
+    core.step(BeginGoal(goal_id="g1", skill="lift", inputs={}, manager="skill/lift", owner="t", schema=schema), 12.5)
     writer.close()
     return tmp_path
 
@@ -73,9 +70,9 @@ def test_another_answer_is_told_in_words(run_dir: Path, monkeypatch: pytest.Monk
     result = run(str(run_dir))
     assert result.exit_code == FAILED
     assert "at 12.50 s: the last of 2 steps of r1 that were taken again, step 2 of" in result.stdout
-    assert "asked  skill/lift asked to begin `lift`, goal g1\n" in result.stdout
-    assert "then   granted with token 12500 at revision 1; `hook` FREE -> TAKEN\n" in result.stdout
-    assert "now    granted with token 7 at revision 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "event  begin: goal_id g1, skill lift, manager skill/lift, owner t\n" in result.stdout
+    assert "then   granted: goal_id g1, token 12500, revision 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "now    granted: goal_id g1, token 7, revision 1; `hook` FREE -> TAKEN\n" in result.stdout
     assert "reply.token: 12500 then, 7 now\n" in result.stdout
 
 
@@ -84,7 +81,7 @@ def test_json_has_both_answers(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -
     assert same == {**same, "same": True, "steps": 2, "divergence": None, "skillset": "crane", "unfinished": []}
     monkeypatch.setattr(Ledger, "next_token", lambda *_: 7)
     found = json.loads(run(str(run_dir), "--json").stdout)["divergence"]
-    assert found["question"]["request"]["goal_id"] == "g1"
+    assert found["event"]["goal_id"] == "g1"
     assert found["then"]["reply"]["token"] == 12500
     assert found["now"]["reply"]["token"] == 7
     assert {"path": "reply.token", "then": 12500, "now": 7} in found["differences"]
@@ -105,6 +102,6 @@ def test_no_steps_are_a_sentence_and_an_exit_code(tmp_path: Path) -> None:
     with pytest.raises(InvalidOptionError, match=r"There is no folder `.*nope`\. Name the directory of a run"):
         run(str(tmp_path / "nope"))
     (tmp_path / "steps").mkdir()
-    with pytest.raises(BadStepsError, match=r"There are no steps .* Name the directory of a run") as empty:
+    with pytest.raises(BadRecordingError, match=r"There are no steps .* Name the directory of a run") as empty:
         run(str(tmp_path))
     assert exit_code_of(empty.value) == USAGE

@@ -1,7 +1,7 @@
-"""The pages on error codes, `docs/errors/CODE.md`: one each, with an example that fails and one that is mended.
+"""The pages on error codes, `docs/errors/CODE.md`: one each, with an example that fails and one that is fixed.
 
-`make errors` runs this file. It writes what follows from the code into each page: the heading and the output under the
-first example; and the index of all pages.
+`make errors` runs this file. It writes the heading and the output under the first example into each page, and the
+index of all pages.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _OUTPUT = re.compile(r"^```text\n.*?^```\n", re.MULTILINE | re.DOTALL)
 _INDEX = """\
 # The errors and warnings of the skillset language
 
-One page each: what it means, an example, what `skillwing check` says to it, and how to mend it. On a terminal
-`skillwing check --explain {example}` shows the page. Warnings do not make a file unusable, unless `check --strict`.
-What the checker can know, and what not, is in [the language](../language.md#what-the-checker-knows).
+Each page explains a code with an example, the output of `skillwing check`, and a fix. `skillwing check --explain
+{example}` shows the page on a terminal. A file with warnings can be used, unless `check --strict` is given. The limits
+of the checker are in [the language](../language.md#analysis).
 
-| code | | what is wrong |
+| code | | problem |
 |---|---|---|
 {rows}
 """
@@ -39,12 +39,12 @@ class Page:
     text: str
 
     def diagnostics(self, example: int) -> tuple[Diagnostic, ...]:
-        """What the checker says to the first example or the second."""
+        """The diagnostics of the first example or the second."""
         source, file = self._example(example)
         return check(source, file).diagnostics
 
     def renewed(self) -> str:
-        """The text with the heading and the output that belong there."""
+        """The text with its present heading and output."""
         source, file = self._example(0)
         output = render_all(check(source, file).diagnostics, source)
         heading = f"# {self.code}: {CODES[self.code].title}"

@@ -9,8 +9,10 @@ from itertools import count
 
 from skillwing.dsl.expressions import Environment, Expression, evaluate, references
 from skillwing.dsl.model import Skill, Skillset
+from skillwing.services.core.events import ManagerGone
+from skillwing.services.core.manager_state import Publication
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
@@ -112,7 +114,7 @@ class _Play:
         self._seen.edges[self._here].add(node)
         return node
 
-    def _note(self, step: Step[object], core: ResourceCore, datum: object) -> Node:
+    def _note(self, step: Step, core: ResourceCore, datum: object) -> Node:
         node = self._arrive(core, datum)
         for publication in step.publications:
             self._publication(publication, node)
@@ -135,11 +137,11 @@ class _Play:
                 core = self._core()
                 request = FireExtern(resource=resource.name, target=state, source="play")
                 if resource.allows(core.states[resource.name], state, extern=True):
-                    self._note(core.fire_extern(request, 0.0), core, datum)
+                    self._note(core.step(request, 0.0), core, datum)
         for event in skillset.events:
             core = self._core()
             try:
-                step = core.fire_event(FireEvent(event=event.name, source="play"), 0.0)
+                step = core.step(FireEvent(event=event.name, source="play"), 0.0)
             except RefusedError:
                 continue
             self._seen.fired.add(event.name)
@@ -147,7 +149,7 @@ class _Play:
         for item in skillset.data:
             for value in (True, False):
                 core = self._core()
-                self._note(core.update_datum(DataSample(name=item.name, value=value, t=0.0), 0.0), core, value)
+                self._note(core.step(DataSample(name=item.name, value=value, t=0.0), 0.0), core, value)
         for skill in skillset.skills:
             if skill.name in self._here[1]:
                 self._end(skill, datum)
@@ -165,7 +167,7 @@ class _Play:
             owner="play",
             schema=self._skillset.schema_hash,
         )
-        step = core.begin(request, 0.0)
+        step = core.step(request, 0.0)
         verdict = step.reply
         failing = (
             {name for name in verdict.failing if not name.startswith("effect")} if isinstance(verdict, NotReady) else {}
@@ -196,7 +198,7 @@ class _Play:
             core = self._core()
             (grant,) = (grant for grant in core.grants if grant.skill.name == skill.name)
             request = EndGoal(goal_id=grant.goal_id, skill=skill.name, token=grant.token, how=how, result=result)
-            step = core.end(request, 0.0)
+            step = core.step(request, 0.0)
             assert isinstance(step.reply, Ended)
             self._seen.judged.add((skill.name, when))
             if "could not be applied" not in step.reply.reason:
@@ -205,7 +207,7 @@ class _Play:
                 self._seen.observed.add((skill.name, result))
             self._seen.after[skill.name, label].add(self._note(step, core, datum))
         core = self._core()
-        step_lost = core.manager_lost(skill.name, 0.0)
+        step_lost = core.step(ManagerGone(skill.name), 0.0)
         when = skill.name, "its manager is lost"
         self._seen.judged.add(when)
         changes = skill.transitions(skill.lost)

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from skillwing.services.core.grants import GOALS_REMEMBERED, NO_TOKEN, Ledger
+from skillwing.services.core.ledger import GOALS_REMEMBERED, Ledger
 from skillwing.services.core.snapshot import DatumEntry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
 from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (
@@ -24,7 +24,7 @@ from skillwing.services.journal.errors import (
 from skillwing.services.journal.journal import ROOM, Journal, look_into, set_aside
 from skillwing.services.journal.rows import HISTORY_KEPT, MANAGERS_KEPT, TRIM_EVERY
 from skillwing.services.journal.schema import FORMAT, Identity, damaged
-from skillwing.services.protocol import Granted, NotReady, Record, RecordKind
+from skillwing.services.protocol import NO_TOKEN, Granted, NotReady, Record, RecordKind
 
 ME = Identity("r1", "crane", "0123456789abcdef")
 
@@ -154,7 +154,7 @@ def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:
     kept = held(journal).goals
     assert [each.goal_id for each in kept if each.token] == [f"g{number}" for number in range(1, 11)]
     assert GOALS_REMEMBERED <= len(kept) - 10 < GOALS_REMEMBERED + TRIM_EVERY
-    ledger = Ledger(lambda entry: None, past=kept)
+    ledger = Ledger(lambda entry: None, finished=kept)
     for each in refused:
         ledger.remember(FinishedGoal(f"again {each.goal_id}", "lift", NO_TOKEN, each))
     assert ledger.finished("g1") == over(1)

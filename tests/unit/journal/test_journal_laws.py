@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, invariant, rule
 
 from skillwing.dsl import parse
+from skillwing.services.core.events import ManagerGone, Resumed, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
 from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
@@ -94,13 +96,13 @@ class Twins(RuleBasedStateMachine):
             return renewed.reply
         return renewed
 
-    def attempt(self, call: Any, core: ResourceCore) -> Step[Any] | ErrorReply:
+    def attempt(self, call: Any, core: ResourceCore) -> Step | ErrorReply:
         try:
             return call(core)
         except RefusedError as refusal:
             return refusal.reply
 
-    def write(self, step: Step[Any]) -> None:
+    def write(self, step: Step) -> None:
         records = [each for each in step.publications if isinstance(each, Record)]
         self.journal.write(step.entries, records, self.now)
 
@@ -116,8 +118,8 @@ class Twins(RuleBasedStateMachine):
         kept = self.journal.snapshot()
         assert kept is not None
         # Both give the same ids from here on, so that their steps can be compared.
-        self.renewed = ResourceCore(CRANE, source="rm", new_record_id=copy(self.ids), kept=kept)
-        step = self.renewed.resume(kept, self.now)
+        self.renewed = ResourceCore(CRANE, source="rm", new_record_id=copy(self.ids), snapshot=kept or EMPTY_SNAPSHOT)
+        step = self.renewed.step(Resumed(), self.now)
         (resumed,) = step.publications
         assert isinstance(resumed, Record)
         assert resumed.id == self.ids()
@@ -125,7 +127,7 @@ class Twins(RuleBasedStateMachine):
         for item in CRANE.data:
             reading = self.constant.data.reading(item.name, self.now)
             sample = DataSample(name=item.name, value=reading.value, t=reading.t or 0.0)
-            heard = self.renewed.update_datum(sample, self.now)
+            heard = self.renewed.step(sample, self.now)
             assert heard == Step(None), "what was known before changes nothing"
 
     @rule(target=goals, skill=SKILLS, incarnation=INCARNATIONS, load=st.sampled_from([1.0, 5.0]))
@@ -147,7 +149,7 @@ class Twins(RuleBasedStateMachine):
             schema=CRANE.schema_hash,
             incarnation=incarnation,
         )
-        verdict = self.take(lambda core: core.begin(request, self.now))
+        verdict = self.take(lambda core: core.step(request, self.now))
         self.tokens.append(getattr(verdict, "token", 0))
 
     @rule(goal=goals, data=st.data(), how=st.sampled_from(EndKind))
@@ -156,47 +158,47 @@ class Twins(RuleBasedStateMachine):
         result = data.draw(st.sampled_from(RESULTS[skill])) if how is EndKind.RESULT else None
         token = data.draw(st.sampled_from(self.tokens[-3:]))
         request = EndGoal(goal_id=goal_id, skill=skill, token=token, how=how, result=result)
-        self.take(lambda core: core.end(request, self.now))
+        self.take(lambda core: core.step(request, self.now))
 
     @rule(goal=goals, data=st.data())
     def renew(self, goal: tuple[str, str], data: st.DataObject) -> None:
         request = RenewGoal(goal_id=goal[1], skill=goal[0], token=data.draw(st.sampled_from(self.tokens[-3:])))
-        self.take(lambda core: core.renew(request))
+        self.take(lambda core: core.step(request, self.now))
 
     @rule(skill=SKILLS, incarnation=INCARNATIONS)
     def attach(self, skill: str, incarnation: str) -> None:
         request = AttachManager(manager=f"skill/{skill}", incarnation=incarnation)
-        self.take(lambda core: core.attach_manager(request, self.now))
+        self.take(lambda core: core.step(request, self.now))
 
     @rule(skill=SKILLS)
     def a_manager_is_lost(self, skill: str) -> None:
-        self.take(lambda core: core.manager_lost(f"skill/{skill}", self.now))
+        self.take(lambda core: core.step(ManagerGone(f"skill/{skill}"), self.now))
 
     @rule(state=st.sampled_from(["ON", "OFF"]))
     def power(self, state: str) -> None:
         request = FireExtern(resource="power", target=state, source="grid")
-        self.take(lambda core: core.fire_extern(request, self.now))
+        self.take(lambda core: core.step(request, self.now))
 
     @rule()
     def blackout(self) -> None:
-        self.take(lambda core: core.fire_event(FireEvent(event="blackout", source="grid"), self.now))
+        self.take(lambda core: core.step(FireEvent(event="blackout", source="grid"), self.now))
 
     @rule(name=st.sampled_from(["wind", "limit"]), value=st.sampled_from([0.5, 3.0, 10.0, 20.0]))
     def measure(self, name: str, value: float) -> None:
         sample = DataSample(name=name, value=value, t=self.now)
-        self.take(lambda core: core.update_datum(sample, self.now))
+        self.take(lambda core: core.step(sample, self.now))
 
     @rule(seconds=st.sampled_from([0.0, 0.4, 2.0, 3.5]))
     def time_passes(self, seconds: float) -> None:
         self.now += seconds
-        self.take(lambda core: core.tick(self.now))
+        self.take(lambda core: core.step(TimePassed(), self.now))
 
     # --- what always holds -------------------------------------------------------------------------------------------
 
     @invariant()
     def the_journal_ends_where_the_last_step_has_led(self) -> None:
         kept = self.journal.snapshot()
-        core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"), kept=kept)
+        core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"), snapshot=kept or EMPTY_SNAPSHOT)
         assert core.states == self.constant.states
         assert core.revision == self.constant.revision
         assert core.grants == self.constant.grants

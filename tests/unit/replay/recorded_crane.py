@@ -9,8 +9,11 @@ from pathlib import Path
 from hypothesis import strategies as st
 
 from skillwing.dsl import parse
+from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
+from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import Step
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
 from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
@@ -19,30 +22,18 @@ from skillwing.services.protocol import (
     BeginGoal,
     DataSample,
     EndGoal,
+    Ending,
     EndKind,
     FireEvent,
     FireExtern,
     Record,
+    RecordOutcome,
     RenewGoal,
+    Terminal,
 )
 from skillwing.services.replay.files import FILE_BYTES, StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
-from skillwing.services.replay.steps import (
-    FORMAT,
-    Attach,
-    Begin,
-    Datum,
-    End,
-    Event,
-    Extern,
-    GoalSilent,
-    Head,
-    ManagerGone,
-    Question,
-    Renew,
-    Resume,
-    Tick,
-)
+from skillwing.services.replay.steps import FORMAT, Head, Made
 
 SOURCE = """
 skillset crane {
@@ -84,95 +75,92 @@ SKILLS = st.sampled_from(["lift", "shine", "fly"])
 TOKENS = st.integers(0, 5)
 
 
-def _begin(skill: str, goal: str, load: object, incarnation: str) -> Begin:
-    inputs = {"load": load} if skill == "lift" else {}
-    return Begin(
-        BeginGoal(
-            goal_id=goal,
-            skill=skill,
-            inputs=inputs,
-            manager=f"skill/{skill}",
-            owner="t",
-            schema=CRANE.schema_hash,
-            incarnation=incarnation,
-        )
+def _begin(skill: str, goal: str, load: object, incarnation: str) -> BeginGoal:
+    return BeginGoal(
+        goal_id=goal,
+        skill=skill,
+        inputs={"load": load} if skill == "lift" else {},
+        manager=f"skill/{skill}",
+        owner="t",
+        schema=CRANE.schema_hash,
+        incarnation=incarnation,
     )
 
 
-def _end(skill: str, goal: str, token: int, how: EndKind) -> End:
+def _end(skill: str, goal: str, token: int, how: EndKind) -> EndGoal:
     result = {"lift": "STUCK", "shine": "END"}.get(skill) if how is EndKind.RESULT else None
-    return End(EndGoal(goal_id=goal, skill=skill, token=token, how=how, result=result))
+    return EndGoal(goal_id=goal, skill=skill, token=token, how=how, result=result)
 
 
-QUESTIONS: st.SearchStrategy[Question] = st.one_of(
+def _outcome(skill: str, goal: str, ending: Ending, incarnation: str) -> RecordOutcome:
+    terminal = Terminal(ending=ending, reason="It says so.")
+    return RecordOutcome(
+        goal_id=goal, skill=skill, terminal=terminal, manager=f"skill/{skill}", incarnation=incarnation
+    )
+
+
+EVENTS: st.SearchStrategy[Event] = st.one_of(
     st.builds(_begin, SKILLS, GOALS, st.sampled_from([1.0, 5, "heavy", {1: b"x"}]), st.sampled_from(["", "a", "b"])),
     st.builds(_end, SKILLS, GOALS, TOKENS, st.sampled_from(EndKind)),
+    st.builds(_outcome, SKILLS, GOALS, st.sampled_from([Ending.BUSY, Ending.INTERRUPTED]), st.sampled_from(["a", "b"])),
+    st.builds(lambda goal, skill, token: RenewGoal(goal_id=goal, skill=skill, token=token), GOALS, SKILLS, TOKENS),
     st.builds(
-        lambda goal, skill, token: Renew(RenewGoal(goal_id=goal, skill=skill, token=token)), GOALS, SKILLS, TOKENS
-    ),
-    st.builds(
-        lambda name, target: Extern(FireExtern(resource=name, target=target, source="grid")),
+        lambda name, target: FireExtern(resource=name, target=target, source="grid"),
         st.sampled_from(["power", "hook", "pwoer"]),
         st.sampled_from(["ON", "OFF"]),
     ),
-    st.just(Event(FireEvent(event="blackout", source="grid"))),
+    st.just(FireEvent(event="blackout", source="grid")),
     st.builds(
-        lambda name, value, t: Datum(DataSample(name=name, value=value, t=t)),
+        lambda name, value, t: DataSample(name=name, value=value, t=t),
         st.sampled_from(["wind", "limit", "heat"]),
         st.sampled_from([0.5, 3, 10.0, 20.0, "much"]),
         st.floats(0.0, 30.0),
     ),
-    st.builds(lambda each: Attach(AttachManager(manager="skill/lift", incarnation=each)), st.sampled_from(["a", "b"])),
-    st.just(Tick()),
-    st.just(ManagerGone("skill/lift", "its alive token is gone")),
+    st.builds(lambda each: AttachManager(manager="skill/lift", incarnation=each), st.sampled_from(["a", "b"])),
+    st.just(TimePassed()),
+    st.just(ManagerGone("skill/lift")),
     st.builds(lambda goal: GoalSilent(goal, "silent for 2.0 s"), GOALS),
 )
 
 
 class RecordedLife:
-    """Cores on one journal, one after the other, whose steps go to a folder as those of a resource manager do."""
+    """Cores on one journal, one after the other, whose steps are recorded as a resource manager does it."""
 
     def __init__(self, folder: Path, *, file_bytes: int = FILE_BYTES) -> None:
         self.journal = Journal(None, Identity("r1", CRANE.name, CRANE.schema_hash))
         self.writer = StepWriter(folder, HEAD, file_bytes=file_bytes)
         self._ids = RecordIds("rm")
         self.now = 0.0
-        self.core = self._make(resumed=False)
+        self._make()
         self.journal.write(self.core.initial_entries(), (), 0.0)
 
-    def ask(self, questions: Iterable[tuple[Question, float]]) -> None:
-        """Each question so many seconds after the one before."""
-        for question, pause in questions:
+    def take(self, events: Iterable[tuple[Event, float]]) -> None:
+        """Let each event happen so many seconds after the one before."""
+        for event, pause in events:
             self.now += pause
-            self._put(question)
+            self._step(event)
 
     def go_back(self) -> None:
-        """What a manager does that could not write a step down: it goes on from the journal, with the data it has."""
-        self.core = self._make(resumed=True, data=True)
+        """Continue from the journal with the present data, as a manager does whose write failed."""
+        self._make(data=self.core.data)
 
     def come_back(self) -> None:
-        """Another process goes on from the journal."""
+        """Continue from the journal in another process."""
         self.writer.close()
-        self.core = self._make(resumed=True)
-        kept = self.journal.snapshot()
-        assert kept is not None
-        self._put(Resume(kept))
+        self._make()
+        self._step(Resumed())
 
-    def _make(self, *, resumed: bool, data: bool = False) -> RecordedCore:
-        return RecordedCore(
-            CRANE,
-            source="resource_manager",
-            new_record_id=self._ids,
-            writer=self.writer,
-            remembered=self.journal.kept,
-            now=self.now,
-            kept=self.journal.snapshot() if resumed else None,
-            data=self.core.data if data else None,
+    def _make(self, data: LatestData | None = None) -> None:
+        snapshot = self.journal.snapshot() or EMPTY_SNAPSHOT
+        self.core = ResourceCore(
+            CRANE, source="resource_manager", new_record_id=self._ids, snapshot=snapshot, data=data
         )
+        made = Made(self.now, None, snapshot, same_data=data is not None)
+        self._recorded = RecordedCore(self.core, made, self.writer, self.journal.snapshot)
 
-    def _put(self, question: Question) -> None:
+    def _step(self, event: Event) -> None:
         with suppress(RefusedError):
-            step: Step[object] = question.put_to(self.core, self.now)
+            step = self._recorded.step(event, self.now)
             records = [each for each in step.publications if isinstance(each, Record)]
             if step.entries or records:
                 self.journal.write(step.entries, records, self.now)

@@ -11,14 +11,13 @@ from skillwing.dsl import load
 from skillwing.services.bus import Bus, Node
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core import invariants
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import make_resource_manager
 from skillwing.services.mocking import make_mock_skill
 from skillwing.services.names import JOURNAL_FILE, STEPS_FOLDER
 from skillwing.services.protocol import DataSample, Ending, FireExtern, Keys, encode
 from skillwing.services.replay.replaying import replay_folder
-from skillwing.services.replay.steps import Extern
 
 
 class Robot:
@@ -85,11 +84,11 @@ def test_a_life_with_a_death_in_it_is_replayed(run_dir: Path) -> None:
 
 
 def test_a_core_that_judges_otherwise_is_found_out(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ResourceCore, "_first_violation", lambda *_: None)
+    monkeypatch.setattr(invariants, "first_violation", lambda *_: None)
     found = replay_folder(run_dir / STEPS_FOLDER).divergence
     assert found is not None
     assert found.file.name == "2.msgpack"
-    assert isinstance(found.question, Extern)
-    assert found.question.request.target == "OFF"
-    assert [each["type"] for each in found.then["said"] if "type" in each] == ["violated"]
-    assert [each["type"] for each in found.now["said"] if "type" in each] == []
+    assert isinstance(found.event, FireExtern)
+    assert found.event.target == "OFF"
+    assert [each["type"] for each in found.then["publications"] if "type" in each] == ["violated"]
+    assert [each["type"] for each in found.now["publications"] if "type" in each] == []

@@ -5,26 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recorded_crane import CRANE, QUESTIONS, RecordedLife
+from recorded_crane import CRANE, EVENTS, RecordedLife
 
-from skillwing.services.core import resource_core
-from skillwing.services.core.grants import Ledger
+from skillwing.services.core import readiness
+from skillwing.services.core.events import Event, TimePassed
 from skillwing.services.core.latest_data import LatestData
-from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.ledger import Ledger
+from skillwing.services.core.resource_core import RULES
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.protocol import BeginGoal, DataSample, EndGoal, EndKind, FireExtern
 from skillwing.services.replay.files import read_steps, step_files
-from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.replaying import replay_folder
-from skillwing.services.replay.steps import Asked, Begin, Datum, End, Extern, Question, Tick
+from skillwing.services.replay.steps import Taken
 
 PAUSES = st.sampled_from([0.0, 0.0, 0.3, 1.0, 3.5])
-DEEDS = st.one_of(st.tuples(QUESTIONS, PAUSES), st.sampled_from(["go_back", "come_back"]))
+DEEDS = st.one_of(st.tuples(EVENTS, PAUSES), st.sampled_from(["go_back", "come_back"]))
 
 
 @settings(max_examples=40)
@@ -37,37 +37,37 @@ def test_every_answer_is_as_it_was(deeds: list[Any], file_bytes: int) -> None:
             if isinstance(deed, str):
                 getattr(life, deed)()
             else:
-                life.ask([deed])
+                life.take([deed])
         life.writer.close()
         replayed = replay_folder(folder)
     assert replayed.divergence is None
     assert not replayed.unfinished
 
 
-def begin(skill: str, goal: str, **inputs: object) -> Begin:
+def begin(skill: str, goal: str, **inputs: object) -> BeginGoal:
     manager, schema = f"skill/{skill}", CRANE.schema_hash
-    return Begin(
-        BeginGoal(goal_id=goal, skill=skill, inputs=inputs, manager=manager, owner="t", schema=schema, incarnation="a")
+    return BeginGoal(
+        goal_id=goal, skill=skill, inputs=inputs, manager=manager, owner="t", schema=schema, incarnation="a"
     )
 
 
-def datum(name: str, value: float, t: float) -> Datum:
-    return Datum(DataSample(name=name, value=value, t=t))
+def datum(name: str, value: float, t: float) -> DataSample:
+    return DataSample(name=name, value=value, t=t)
 
 
-STORY: list[tuple[Question, float]] = [
+STORY: list[tuple[Event, float]] = [
     (datum("limit", 3.0, 0.0), 0.0),
     (datum("wind", 3.0, 0.0), 0.0),
     (begin("lift", "g1"), 1.0),
     (begin("lift", "g2"), 0.0),
     (begin("shine", "g3"), 0.0),
-    (End(EndGoal(goal_id="g1", skill="lift", token=1000, how=EndKind.RESULT, result="STUCK")), 0.5),
+    (EndGoal(goal_id="g1", skill="lift", token=1000, how=EndKind.RESULT, result="STUCK"), 0.5),
     (begin("lift", "g4", load=5.0), 0.0),
     (begin("lift", "g5"), 0.0),
-    (Tick(), 5.0),
+    (TimePassed(), 5.0),
     (begin("lift", "g6"), 0.0),
-    (Extern(FireExtern(resource="power", target="OFF", source="grid")), 1.0),
-    (Extern(FireExtern(resource="hook", target="TAKEN", source="grid")), 0.0),
+    (FireExtern(resource="power", target="OFF", source="grid"), 1.0),
+    (FireExtern(resource="hook", target="TAKEN", source="grid"), 0.0),
 ]
 
 
@@ -97,7 +97,7 @@ def forgets(self: Ledger, grant: Any) -> None:
     ("place", "name", "rule", "first"),
     [
         (ResourceTable, "obstacle", no_obstacle, 12),
-        (resource_core, "explain_failure", never_false, 4),
+        (readiness, "explain_failure", never_false, 4),
         (Ledger, "next_token", fixed_token, 3),
         (LatestData, "_fresh_until", for_ever, 9),
         (Ledger, "open", forgets, 3),
@@ -108,7 +108,7 @@ def test_another_rule_shows_where_it_first_matters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: Any, name: str, rule: Callable[..., Any], first: int
 ) -> None:
     life = RecordedLife(tmp_path)
-    life.ask(STORY)
+    life.take(STORY)
     assert replay_folder(tmp_path).divergence is None
     monkeypatch.setattr(place, name, rule)
     found = replay_folder(tmp_path).divergence
@@ -119,18 +119,14 @@ def test_another_rule_shows_where_it_first_matters(
 
 def test_a_new_file_begins_with_a_core_that_knows_everything(tmp_path: Path) -> None:
     life = RecordedLife(tmp_path, file_bytes=1)
-    life.ask(STORY)
+    life.take(STORY)
     files = [read_steps(path) for path in step_files(tmp_path)]
     assert len(files) == len(STORY) + 1, "each step fills a file, and so does a core"
-    assert all(file is not None and isinstance(file.lines[-1], Asked) for file in files[1:])
+    assert all(file is not None and isinstance(file.lines[-1], Taken) for file in files[1:])
     assert replay_folder(tmp_path).divergence is None
 
 
-def test_each_step_that_a_core_can_take_is_written_down() -> None:
-    steps = {
-        name
-        for name, method in vars(ResourceCore).items()
-        if callable(method) and not name.startswith("_") and "Step[" in method.__annotations__.get("return", "")
-    }
-    assert {"begin", "end", "tick"} <= steps
-    assert steps <= set(vars(RecordedCore))
+def test_every_event_has_a_rule_and_a_tag_of_its_own() -> None:
+    kinds = get_args(Event)
+    assert set(RULES) == set(kinds)
+    assert len({kind.__struct_config__.tag for kind in kinds}) == len(kinds)

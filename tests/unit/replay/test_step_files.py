@@ -11,13 +11,15 @@ import msgspec
 import pytest
 from recorded_crane import CRANE, HEAD, RecordedLife
 
+from skillwing.services.core.events import TimePassed
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
+from skillwing.services.errors import BadRecordingError
 from skillwing.services.protocol import DataSample
-from skillwing.services.replay.errors import BadStepsError
 from skillwing.services.replay.files import StepWriter, read_steps, step_files
 from skillwing.services.replay.replaying import replay_folder
-from skillwing.services.replay.steps import FORMAT, Datum, Head, Made, Tick
+from skillwing.services.replay.steps import FORMAT, Head, Made
 
-MADE = Made(0.0, None, None, same_data=False)
+MADE = Made(0.0, None, EMPTY_SNAPSHOT, same_data=False)
 
 
 def write(folder: Path, head: Head = HEAD) -> Path:
@@ -26,7 +28,7 @@ def write(folder: Path, head: Head = HEAD) -> Path:
     writer.write(lambda: MADE)
     writer.close()
     life = RecordedLife(folder)
-    life.ask([(Tick(), 1.0), (Datum(DataSample(name="wind", value=3.0, t=2.0)), 1.0), (Tick(), 1.0)])
+    life.take([(TimePassed(), 1.0), (DataSample(name="wind", value=3.0, t=2.0), 1.0), (TimePassed(), 1.0)])
     life.writer.close()
     return step_files(folder)[-1]
 
@@ -62,13 +64,13 @@ def test_an_unfinished_file_is_replayed_and_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"\x00\x00\x00\x03abc", b"\x00\x00\x00\x01\x05" * 3, b"\x00\x00\x00\x00rest"])
 def test_what_is_no_such_file_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "1.msgpack").write_bytes(content)
-    with pytest.raises(BadStepsError, match=r"1\.msgpack does not hold .* Name the directory of a run\."):
+    with pytest.raises(BadRecordingError, match=r"1\.msgpack does not hold .* Name the directory of a run\."):
         replay_folder(tmp_path)
 
 
 def test_where_nothing_was_written_there_is_nothing_to_replay(tmp_path: Path) -> None:
     (tmp_path / "1.msgpack").write_bytes(b"\x00\x00")
-    with pytest.raises(BadStepsError, match=r"There are no steps .* Name the directory of a run"):
+    with pytest.raises(BadRecordingError, match=r"There are no steps .* Name the directory of a run"):
         replay_folder(tmp_path)
 
 
@@ -83,7 +85,7 @@ def test_where_nothing_was_written_there_is_nothing_to_replay(tmp_path: Path) ->
 def test_another_version_is_refused(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
     writer = StepWriter(tmp_path, msgspec.structs.replace(HEAD, **changes))
     writer.write(lambda: MADE)
-    with pytest.raises(BadStepsError, match=f"{sentence}.*Replay it with the version that flew"):
+    with pytest.raises(BadRecordingError, match=f"{sentence}.*Replay it with the version that flew"):
         replay_folder(tmp_path)
 
 
@@ -107,7 +109,7 @@ def test_a_full_disk_is_told_once_and_harms_nobody(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     life = RecordedLife(tmp_path)
-    life.ask([(Tick(), 1.0)])
+    life.take([(TimePassed(), 1.0)])
 
     class FullDisk:
         def write(self, _payload: bytes) -> int:
@@ -118,9 +120,9 @@ def test_a_full_disk_is_told_once_and_harms_nobody(
 
     monkeypatch.setattr(life.writer, "_file", FullDisk())
     with caplog.at_level(logging.WARNING):
-        life.ask([(Tick(), 1.0), (Tick(), 1.0)])
+        life.take([(TimePassed(), 1.0), (TimePassed(), 1.0)])
     assert [record.message for record in caplog.records] == [
-        "the steps cannot be written down any more, and end here: [Errno 28] No space left on device"
+        "steps cannot be recorded any more, and end here: [Errno 28] No space left on device"
     ]
     assert replay_folder(tmp_path).steps == 1
 

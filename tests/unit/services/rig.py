@@ -9,7 +9,8 @@ from soundness import assert_all_sound
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.resource_core import Publication, ResourceCore, Step
+from skillwing.services.core.manager_state import Publication
+from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.core.snapshot import Entry
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
@@ -110,7 +111,7 @@ class Bench:
         self.kept: list[Entry] = []
         self.now = 0.0
 
-    def perform(self, step: Step[Any]) -> Any:
+    def perform(self, step: Step) -> Any:
         assert_all_sound((*step.publications, step.reply), self.now)
         self.published += step.publications
         self.kept += step.entries
@@ -135,7 +136,7 @@ class Bench:
             cause=cause,
             incarnation=incarnation,
         )
-        return self.perform(self.core.begin(request, self.now))
+        return self.perform(self.core.step(request, self.now))
 
     def end(
         self,
@@ -150,28 +151,28 @@ class Bench:
         request = EndGoal(
             goal_id=goal_id, skill=skill, token=token, how=how, result=result, cause=cause, incarnation=incarnation
         )
-        return self.perform(self.core.end(request, self.now))
+        return self.perform(self.core.step(request, self.now))
 
     def attach(self, manager: str, incarnation: str) -> Any:
         request = AttachManager(manager=manager, incarnation=incarnation)
-        return self.perform(self.core.attach_manager(request, self.now))
+        return self.perform(self.core.step(request, self.now))
 
     def renew(self, skill: str, goal_id: str, token: int) -> GoalVerdict:
-        return self.perform(self.core.renew(RenewGoal(goal_id=goal_id, skill=skill, token=token)))
+        return self.perform(self.core.step(RenewGoal(goal_id=goal_id, skill=skill, token=token), self.now))
 
     def fire(self, event: str, cause: str | None = None) -> Any:
-        return self.perform(self.core.fire_event(FireEvent(event=event, source="test", cause=cause), self.now))
+        return self.perform(self.core.step(FireEvent(event=event, source="test", cause=cause), self.now))
 
     def extern(self, resource: str, target: str, cause: str | None = None) -> Any:
         request = FireExtern(resource=resource, target=target, source="test", cause=cause)
-        return self.perform(self.core.fire_extern(request, self.now))
+        return self.perform(self.core.step(request, self.now))
 
     def battery(self, percent: Any) -> None:
         self.datum("battery", percent)
 
     def datum(self, name: str, value: Any) -> None:
         sample = DataSample(name=name, value=value, t=self.now)
-        self.perform(self.core.update_datum(sample, self.now))
+        self.perform(self.core.step(sample, self.now))
 
     def of(self, kind: type[Any], where: Callable[[Any], bool] = lambda publication: True) -> list[Any]:
         return [publication for publication in self.published if isinstance(publication, kind) and where(publication)]

@@ -8,8 +8,21 @@ from rig import RIG
 from soundness import assert_all_sound
 
 from skillwing.dsl.model import Skillset
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_events import (
+    Dispatched,
+    Event,
+    Failed,
+    OwnerGone,
+    QuestionAnswered,
+    Raised,
+    RenewalAnswered,
+    StopConfirmed,
+    Terminated,
+    Validated,
+)
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     Ended,
@@ -45,18 +58,21 @@ class Desk:
         assert all(action.t == self.now for action in actions if isinstance(action, GoalStatus))
         self.actions += actions
 
+    def step(self, event: Event) -> None:
+        self.take(self.core.step(event, self.now))
+
     def start(self, goal_id: str = "g", **fields: Any) -> None:
         request: dict[str, Any] = {"inputs": {}, "client": "test", "schema": RIG.schema_hash} | fields
-        self.take(self.core.start(StartGoal(goal_id=goal_id, **request), self.now))
+        self.step(StartGoal(goal_id=goal_id, **request))
 
     def interrupt(self, goal_id: str = "g") -> None:
-        self.take(self.core.interrupt(InterruptGoal(goal_id=goal_id, client="test", cause="mission#1"), self.now))
+        self.step(InterruptGoal(goal_id=goal_id, client="test", cause="mission#1"))
 
     def validated(self, problem: str | None = None) -> None:
-        self.take(self.core.validated("g", problem, self.now))
+        self.step(Validated("g", problem))
 
     def dispatched(self) -> None:
-        self.take(self.core.dispatched("g", self.now))
+        self.step(Dispatched("g"))
 
     def terminated(
         self,
@@ -65,23 +81,23 @@ class Desk:
         goal_id: str = "g",
         cause: str | None = None,
     ) -> None:
-        self.take(self.core.terminated(goal_id, result, output, self.now, cause))
+        self.step(Terminated(goal_id, result, output, cause))
 
     def interrupted(self) -> None:
-        self.take(self.core.interrupted("g", self.now))
+        self.step(StopConfirmed("g"))
 
     def failed(self, cause: str | None = None) -> None:
-        self.take(self.core.failed("g", "The motor is gone.", self.now, cause))
+        self.step(Failed("g", "The motor is gone.", cause))
 
     def raised(self) -> None:
-        self.take(self.core.raised("g", "progress", "ValueError: oh", self.now))
+        self.step(Raised("g", "progress", "ValueError: oh"))
 
     def answer(self, verdict: Any) -> None:
-        self.take(self.core.answered(self.asked, verdict, self.now))
+        self.step(QuestionAnswered(self.asked, verdict))
 
     @property
-    def recorded(self) -> Ended:
-        """The answer to the outcome that was just sent, where no other process has done anything with the goal."""
+    def committed(self) -> Ended:
+        """The answer to the local outcome that was just sent, if no other process had the goal."""
         asked = self.asked.call
         assert isinstance(asked, RecordOutcome)
         return Ended(
@@ -93,8 +109,8 @@ class Desk:
             terminal=asked.terminal,
         )
 
-    def granted_to_nobody(self) -> None:
-        self.answer(self.recorded)
+    def outcome_committed(self) -> None:
+        self.answer(self.committed)
 
     def granted(self) -> None:
         self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
@@ -105,17 +121,17 @@ class Desk:
 
     def renewed(self, verdict: Any) -> None:
         call = RenewGoal(goal_id="g", skill="move", token=TOKEN)
-        self.take(self.core.renewed(call, verdict, self.now))
+        self.step(RenewalAnswered(call, verdict))
 
     def owner_gone(self, owner: str = "client/mission-1") -> None:
-        self.take(self.core.owner_gone(owner, self.now))
+        self.step(OwnerGone(owner))
 
     def violated(self) -> None:
-        self.take(self.core.pushed(VIOLATED, self.now))
+        self.step(VIOLATED)
 
     def wait(self, seconds: float) -> None:
         self.now += seconds
-        self.take(self.core.tick(self.now))
+        self.step(TimePassed())
 
     @property
     def asked(self) -> AskResources:

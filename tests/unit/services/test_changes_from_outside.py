@@ -35,12 +35,12 @@ def test_naming_the_state_that_is_changes_nothing(bench: Bench) -> None:
 
 def test_an_event_is_all_or_nothing_and_guarded(bench: Bench) -> None:
     event = FireEvent(event="storm", source="test")
-    bench.perform(bench.core.fire_event(event, 0.0))
+    bench.perform(bench.core.step(event, 0.0))
     assert bench.changes == [("authority", "OFF", 1), ("door", "OPEN", 1)]
     with pytest.raises(RefusedError, match="authority is OFF"):
-        bench.core.fire_event(event, 0.0)
+        bench.core.step(event, 0.0)
     with pytest.raises(RefusedError) as refusal:
-        bench.core.fire_event(FireEvent(event="strom", source="test"), 0.0)
+        bench.core.step(FireEvent(event="strom", source="test"), 0.0)
     assert refusal.value.known == ("storm",)
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from gate import GATE, Gate
+from msgspec.structs import replace
 from rig import Bench, granted
 from soundness import assert_all_sound
 
+from skillwing.services.core.events import Resumed, TimePassed
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import SAID_AGAIN, ResourceCore
+from skillwing.services.core.resource_core import REPEATED_SPAN, ResourceCore, publications_to_repeat
 from skillwing.services.core.snapshot import (
     DatumEntry,
     FinishedGoal,
@@ -53,10 +54,10 @@ def successor(bench: Bench, now: float) -> tuple[Bench, tuple[Any, ...], tuple[A
     kept = kept_by(bench)
     later = Bench(bench.skillset)
     later.now = now
-    later.core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm-again"), kept=kept)
-    step = later.core.resume(kept, now)
+    later.core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm-again"), snapshot=kept)
+    step = later.core.step(Resumed(), now)
     assert_all_sound(step.publications, now)
-    return later, step.reply, step.publications
+    return later, publications_to_repeat(kept), step.publications
 
 
 @pytest.fixture
@@ -96,10 +97,10 @@ def test_it_says_again_what_may_not_have_been_heard_and_nothing_older(bench: Ben
     records = bench.of(Record)
     _, again, _ = successor(bench, 1000.0)
     assert again == (*records, violated), "however long nobody was there to say it"
-    bench.now = 2.0 + SAID_AGAIN
+    bench.now = 2.0 + REPEATED_SPAN
     _, again, _ = successor(bench, 1000.0)
     assert again == (*(record for record in records if record.t == 2.0), violated)
-    bench.now = 2.001 + SAID_AGAIN
+    bench.now = 2.001 + REPEATED_SPAN
     _, again, _ = successor(bench, 1000.0)
     assert again == ()
 
@@ -118,17 +119,17 @@ def test_data_count_as_fresh_for_as_long_as_they_may_be(bench: Bench) -> None:
         later.begin("move", "next")
     assert refusal.value.code is ErrorCode.UNAVAILABLE
     later.now = 12.9
-    later.perform(later.core.tick(later.now))
+    later.perform(later.core.step(TimePassed(), later.now))
     assert later.violations == []
     assert later.core.next_tick(later.now) == 13.0
     later.now = 13.0
-    later.perform(later.core.tick(later.now))
+    later.perform(later.core.step(TimePassed(), later.now))
     assert later.violations == [("move", "charged")]
 
 
 def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> None:
     core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
-    core.fire_extern(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
+    core.step(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
     assert {
         (entry.resource, entry.state, entry.revision)
         for entry in core.initial_entries()
@@ -205,7 +206,7 @@ def test_of_what_lasts_each_change_is_kept_and_nothing_else(gate: Gate) -> None:
 
 def in_place_of(bench: Bench, kept: Snapshot) -> ResourceCore:
     """A core that is given the data of one whose last step was never written down."""
-    return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), kept=kept, data=bench.core.data)
+    return ResourceCore(GATE, source="rm", new_record_id=RecordIds("rm-again"), snapshot=kept, data=bench.core.data)
 
 
 def test_a_lasting_value_that_was_never_written_down_is_kept_with_the_next_step(gate: Gate) -> None:
@@ -214,19 +215,19 @@ def test_a_lasting_value_that_was_never_written_down_is_kept_with_the_next_step(
     outdated = replace(written, data=(DatumEntry("permit", 9.0, 0.0),))
     for kept in (lost, outdated):
         core = in_place_of(gate, kept)
-        assert core.tick(gate.now).entries == (DatumEntry("permit", 1.0, 0.0),)
-        assert core.tick(gate.now).entries == ()
-    assert in_place_of(gate, written).tick(gate.now).entries == ()
-    assert in_place_of(Gate(fed=False), lost).tick(gate.now).entries == ()
+        assert core.step(TimePassed(), gate.now).entries == (DatumEntry("permit", 1.0, 0.0),)
+        assert core.step(TimePassed(), gate.now).entries == ()
+    assert in_place_of(gate, written).step(TimePassed(), gate.now).entries == ()
+    assert in_place_of(Gate(fed=False), lost).step(TimePassed(), gate.now).entries == ()
 
 
 def test_data_that_are_known_already_are_not_awaited(gate: Gate) -> None:
     kept = kept_by(gate)
     gate.core = in_place_of(gate, kept)
-    gate.perform(gate.core.resume(kept, gate.now))
+    gate.perform(gate.core.step(Resumed(), gate.now))
     assert isinstance(gate.begin("weigh", "w"), Granted)
     gate.core = in_place_of(Gate(fed=False), kept)
-    gate.perform(gate.core.resume(kept, gate.now))
+    gate.perform(gate.core.step(Resumed(), gate.now))
     assert refused(lambda: gate.begin("weigh", "next")) is ErrorCode.UNAVAILABLE
 
 
@@ -236,7 +237,7 @@ def test_where_somebody_has_set_the_clock_back_old_values_shut_out_no_new_ones(g
     kept = kept_by(gate)
     gate.core = in_place_of(gate, kept)
     gate.now = 500.0
-    gate.core.resume(kept, gate.now)
+    gate.core.step(Resumed(), gate.now)
     assert gate.core.data.value("load") == 1.0
     assert gate.core.data.reading("permit", gate.now).t == 0.0, "what is older stays as old as it is"
     gate.now = 500.5

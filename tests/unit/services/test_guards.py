@@ -52,7 +52,7 @@ def test_an_invariant_on_nothing_but_inputs_blames_no_resource_of_the_same_name(
 def test_exactly_the_data_that_a_guard_speaks_of_are_followed() -> None:
     """Be it that of an event, a precondition, an invariant or a result; an input's name stands for the input."""
     gate = Gate()
-    assert gate.core.data_names == ("wind", "load", "at", "permit", "heat")
+    assert gate.core.data.names == ("wind", "load", "at", "permit", "heat")
     gate.datum("spare", "of no type that it should have")
 
 

@@ -10,8 +10,10 @@ import pytest
 from rig import RIG
 from skill_desk import REFUSED, TOKEN, Desk, dispatching, interrupting, owned, running, validating
 
+from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR
+from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
 from skillwing.services.core.skill_actions import AskResources, Hook
-from skillwing.services.core.skill_core import RENEWALS_UNTIL_UNWATCHED, SILENCES_UNTIL_ERROR
+from skillwing.services.core.skill_events import RenewalAnswered
 from skillwing.services.protocol import EndGoal, Ending, ErrorCode, ErrorReply, Granted, RenewGoal, State
 
 
@@ -108,7 +110,7 @@ def test_a_verdict_on_a_renewal_has_the_hooks_stop() -> None:
 
 def test_a_verdict_on_an_old_goal_leaves_the_next_one_alone() -> None:
     desk = running()
-    desk.take(desk.core.renewed(RenewGoal(goal_id="old", skill="move", token=3), REFUSED, 0.0))
+    desk.step(RenewalAnswered(RenewGoal(goal_id="old", skill="move", token=3), REFUSED))
     assert desk.state is State.RUNNING
 
 

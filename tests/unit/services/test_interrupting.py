@@ -16,7 +16,7 @@ def test_mistake_halt_before_the_acknowledgement_orphans_the_goal() -> None:
         desk.interrupt()
     assert refusal.value.code is ErrorCode.UNKNOWN_GOAL
     desk.start()
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert desk.terminal().ending is Ending.INTERRUPTED
     assert desk.hooks == []
 

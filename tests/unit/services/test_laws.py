@@ -9,22 +9,32 @@ from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, multiple, rule
 from rig import RIG
 
+from skillwing.services.core.delivery import SILENCES_UNTIL_SETTLED
+from skillwing.services.core.events import GoalSilent, ManagerGone, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import SILENCES_UNTIL_SETTLED, SkillCore
+from skillwing.services.core.skill_core import SkillCore
+from skillwing.services.core.skill_events import (
+    Dispatched,
+    Event,
+    Failed,
+    QuestionAnswered,
+    Raised,
+    RenewalAnswered,
+    StopConfirmed,
+    Terminated,
+    Validated,
+)
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
     AttachManager,
-    BeginGoal,
     DataSample,
-    EndGoal,
     Ending,
     FireExtern,
     GoalStatus,
     InterruptGoal,
     Lost,
-    RecordOutcome,
     ResourceChange,
     StartGoal,
     State,
@@ -56,7 +66,7 @@ class Managers(RuleBasedStateMachine):
         }
         for name in SKILLS:
             attach = AttachManager(manager=f"skill/{name}", incarnation=INCARNATION, schema=RIG.schema_hash)
-            self.resources.attach_manager(attach, self.now)
+            self.resources.step(attach, self.now)
         self.revision = 0
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
@@ -68,6 +78,9 @@ class Managers(RuleBasedStateMachine):
 
     # --- plumbing ----------------------------------------------------------------------------------------------------
 
+    def step(self, skill: str, event: Event) -> None:
+        self.perform(skill, self.skills[skill].step(event, self.now))
+
     def perform(self, skill: str, actions: tuple[Action, ...]) -> None:
         for action in actions:
             match action:
@@ -76,7 +89,7 @@ class Managers(RuleBasedStateMachine):
                 case GoalStatus(terminal=Terminal() as terminal):
                     self.answers.setdefault(action.goal_id, []).append(terminal)
                 case CallHook(hook=Hook.VALIDATE):
-                    self.perform(skill, self.skills[skill].validated(action.goal_id, None, self.now))
+                    self.step(skill, Validated(action.goal_id))
                 case CallHook(hook=Hook.DISPATCH):
                     self.dispatched.append(action.goal_id)
                 case _:
@@ -97,16 +110,7 @@ class Managers(RuleBasedStateMachine):
     def execute(self, asked: AskResources) -> Any:
         """What the resource manager does and answers; a refusal is an answer."""
         try:
-            match asked.call:
-                case BeginGoal() as call:
-                    step = self.resources.begin(call, self.now)
-                case EndGoal() as call:
-                    step = self.resources.end(call, self.now)
-                case RecordOutcome() as call:
-                    step = self.resources.record_outcome(call, self.now)
-                case call:
-                    step = self.resources.renew(call)
-            return self.judge(step)
+            return self.judge(self.resources.step(asked.call, self.now))
         except RefusedError as refusal:
             assert self.resources.revision == self.revision, "a refusal changes nothing"
             return refusal.reply
@@ -124,13 +128,13 @@ class Managers(RuleBasedStateMachine):
         inputs: dict[str, Any] = {"speed": speed} if skill == "move" else {}
         request = StartGoal(goal_id=goal_id, inputs=inputs, client="c", schema=RIG.schema_hash)
         self.accepted.add(goal_id)
-        self.perform(skill, self.skills[skill].start(request, self.now))
+        self.step(skill, request)
 
     @rule(goal=goals)
     def interrupt(self, goal: tuple[str, str]) -> None:
         skill, goal_id = goal
         try:
-            self.perform(skill, self.skills[skill].interrupt(InterruptGoal(goal_id=goal_id, client="c"), self.now))
+            self.step(skill, InterruptGoal(goal_id=goal_id, client="c"))
         except RefusedError:
             assert goal_id not in self.accepted
             self.halted_early.add(goal_id)
@@ -145,58 +149,57 @@ class Managers(RuleBasedStateMachine):
             self.execute(asked)
         if how == "lose the answer":
             answer = None
-        self.perform(skill, self.skills[skill].answered(asked, answer, self.now))
+        self.step(skill, QuestionAnswered(asked, answer))
 
     @rule(data=st.data())
     def deliver_a_push(self, data: st.DataObject) -> None:
         if self.pushes:
             verdict = self.pushes.pop(data.draw(st.integers(0, len(self.pushes) - 1)))
-            self.perform(verdict.skill, self.skills[verdict.skill].pushed(verdict, self.now))
+            self.step(verdict.skill, verdict)
 
     @rule(goal=goals, data=st.data(), call=st.sampled_from(["dispatched", "end", "interrupted", "failed", "raised"]))
     def the_hooks_speak(self, goal: tuple[str, str], data: st.DataObject, call: str) -> None:
         skill, goal_id = goal
-        core = self.skills[skill]
         match call:
             case "dispatched":
-                actions = core.dispatched(goal_id, self.now)
+                event = Dispatched(goal_id)
             case "end":
-                actions = core.terminated(goal_id, data.draw(st.sampled_from(RESULTS[skill])), None, self.now)
+                event = Terminated(goal_id, data.draw(st.sampled_from(RESULTS[skill])))
             case "interrupted":
-                actions = core.interrupted(goal_id, self.now)
+                event = StopConfirmed(goal_id)
             case "failed":
-                actions = core.failed(goal_id, "It broke.", self.now)
+                event = Failed(goal_id, "It broke.")
             case _:
-                actions = core.raised(goal_id, "progress", "ValueError: oh", self.now)
-        self.perform(skill, actions)
+                event = Raised(goal_id, "progress", "ValueError: oh")
+        self.step(skill, event)
 
     @rule(extern=st.sampled_from(EXTERNS))
     def the_world_changes(self, extern: tuple[str, str]) -> None:
         try:
             request = FireExtern(resource=extern[0], target=extern[1], source="world")
-            self.judge(self.resources.fire_extern(request, self.now))
+            self.judge(self.resources.step(request, self.now))
         except RefusedError:
             assert self.resources.revision == self.revision
 
     @rule(percent=st.sampled_from([80.0, 12.0, 5.0]))
     def the_battery_tells(self, percent: float) -> None:
         sample = DataSample(name="battery", value=percent, t=self.now)
-        self.judge(self.resources.update_datum(sample, self.now))
+        self.judge(self.resources.step(sample, self.now))
 
     @rule(seconds=st.sampled_from([0.1, 1.0, 3.5]))
     def time_passes(self, seconds: float) -> None:
         self.now += seconds
-        self.judge(self.resources.tick(self.now))
-        for skill, core in self.skills.items():
-            self.perform(skill, core.tick(self.now))
+        self.judge(self.resources.step(TimePassed(), self.now))
+        for skill in self.skills:
+            self.step(skill, TimePassed())
 
     @rule(skill=st.sampled_from(SKILLS))
     def a_manager_seems_lost(self, skill: str) -> None:
-        self.judge(self.resources.manager_lost(f"skill/{skill}", self.now))
+        self.judge(self.resources.step(ManagerGone(f"skill/{skill}"), self.now))
 
     @rule(goal=goals)
     def a_goal_falls_silent(self, goal: tuple[str, str]) -> None:
-        self.judge(self.resources.goal_lost(goal[1], self.now, "silent for 2.0 s"))
+        self.judge(self.resources.step(GoalSilent(goal[1], "silent for 2.0 s"), self.now))
 
     @rule(skill=st.sampled_from(SKILLS))
     def a_manager_renews(self, skill: str) -> None:
@@ -204,10 +207,10 @@ class Managers(RuleBasedStateMachine):
         if (renewal := core.renewal()) is None:
             return
         try:
-            answer = self.judge(self.resources.renew(renewal))
+            answer = self.judge(self.resources.step(renewal, self.now))
         except RefusedError as refusal:
             answer = refusal.reply
-        self.perform(skill, core.renewed(renewal, answer, self.now))
+        self.step(skill, RenewalAnswered(renewal, answer))
 
     # --- what always holds -------------------------------------------------------------------------------------------
 
@@ -236,7 +239,7 @@ class Managers(RuleBasedStateMachine):
 
     @invariant()
     def no_grant_outlives_its_violation(self) -> None:
-        assert self.resources.tick(self.now).publications == ()
+        assert self.resources.step(TimePassed(), self.now).publications == ()
 
     def teardown(self) -> None:
         """Let the network heal: then every accepted goal gets its answer, and nothing stays taken."""
@@ -245,18 +248,17 @@ class Managers(RuleBasedStateMachine):
                 break
             while self.questions:
                 skill, asked = self.questions.pop(0)
-                self.perform(skill, self.skills[skill].answered(asked, self.execute(asked), self.now))
+                self.step(skill, QuestionAnswered(asked, self.execute(asked)))
             while self.pushes:
                 verdict = self.pushes.pop(0)
-                self.perform(verdict.skill, self.skills[verdict.skill].pushed(verdict, self.now))
+                self.step(verdict.skill, verdict)
             for skill, core in self.skills.items():
                 run = core.current
-                if run is not None and run.state is State.DISPATCHING:
-                    self.perform(skill, core.dispatched(run.goal_id, self.now))
+                if run is not None and run.phase is State.DISPATCHING:
+                    self.step(skill, Dispatched(run.goal_id))
                 elif run is not None:
-                    request = InterruptGoal(goal_id=run.goal_id, client="c")
-                    self.perform(skill, core.interrupt(request, self.now))
-                    self.perform(skill, core.interrupted(run.goal_id, self.now))
+                    self.step(skill, InterruptGoal(goal_id=run.goal_id, client="c"))
+                    self.step(skill, StopConfirmed(run.goal_id))
         assert self.answers.keys() == self.accepted
         assert all(len(answers) == 1 for answers in self.answers.values())
         assert self.resources.grants == ()

@@ -18,8 +18,9 @@ from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY,
 from skillwing.services.journal.errors import JournalWriteError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.lease_watch import LeaseWatch
+from skillwing.services.managers.leased_core import GRANT_LEASE
 from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE, LivelinessMonitor
-from skillwing.services.managers.resource_manager import GRANT_LEASE, WRITE_AGAIN, ResourceManagerNode
+from skillwing.services.managers.resource_manager import WRITE_AGAIN, ResourceManagerNode
 from skillwing.services.protocol import BeginGoal, Keys, Lost, encode
 
 KEYS = Keys(RIG.name)

@@ -9,12 +9,16 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
-from skillwing.services.core.grants import GOALS_REMEMBERED, LONGEST_LOCAL_OUTCOME, NO_TOKEN
+from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
+from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
-from skillwing.services.core.skill_core import DOUBTS_AT_ONCE, SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
+from skillwing.services.core.skill_events import QuestionAnswered, Validated
 from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.protocol import (
+    NO_TOKEN,
     Ended,
     EndKind,
     ErrorCode,
@@ -39,7 +43,7 @@ def busy() -> Desk:
     """One that runs another goal, and is asked for a goal `g` that it does not know."""
     desk = Desk()
     desk.start("other")
-    desk.take(desk.core.validated("other", None, 0.0))
+    desk.step(Validated("other"))
     desk.answer(Granted(goal_id="other", token=TOKEN, revision=1, record="rm#1"))
     desk.start()
     return desk
@@ -102,7 +106,7 @@ def test_it_records_an_outcome_before_it_gives_it(make: Any, label: str) -> None
     assert (asked.goal_id, asked.skill) == ("g", "move")
     assert (asked.manager, asked.incarnation, asked.cause) == ("skill/move", "this", desk.core.status("g").record)
     assert asked.terminal.label == label
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert desk.terminal() == asked.terminal
     assert Hook.ENDED not in desk.hooks
 
@@ -128,7 +132,7 @@ ANSWERS = [
 @pytest.mark.parametrize("make", [make for make, _ in OUTCOMES])
 def test_what_another_one_did_is_the_answer(make: Any, answer: Any, label: str) -> None:
     desk = make()
-    late = desk.recorded
+    late = desk.committed
     desk.answer(answer)
     assert desk.terminal().label == label
     desk.answer(late)
@@ -176,7 +180,7 @@ def test_an_outcome_that_is_committed_late_changes_no_answer() -> None:
     for _ in range(SILENCES_UNTIL_ERROR):
         desk.answer(None)
     told = desk.terminal()
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert desk.terminal() == told
     statuses = [goal for goal, _ in desk.terminals]
     assert statuses == ["g"]
@@ -186,13 +190,13 @@ def test_an_outcome_that_is_committed_late_changes_no_answer() -> None:
 
 def test_doubts_are_bounded_and_no_goal_is_forgotten_for_that() -> None:
     desk = busy()
-    first, answer = desk.asked, desk.recorded
-    for number in range(1, DOUBTS_AT_ONCE):
+    first, answer = desk.asked, desk.committed
+    for number in range(1, PENDING_OUTCOMES_LIMIT):
         desk.start(f"g{number}")
     with pytest.raises(RefusedError) as refusal:
         desk.start("one too many")
     assert refusal.value.code is ErrorCode.UNAVAILABLE
-    desk.take(desk.core.answered(first, answer, 0.0))
+    desk.step(QuestionAnswered(first, answer))
     desk.start("one too many")
     assert desk.core.status("one too many").state is State.VALIDATING
 
@@ -209,7 +213,7 @@ def ask(bench: Bench, incarnation: str, goal_id: str = "g", terminal: Terminal =
         incarnation=incarnation,
         cause="m#1",
     )
-    return bench.perform(bench.core.record_outcome(request, bench.now))
+    return bench.perform(bench.core.step(request, bench.now))
 
 
 def begun(bench: Bench) -> int:
@@ -275,7 +279,7 @@ def test_an_outcome_that_is_too_long_is_not_stored(bench: Bench) -> None:
 def test_the_outcome_of_a_start_with_a_huge_name_is_short() -> None:
     desk = Desk()
     desk.start(inputs={"a" * 1_000_000: 1.0})
-    assert len(encode(desk.recorded)) < 5000
+    assert len(encode(desk.committed)) < 5000
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from rig import Bench, granted
 
+from skillwing.services.core.events import ManagerGone
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.snapshot import FinishedGoal, ManagerEntry
 from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode, Lost, Record, RenewGoal
@@ -12,9 +13,9 @@ from skillwing.services.protocol import AttachManager, Ended, EndKind, ErrorCode
 
 def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
     token = granted(bench.begin("move", "g")).token
-    bench.perform(bench.core.manager_lost("skill/shine", 0.0))
+    bench.perform(bench.core.step(ManagerGone("skill/shine"), 0.0))
     assert bench.core.states["axes"] == "USED"
-    bench.perform(bench.core.manager_lost("skill/move", 0.0))
+    bench.perform(bench.core.step(ManagerGone("skill/move"), 0.0))
     assert bench.core.states["axes"] == "FREE"
     lost = bench.of(Lost)
     assert [(each.goal_id, each.token) for each in lost] == [("g", token)]
@@ -23,7 +24,7 @@ def test_a_lost_manager_loses_its_goals_and_its_token(bench: Bench) -> None:
     for call in (
         lambda: bench.end("move", "g", token, result="DONE"),
         lambda: bench.begin("move", "g"),
-        lambda: bench.core.renew(RenewGoal(goal_id="g", skill="move", token=token)),
+        lambda: bench.core.step(RenewGoal(goal_id="g", skill="move", token=token), 0.0),
     ):
         with pytest.raises(RefusedError) as refusal:
             call()
@@ -45,9 +46,9 @@ def test_an_incarnation_that_attaches_again_loses_nothing(bench: Bench) -> None:
     granted(bench.begin("move", "g", incarnation="first"))
     for manager, incarnation in (("skill/move", "first"), ("skill/shine", "other")):
         request = AttachManager(manager=manager, incarnation=incarnation)
-        bench.perform(bench.core.attach_manager(request, 0.0))
+        bench.perform(bench.core.step(request, 0.0))
     assert bench.core.states["axes"] == "USED"
-    bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="second"), 0.0))
+    bench.perform(bench.core.step(AttachManager(manager="skill/move", incarnation="second"), 0.0))
     assert bench.core.states["axes"] == "FREE"
 
 
@@ -66,7 +67,7 @@ def test_a_goal_given_up_without_its_token_is_freed_all_the_same(bench: Bench) -
 @pytest.mark.parametrize("attached", [True, False])
 def test_a_goal_of_the_successor_is_not_given_up_by_a_process_without_its_token(bench: Bench, attached: bool) -> None:
     if attached:
-        bench.perform(bench.core.attach_manager(AttachManager(manager="skill/move", incarnation="first"), 0.0))
+        bench.perform(bench.core.step(AttachManager(manager="skill/move", incarnation="first"), 0.0))
     granted(bench.begin("move", "g", incarnation="second"))
     for incarnation in ("first", ""):
         with pytest.raises(RefusedError) as refusal:

@@ -55,7 +55,7 @@ def test_ends_of_unknown_goals_and_borrowed_ids_are_refused(bench: Bench) -> Non
 def test_a_foreign_schema_is_refused_naming_both(bench: Bench) -> None:
     request = BeginGoal(goal_id="g", skill="move", inputs={}, manager="m", owner="o", schema="abcd")
     with pytest.raises(RefusedError) as refusal:
-        bench.core.begin(request, 0.0)
+        bench.core.step(request, 0.0)
     assert refusal.value.code is ErrorCode.SCHEMA_MISMATCH
     assert "abcd" in str(refusal.value)
     assert RIG.schema_hash in str(refusal.value)
@@ -76,8 +76,8 @@ def test_inputs_that_do_not_fit_are_refused_by_name_and_leave_no_trace(
 
 def test_who_speaks_of_another_version_of_the_skillset_moves_nothing(bench: Bench) -> None:
     for call in (
-        lambda schema: bench.core.fire_event(FireEvent(event="storm", source="test", schema=schema), 0.0),
-        lambda schema: bench.core.fire_extern(
+        lambda schema: bench.core.step(FireEvent(event="storm", source="test", schema=schema), 0.0),
+        lambda schema: bench.core.step(
             FireExtern(resource="authority", target="OFF", source="test", schema=schema), 0.0
         ),
     ):

@@ -6,10 +6,10 @@ import pytest
 from gate import Gate
 from rig import Bench, granted
 
-from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.snapshot import FinishedGoal
-from skillwing.services.protocol import DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
+from skillwing.services.protocol import NO_TOKEN, DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
@@ -158,10 +158,10 @@ def test_stale_data_break_an_invariant_when_their_time_comes(bench: Bench) -> No
     bench.begin("move", "g")
     assert bench.core.next_tick(bench.now) == 3.0
     bench.now = 2.999
-    bench.perform(bench.core.tick(bench.now))
+    bench.perform(bench.core.step(TimePassed(), bench.now))
     assert bench.violations == []
     bench.now = 3.0
-    bench.perform(bench.core.tick(bench.now))
+    bench.perform(bench.core.step(TimePassed(), bench.now))
     assert bench.violations == [("move", "charged")]
     assert bench.of(Violated)[0].subject == "battery"
     assert bench.chain(bench.of(Violated)[0].record) == ["battery STALE", "move.charged VIOLATED"]
@@ -183,7 +183,7 @@ def test_a_datum_of_a_wrong_type_is_refused_and_the_old_value_stays(bench: Bench
 
 def test_a_stamp_from_the_future_does_not_keep_a_value_fresh(bench: Bench) -> None:
     bench.now = 1.0
-    bench.core.update_datum(DataSample(name="battery", value=90.0, t=1e9), bench.now)
+    bench.core.step(DataSample(name="battery", value=90.0, t=1e9), bench.now)
     bench.now = 5.0
     assert isinstance(bench.begin("move", "g"), NotReady)
 

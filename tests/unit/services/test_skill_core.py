@@ -32,9 +32,9 @@ def then(*steps: Callable[[Desk], None]) -> Callable[[Desk], None]:
 
 
 ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
-    (Desk, then(lambda d: d.start(inputs={"speed": 9.0}), Desk.granted_to_nobody), "NV"),
-    (Desk, then(Desk.start, lambda d: d.validated("Too windy."), Desk.granted_to_nobody), "NV"),
-    (Desk, then(Desk.start, Desk.raised, Desk.granted_to_nobody), "ERROR"),
+    (Desk, then(lambda d: d.start(inputs={"speed": 9.0}), Desk.outcome_committed), "NV"),
+    (Desk, then(Desk.start, lambda d: d.validated("Too windy."), Desk.outcome_committed), "NV"),
+    (Desk, then(Desk.start, Desk.raised, Desk.outcome_committed), "ERROR"),
     (validating, lambda d: d.answer(NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1")), "NR"),
     (validating, lambda d: d.answer(VIOLATED), "RI"),
     (validating, then(Desk.violated, Desk.granted, Desk.ended), "RI"),
@@ -57,7 +57,7 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
     (running, Desk.violated, "RI"),
     (running, then(Desk.raised, Desk.ended), "ERROR"),
     (running, then(Desk.failed, Desk.ended), "ERROR"),
-    (running, lambda d: d.take(d.core.pushed(lost(), 0.0)), "LOST"),
+    (running, lambda d: d.step(lost()), "LOST"),
     (interrupting, then(Desk.interrupted, Desk.ended), "IT"),
     (interrupting, then(Desk.terminated, Desk.ended), "S_DONE"),
     (interrupting, Desk.violated, "RI"),
@@ -143,7 +143,7 @@ def test_inputs_reach_hooks_and_preconditions_with_defaults() -> None:
 def test_a_refused_input_is_named() -> None:
     desk = Desk()
     desk.start(inputs={"speed": 9.0, "lable": "x"})
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert set(desk.terminal().failing) == {"speed", "lable"}
     assert "between 0.1 and 3" in desk.terminal().reason
     assert desk.hooks == []
@@ -159,7 +159,7 @@ class Unread(dict[str, object]):
 def test_a_busy_skill_spends_no_time_on_the_inputs() -> None:
     desk = running()
     desk.start("other", inputs=Unread(speed=1.0))
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert desk.terminal("other").label == "BUSY"
 
 
@@ -175,7 +175,7 @@ def test_start_again_with_the_same_id_runs_nothing_twice() -> None:
 def test_mistake_busy_answers_the_running_goal() -> None:
     desk = running()
     desk.start("new")
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     assert desk.state is State.RUNNING
     assert desk.terminal("new").ending is Ending.BUSY
     assert desk.terminal("new").running_goal == "g"
@@ -189,7 +189,7 @@ def test_a_flood_of_new_callers_makes_nobody_forget_the_running_goal() -> None:
     desk = running()
     for number in range(GOALS_REMEMBERED + 10):
         desk.start(f"new{number}")
-        desk.granted_to_nobody()
+        desk.outcome_committed()
     assert desk.state is State.RUNNING
     count = len(desk.actions)
     desk.start()

@@ -17,7 +17,7 @@ def test_memory_stays_bounded() -> None:
         with pytest.raises(RefusedError):
             desk.interrupt(f"unknown{number}")
         desk.start(f"bad{number}", inputs={"speed": 9.0})
-        desk.granted_to_nobody()
+        desk.outcome_committed()
     with pytest.raises(RefusedError):
         desk.core.status("bad0")
     desk.core.status(f"bad{3 * GOALS_REMEMBERED - 1}")
@@ -43,10 +43,10 @@ def test_an_interrupt_that_came_early_ends_one_goal_and_is_forgotten() -> None:
         with pytest.raises(RefusedError):
             desk.interrupt()
     desk.start()
-    desk.granted_to_nobody()
+    desk.outcome_committed()
     for number in range(GOALS_REMEMBERED):
         desk.start(f"bad{number}", inputs={"speed": 9.0})
-        desk.granted_to_nobody()
+        desk.outcome_committed()
     with pytest.raises(RefusedError):
         desk.core.status("g")
     desk.start()

@@ -9,6 +9,7 @@ import pytest
 from skill_desk import ENDED, TOKEN, VIOLATED, Desk, interrupting, running, validating
 
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
+from skillwing.services.core.skill_events import QuestionAnswered
 from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, Record, State, Terminal
 
 
@@ -78,5 +79,5 @@ def test_an_answer_to_no_open_question_ends_nothing() -> None:
     """It may be about a goal of the same id that has long been forgotten."""
     desk = running()
     old = EndGoal(goal_id="g", skill="move", token=3, how=EndKind.INTERRUPT)
-    desk.take(desk.core.answered(AskResources(old), ENDED, desk.now))
+    desk.step(QuestionAnswered(AskResources(old), ENDED))
     assert desk.state is State.RUNNING

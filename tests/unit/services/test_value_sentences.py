@@ -10,7 +10,7 @@ from skillwing.dsl import parse
 from skillwing.dsl.expressions import Comparison, Environment, Literal, Name
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Type
 from skillwing.services.core.guards import explain_failure
-from skillwing.services.core.values import LONGEST_TEXT, PROBLEMS_TOLD, fit_fields, sendable_text
+from skillwing.services.core.values import LONGEST_TEXT, MOST_PROBLEMS, fit_fields, sendable_text
 
 
 @pytest.mark.parametrize(
@@ -169,9 +169,9 @@ def test_a_name_is_cut_where_it_gets_too_long(length: int, whole: bool) -> None:
 
 
 def test_after_so_much_that_is_wrong_nobody_looks_any_further() -> None:
-    wrong = problems(many=[*["no"] * PROBLEMS_TOLD, *range(1000)])
+    wrong = problems(many=[*["no"] * MOST_PROBLEMS, *range(1000)])
     assert wrong[-1][2] == "`many` was not looked at any further: too much of it is wrong."
-    assert len(problems(many=["no"] * (PROBLEMS_TOLD - 1))) == PROBLEMS_TOLD - 1
+    assert len(problems(many=["no"] * (MOST_PROBLEMS - 1))) == MOST_PROBLEMS - 1
 
 
 def test_a_long_text_is_cut_and_one_without_an_encoding_is_mended() -> None:
@@ -182,9 +182,9 @@ def test_a_long_text_is_cut_and_one_without_an_encoding_is_mended() -> None:
 
 def test_of_much_that_is_wrong_the_beginning_is_told() -> None:
     unknown = problems(**{f"stranger{number}": 0 for number in range(1000)})
-    assert [kind for _, kind, _ in unknown] == ["unknown"] * PROBLEMS_TOLD
+    assert [kind for _, kind, _ in unknown] == ["unknown"] * MOST_PROBLEMS
     wrong = problems(many=[*range(10), *["no"] * 1000])
-    assert [path for path, _, _ in wrong] == [*(f"many[{10 + number}]" for number in range(PROBLEMS_TOLD)), "many"]
+    assert [path for path, _, _ in wrong] == [*(f"many[{10 + number}]" for number in range(MOST_PROBLEMS)), "many"]
     assert wrong[-1][1:] == ("type", "`many` was not looked at any further: too much of it is wrong.")
 
 

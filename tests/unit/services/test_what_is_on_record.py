@@ -8,12 +8,13 @@ import pytest
 from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
-from skillwing.services.core.grants import NO_TOKEN
+from skillwing.services.core.events import GoalSilent, ManagerGone, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import (
+    NO_TOKEN,
     BeginGoal,
     Ended,
     EndGoal,
@@ -64,7 +65,7 @@ def test_what_a_goal_takes_and_gives_back_is_on_record_with_the_goal_and_its_cau
 
 def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(bench: Bench) -> None:
     granted(bench.begin("move", "g"))
-    bench.perform(bench.core.manager_lost("skill/move", bench.now))
+    bench.perform(bench.core.step(ManagerGone("skill/move"), bench.now))
     [lost] = bench.of(Lost)
     assert lost.reason == "The manager `skill/move` was lost: its alive token is gone."
     change, record = change_of(bench, "axes", "FREE")
@@ -74,7 +75,7 @@ def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(ben
 def test_a_goal_that_is_lost_alone_leaves_the_others_of_its_manager(bench: Bench) -> None:
     lost, kept = granted(bench.begin("move", "g", manager="arm")), granted(bench.begin("watch", "w", manager="arm"))
     bench.now = 0.75
-    bench.perform(bench.core.goal_lost("g", bench.now, "silent for 2.0 s"))
+    bench.perform(bench.core.step(GoalSilent("g", "silent for 2.0 s"), bench.now))
     [verdict] = bench.of(Lost)
     assert (verdict.goal_id, verdict.skill, verdict.token) == ("g", "move", lost.token)
     assert verdict.reason == "The manager `arm` was lost: silent for 2.0 s."
@@ -84,13 +85,13 @@ def test_a_goal_that_is_lost_alone_leaves_the_others_of_its_manager(bench: Bench
     assert [grant.granted for grant in bench.core.grants] == [kept]
     said = len(bench.published)
     for goal_id in ("g", "nobody"):
-        bench.perform(bench.core.goal_lost(goal_id, bench.now, "silent for 2.0 s"))
+        bench.perform(bench.core.step(GoalSilent(goal_id, "silent for 2.0 s"), bench.now))
     assert len(bench.published) == said
 
 
 def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Bench) -> None:
     request = EndGoal(goal_id="g", skill="move", token=NO_TOKEN, how=EndKind.ERROR, cause="skill/move#7")
-    ended = bench.perform(bench.core.end(request, bench.now))
+    ended = bench.perform(bench.core.step(request, bench.now))
     assert isinstance(ended, Ended)
     assert (ended.goal_id, ended.held, ended.revision) == ("g", False, bench.core.revision)
     assert ended.reason == "The manager gave the goal up before it was granted."
@@ -98,7 +99,7 @@ def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Be
     assert (record.subject, record.after, record.goal_id) == ("move", "ENDED", "g")
     assert (record.cause, record.text) == ("skill/move#7", ended.reason)
     assert bench.kept == [FinishedGoal("g", "move", NO_TOKEN, ended)]
-    assert bench.perform(bench.core.end(request, bench.now)) == ended
+    assert bench.perform(bench.core.step(request, bench.now)) == ended
     with pytest.raises(RefusedError, match=r"Token 5 .* goal g ") as refusal:
         bench.end("move", "g", 5, EndKind.ERROR)
     assert refusal.value.code is ErrorCode.STALE_TOKEN
@@ -146,7 +147,7 @@ def test_a_datum_that_breaks_something_is_put_on_record_with_its_value(bench: Be
 def test_a_datum_that_turned_stale_is_put_on_record_as_that(bench: Bench) -> None:
     granted(bench.begin("move", "g"))
     bench.now = 3.0
-    bench.perform(bench.core.tick(bench.now))
+    bench.perform(bench.core.step(TimePassed(), bench.now))
     [verdict] = bench.of(Violated)
     record = record_of(bench, record_of(bench, verdict.record).cause or "")
     assert (record.subject, record.after) == ("battery", "STALE")
@@ -185,12 +186,12 @@ def two() -> Bench:
     request = BeginGoal(
         goal_id="g", skill="hold", inputs={}, manager="skill/hold", owner="test", schema=TWO.schema_hash
     )
-    granted(bench.perform(bench.core.begin(request, bench.now)))
+    granted(bench.perform(bench.core.step(request, bench.now)))
     return bench
 
 
 def test_what_is_lost_has_an_effect_of_its_own_if_the_skillset_says_so(two: Bench) -> None:
-    two.perform(two.core.manager_lost("skill/hold", two.now))
+    two.perform(two.core.step(ManagerGone("skill/hold"), two.now))
     assert two.core.states["arm"] == "SAFE"
 
 
@@ -200,7 +201,7 @@ def test_what_is_lost_without_one_has_the_effect_of_an_interrupt() -> None:
     bench = Bench(replace(RIG, skills=skills))
     bench.battery(80.0)
     granted(bench.begin("move", "g"))
-    bench.perform(bench.core.manager_lost("skill/move", bench.now))
+    bench.perform(bench.core.step(ManagerGone("skill/move"), bench.now))
     assert bench.core.states["axes"] == "FREE"
 
 
@@ -215,6 +216,6 @@ def test_of_several_resources_the_last_change_is_to_blame(two: Bench, first: str
 
 def test_of_several_data_the_one_that_is_stale_is_to_blame(two: Bench) -> None:
     two.now = 3.0
-    two.perform(two.core.tick(two.now))
+    two.perform(two.core.step(TimePassed(), two.now))
     [verdict] = two.of(Violated)
     assert verdict.subject == "load"

@@ -15,8 +15,8 @@ from synthetic_mission import MISSION, SKILLSET, Story, Teller, tell
 
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import (
+    BadRecordingError,
     PassingError,
-    SkillwingError,
 )
 from skillwing.services.protocol import PROTOCOL_VERSION, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.telemetry.history import History
@@ -197,7 +197,7 @@ def test_a_recording_of_another_protocol_is_refused_with_what_to_do(tmp_path: Pa
                 Record(v=version, id="a", t=0.0, source="x", kind=RecordKind.GOAL, subject="x", before=None, after="y")
             )
     sentence = rf"was recorded with protocol 1, .* reads protocol {PROTOCOL_VERSION}\. Read it with the version that"
-    with pytest.raises(SkillwingError, match=sentence):
+    with pytest.raises(BadRecordingError, match=sentence):
         read_records(tmp_path)
 
 

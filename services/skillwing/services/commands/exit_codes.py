@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.errors import (
+    BadRecordingError,
     InvalidInputError,
     InvalidOptionError,
     NoSystemError,
@@ -12,7 +13,6 @@ from skillwing.services.errors import (
 )
 from skillwing.services.journal.errors import JournalError
 from skillwing.services.protocol import Ending, Terminal
-from skillwing.services.replay.errors import BadStepsError
 
 OK = 0
 FAILED = 1
@@ -52,7 +52,7 @@ def exit_code_of(error: Exception) -> int:
             | InvalidOptionError()
             | SkillsetError()
             | JournalError()
-            | BadStepsError()
+            | BadRecordingError()
             | OSError()
         ):
             return USAGE

@@ -16,7 +16,7 @@ from skillwing.services.commands.output import make_console, print_json, value_t
 from skillwing.services.commands.records import time_text
 from skillwing.services.names import STEPS_FOLDER
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
-from skillwing.services.replay.wording import answer_in_words, asked_in_words
+from skillwing.services.replay.wording import answer_in_words, event_in_words
 from skillwing.services.telemetry.run_facts import lacking
 
 DIFFERENCES_SHOWN = 6
@@ -63,7 +63,7 @@ def _facts(replayed: Replayed) -> dict[str, Any]:
             "file": str(found.file),
             "number": found.number,
             "t": found.t,
-            "question": msgspec.to_builtins(found.question),
+            "event": msgspec.to_builtins(found.event),
             "then": found.then,
             "now": found.now,
             "differences": [{"path": each.path, "then": each.then, "now": each.now} for each in found.differences],
@@ -86,7 +86,7 @@ def _print(console: Console, replayed: Replayed) -> None:
 def _print_divergence(console: Console, found: Divergence, count: str, name: str) -> None:
     where = f"the last of {count} of {name} that were taken again, step {found.number} of {found.file}."
     console.print(Text("diverges", style="bold red"), f"  at {time_text(found.t)}: {where}")
-    console.print(f"asked  {asked_in_words(found.question)}")
+    console.print(f"event  {event_in_words(found.event)}")
     console.print(f"then   {answer_in_words(found.then)}")
     console.print(f"now    {answer_in_words(found.now)}")
     differences = found.differences

@@ -1,4 +1,4 @@
-"""Checks that every core makes before it looks any further."""
+"""Checks that every core makes on a request first."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LONGEST_GOAL_ID = 100
 
 
 def check_goal_id(goal_id: str) -> None:
-    """Ids are remembered long after their goals, so they have to be short."""
+    """Refuse an id of a bad length: ids are remembered long after their goals, so they have to be short."""
     if not 0 < len(goal_id) <= LONGEST_GOAL_ID:
         raise RefusedError(
             ErrorCode.BAD_REQUEST,
@@ -20,7 +20,7 @@ def check_goal_id(goal_id: str) -> None:
 
 
 def check_schema(skillset: Skillset, schema: str) -> None:
-    """Both sides have to mean the same skillset by its name."""
+    """Refuse a sender with another version of the skillset."""
     if schema != skillset.schema_hash:
         raise RefusedError(
             ErrorCode.SCHEMA_MISMATCH,
@@ -30,5 +30,5 @@ def check_schema(skillset: Skillset, schema: str) -> None:
 
 
 def unknown_name(error: UnknownNameError) -> RefusedError:
-    """The refusal for a name that the skillset does not know."""
+    """The refusal for a name that the skillset does not have."""
     return RefusedError(ErrorCode.UNKNOWN_NAME, str(error), known=error.known)

@@ -1,4 +1,4 @@
-"""The data manager's semantics: the latest value of each datum, and whether it still counts."""
+"""The data manager's semantics: the latest value of each datum, and its freshness."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from skillwing.services.protocol import DataReading, DataSample, ErrorCode, Reco
 class DataCore:
     """Every datum of a skillset.
 
-    source: name of the process, for the timeline. new_record_id: gives each timeline record its id. Methods that
-    return records have found data that turned fresh or stale.
+    source: name of the process, for the timeline. new_record_id: gives each timeline record its id. Records
+    that a method returns are about data that turned fresh or stale.
     """
 
     def __init__(self, skillset: Skillset, *, source: str, new_record_id: Callable[[], str]) -> None:
@@ -38,7 +38,7 @@ class DataCore:
         return self._latest.reading(name, now)
 
     def next_tick(self, now: float) -> float | None:
-        """When the next datum turns stale unless it is renewed; None for never."""
+        """Time at which the next datum turns stale unless a sample comes in; None for never."""
         return self._latest.next_stale_at(now)
 
     def tick(self, now: float) -> tuple[Record, ...]:

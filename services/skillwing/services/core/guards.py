@@ -1,4 +1,4 @@
-"""Judging predicates, and saying in a sentence why one does not hold."""
+"""Evaluation of guards, and sentences that explain why one does not hold."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skillwing.services.core.values import sendable_text
 
 
 def explain_failure(expression: Expression, environment: Environment) -> str | None:
-    """None if the expression holds, else a sentence that names what it is about and what that is now."""
+    """None if the expression holds, else a sentence with the values that it names."""
     if evaluate(expression, environment):
         return None
     facts = dict.fromkeys(_fact(name, environment) for name in references(expression))

@@ -1,4 +1,4 @@
-"""Processes of one name, one after the other: whichever came last is the one that counts."""
+"""Processes of one name, one after the other: the one that came last counts."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ INCARNATIONS_REMEMBERED = 1000
 class Incarnations:
     """The latest incarnation of each manager, and those that it has replaced.
 
-    keep: told of each new one; kept: those that a predecessor of this process has told of.
+    on_entry: receives an entry for each new one; entries: from the snapshot.
     """
 
-    def __init__(self, keep: OnEntry, kept: Iterable[ManagerEntry] = ()) -> None:
-        self._keep = keep
+    def __init__(self, on_entry: OnEntry, entries: Iterable[ManagerEntry] = ()) -> None:
+        self._on_entry = on_entry
         self._latest: BoundedDict[str, str] = BoundedDict(INCARNATIONS_REMEMBERED)
         self._replaced: BoundedDict[tuple[str, str], None] = BoundedDict(INCARNATIONS_REMEMBERED)
-        for noted in kept:
-            self._take(noted)
+        for entry in entries:
+            self._take(entry)
 
     def check(self, manager: str, incarnation: str) -> None:
-        """Refuse one that has been replaced: its messages were under way for long, or it hung and woke up."""
+        """Refuse a replaced one: its messages were delayed, or the process hung and woke up."""
         if (manager, incarnation) in self._replaced:
             text = f"Another process has taken the place of this `{manager}`."
             raise RefusedError(ErrorCode.REPLACED, text, help="End this process.")
 
     def check_attached(self, manager: str, incarnation: str) -> None:
-        """Refuse any but the latest, whose predecessors hold nothing any more."""
+        """Refuse any but the latest, whose predecessors hold no grants any more."""
         self.check(manager, incarnation)
         if self._latest.get(manager) != incarnation:
             text = f"This `{manager}` has not attached to the resource manager yet."
             raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Attach, then ask again.")
 
     def note(self, manager: str, incarnation: str) -> None:
-        """Take it for the latest."""
+        """Take an incarnation for the latest."""
         if self._latest.get(manager) != incarnation:
-            noted = ManagerEntry(manager, incarnation)
-            self._take(noted)
-            self._keep(noted)
+            entry = ManagerEntry(manager, incarnation)
+            self._take(entry)
+            self._on_entry(entry)
 
-    def _take(self, noted: ManagerEntry) -> None:
-        before = self._latest.get(noted.manager)
+    def _take(self, entry: ManagerEntry) -> None:
+        before = self._latest.get(entry.manager)
         if before is not None:
-            self._replaced[noted.manager, before] = None
-        self._latest[noted.manager] = noted.incarnation
+            self._replaced[entry.manager, before] = None
+        self._latest[entry.manager] = entry.incarnation

@@ -1,4 +1,4 @@
-"""The latest values of the skillset's data, and how long they count."""
+"""Latest values of the skillset's data, and their freshness."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class LatestData:
             item.name: item for item in skillset.data if wanted is None or item.name in wanted
         }
         self._latest: dict[str, _Stamped] = {}
-        self._awaited: dict[str, float] = {}
+        self._unknown_until: dict[str, float] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self._items)
 
     def accept(self, sample: DataSample, now: float) -> str | None:
-        """Take a sample. Returns None if it fits the model, else a sentence saying why it was dropped.
+        """Take a sample. Returns None if it fits the model, else a sentence that explains why it was dropped.
 
-        A sample older than the one known changes nothing: the network may reorder.
+        A sample older than the present one changes nothing: the network may reorder.
         """
         item = self._items.get(sample.name)
         if item is None:
@@ -45,9 +45,9 @@ class LatestData:
         value, problems = fit(sample.value, item.type, item.name)
         if problems:
             return " ".join(problem.sentence for problem in problems)
-        # A stamp from the future would keep the value fresh for ever and shut out its successors.
+        # A timestamp in the future would keep the value fresh for ever, and reject all newer values.
         stamp = min(sample.t, now)
-        self._awaited.pop(item.name, None)
+        self._unknown_until.pop(item.name, None)
         known = self._latest.get(item.name)
         if known is None or stamp >= known.t:
             self._latest[item.name] = _Stamped(value, stamp)
@@ -59,30 +59,32 @@ class LatestData:
         return None if stamped is None else stamped.value
 
     def never_expires(self, name: str) -> bool:
-        """Tell whether values of the datum never turn stale."""
+        """True for a datum whose values never turn stale."""
         return self._items[name].stale_after is None
 
     def clamp_timestamps(self, now: float) -> None:
-        """Take values of later than `now` for ones of now: somebody has set a clock, and they must not shut out their
-        successors."""
+        """Give values with a later timestamp than `now` the timestamp `now`.
+
+        After a clock was set back they would reject all newer values.
+        """
         for name, stamped in self._latest.items():
             self._latest[name] = _Stamped(stamped.value, min(stamped.t, now))
 
     def mark_unknown(self, now: float) -> None:
-        """Take every datum without a value for one whose value is not known here, but may be fresh."""
+        """Mark every datum without a value as unknown: it may have a fresh value that has not arrived here."""
         for item in self._items.values():
             if item.name not in self._latest and item.stale_after is not None:
-                self._awaited[item.name] = now + item.stale_after
+                self._unknown_until[item.name] = now + item.stale_after
 
     def freshness_unknown(self, names: Iterable[str], now: float) -> bool:
-        """Tell whether one of these data may be fresh although its value is not known here."""
-        return any(now < self._awaited.get(name, float("-inf")) for name in names)
+        """True if one of these data may have a fresh value that has not arrived here."""
+        return any(now < self._unknown_until.get(name, float("-inf")) for name in names)
 
     def is_fresh(self, name: str, now: float) -> bool:
         return now < self._fresh_until(name)
 
     def fresh(self, now: float) -> dict[str, object]:
-        """The values that a guard may be judged on at `now`."""
+        """The values that guards are evaluated on at `now`."""
         return {name: stamped.value for name, stamped in self._latest.items() if self.is_fresh(name, now)}
 
     def reading(self, name: str, now: float) -> DataReading:
@@ -94,8 +96,8 @@ class LatestData:
         return DataReading(name=name, value=stamped.value, t=stamped.t, age=age, stale=not self.is_fresh(name, now))
 
     def next_stale_at(self, now: float) -> float | None:
-        """When the next datum that is or may be fresh at `now` turns stale if nothing more comes in; None for never."""
-        ends = [*(self._fresh_until(name) for name in self._latest), *self._awaited.values()]
+        """Time at which the next datum turns stale if no sample comes in; None for never. Unknown data count too."""
+        ends = [*(self._fresh_until(name) for name in self._latest), *self._unknown_until.values()]
         times = [until for until in ends if now < until < float("inf")]
         return min(times, default=None)
 

@@ -1,7 +1,7 @@
-"""Who has been silent for too long. Wall time, since a robot clock that stands still must not keep anything alive.
+"""Leases in wall time: a robot clock that stands still must not keep anything alive.
 
-Silence says something about others only as long as we can hear. Whenever we could not, for we were cut off from the
-network or did not run ourselves, every lease begins anew.
+Silence means something only while this process can hear. After it was cut off from the network, or did not run, every
+lease begins again.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LONGEST_PAUSE = 1.0
-"""Seconds between two looks after which it was us who did not run."""
+"""Seconds between two looks, after which this process itself did not run."""
 RECOVERY = 1.0
-"""Seconds that others may need longer than we do until they have found their way back to a restarted router."""
+"""Seconds by which other processes may reconnect later than this one to a restarted router."""
 LOOK_PERIOD = 0.25
-"""Seconds within which `look` has to be called again, so that pauses show."""
+"""Seconds within which `look` has to be called again, so that it notices pauses."""
 _SHORTEST_DELAY = 0.001
 
 
@@ -25,7 +25,7 @@ class _Lease:
 
 @dataclass(frozen=True, slots=True)
 class Expired:
-    """A lease that has run out. key: whose; silence: for how many seconds it was not renewed."""
+    """A lease that has run out. key: its name; silence: seconds since it was renewed."""
 
     key: str
     silence: float
@@ -47,22 +47,22 @@ class Leases:
         return tuple(self._leases)
 
     def begin(self, key: str, length: float, now: float) -> None:
-        """Give a lease of `length` seconds, or renew it with that length."""
+        """Begin a lease of `length` seconds, or renew it with that length."""
         if not self._leases:
             self._looked = now
         self._leases[key] = _Lease(length, now)
 
     def renew(self, key: str, length: float, now: float) -> None:
-        """Have a lease run for `length` seconds from now; one that is not there stays away."""
+        """Let a lease run for `length` seconds from now, if there is one of that name."""
         if key in self._leases:
             self._leases[key] = _Lease(length, now)
 
     def end(self, key: str) -> None:
-        """Forget a lease. Idempotent."""
+        """End a lease. Idempotent."""
         self._leases.pop(key, None)
 
     def look(self, now: float, *, hearing: bool) -> tuple[Expired, ...]:
-        """Take out and return the leases that have run out. hearing: we are connected to the network."""
+        """Take out and return the leases that have run out. hearing: this process is connected to the network."""
         paused = now - self._looked > LONGEST_PAUSE
         self._looked = now
         if paused or not hearing:
@@ -75,7 +75,7 @@ class Leases:
         return tuple(expired)
 
     def next_look(self, now: float) -> float | None:
-        """In how many seconds `look` is due; None for no need to."""
+        """Seconds until `look` is due; None without leases."""
         if not self._leases:
             return None
         earliest = min(_end(lease) for lease in self._leases.values())

@@ -1,4 +1,4 @@
-"""How a core says no."""
+"""`RefusedError`: a request that a core rejects."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from skillwing.services.protocol import ErrorCode, ErrorReply
 class RefusedError(Exception):
     """A request that was refused and has changed nothing.
 
-    code: what kind of refusal; message: one sentence what is wrong; help: one sentence what to do; known: the names
-    that would have been accepted, where a name was the problem.
+    code: kind of the refusal; message: one sentence about what is wrong; help: one sentence about what to do; known:
+    the accepted names, if a name was the problem.
     """
 
     def __init__(self, code: ErrorCode, message: str, *, help: str = "", known: Iterable[str] = ()) -> None:

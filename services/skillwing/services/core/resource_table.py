@@ -1,45 +1,45 @@
-"""The states of all resources, which change by whole effects or not at all."""
+"""States of all resources, which change by whole effects or not at all."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.snapshot import OnEntry, ResourceEntry
-from skillwing.services.protocol import Lost, RecordKind, ResourceChange, Violated
+from skillwing.services.protocol import RecordKind, ResourceChange
 
-Event: TypeAlias = ResourceChange | Violated | Lost
 Transitions: TypeAlias = Iterable[tuple[str, str]]
 """(resource, target state) pairs."""
 
 
 class ResourceTable:
-    """State of each resource of a skillset; changes go to a scribe, and what must not be forgotten to `keep`.
+    """State of each resource of a skillset.
 
-    found: the states at first, instead of the initial ones; kept: those that a predecessor of this process has kept.
+    outbox: receives all changes; on_entry: an entry for each. found: initial states that differ from the skillset's;
+    entries: from the snapshot.
     """
 
     def __init__(
         self,
         skillset: Skillset,
-        scribe: Outbox[Event],
-        keep: OnEntry,
+        outbox: Outbox[Any],
+        on_entry: OnEntry,
         *,
         found: Mapping[str, str] | None = None,
-        kept: Iterable[ResourceEntry] = (),
+        entries: Iterable[ResourceEntry] = (),
     ) -> None:
         self._resources = {resource.name: resource for resource in skillset.resources}
         self._states = {resource.name: resource.initial for resource in skillset.resources} | dict(found or {})
-        self._outbox = scribe
-        self._keep = keep
+        self._outbox = outbox
+        self._on_entry = on_entry
         self._last_change: dict[str, tuple[int, str]] = {}
-        for stands in kept:
-            self._states[stands.resource] = stands.state
-            if stands.revision:
-                self._last_change[stands.resource] = (stands.revision, stands.record)
+        for entry in entries:
+            self._states[entry.resource] = entry.state
+            if entry.revision:
+                self._last_change[entry.resource] = (entry.revision, entry.record)
         self.revision = max((revision for revision, _ in self._last_change.values()), default=0)
         """Grows by one with every change set."""
 
@@ -49,7 +49,7 @@ class ResourceTable:
         return MappingProxyType(self._states)
 
     def initial_entries(self) -> tuple[ResourceEntry, ...]:
-        """Every resource as it stands."""
+        """An entry for each resource in its present state."""
         return tuple(self._entry_of(name) for name in self._states)
 
     def obstacle(self, transitions: Transitions, *, extern: bool = False) -> str | None:
@@ -62,14 +62,14 @@ class ResourceTable:
         return None
 
     def extern_targets(self, name: str) -> tuple[str, ...]:
-        """Where the functional layer may bring a resource from its present state."""
+        """States that the functional layer may bring a resource to from its present one."""
         edges = self._resources[name].transitions
         return tuple(edge.target for edge in edges if edge.extern and edge.source == self._states[name])
 
     def apply(
         self, transitions: Transitions, now: float, text: str, *, cause: str | None, goal_id: str | None = None
     ) -> None:
-        """Take transitions that `obstacle` has let through, as one change set. Staying in a state is no change."""
+        """Take transitions without an `obstacle`, as one change set. Staying in a state is no change."""
         changing = [(name, target) for name, target in transitions if self._states[name] != target]
         if not changing:
             return
@@ -80,7 +80,7 @@ class ResourceTable:
                 now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
             )
             self._last_change[name] = (self.revision, record)
-            self._keep(self._entry_of(name))
+            self._on_entry(self._entry_of(name))
             self._outbox.add(
                 ResourceChange(
                     resource=name,
@@ -94,9 +94,9 @@ class ResourceTable:
             )
 
     def latest_change(self, names: Collection[str]) -> tuple[str, str] | None:
-        """Of these resources the one that changed last, and the record of it; None if none ever changed.
+        """The resource that changed last, of these, and the record of its change; None if none ever changed.
 
-        Of several that one effect has changed it is the one declared first, in every process.
+        If one effect changed several, the answer is the one declared first, in every process.
         """
         changed = [name for name in self._resources if name in names and name in self._last_change]
         if not changed:

@@ -1,17 +1,18 @@
-"""What a skill core wants done, and the goal that it wants it done for."""
+"""Actions that a skill core returns, to be carried out in order."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RecordOutcome, State, Terminal
+import msgspec
+
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RecordOutcome, Terminal
 
 
 class Hook(Enum):
-    """The hooks of the developer that a core calls for."""
+    """Hooks of the developer that a core calls."""
 
     VALIDATE = auto()
     DISPATCH = auto()
@@ -19,9 +20,8 @@ class Hook(Enum):
     ENDED = auto()
 
 
-@dataclass(frozen=True, slots=True)
-class CallHook:
-    """Call a hook for a goal; token is 0 before the grant. What comes of it goes back into the core."""
+class CallHook(msgspec.Struct, frozen=True):
+    """Call of a hook for a goal; its outcome is an event. token: 0 before the grant. terminal: for `Hook.ENDED`."""
 
     hook: Hook
     goal_id: str
@@ -31,52 +31,15 @@ class CallHook:
     terminal: Terminal | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class AskResources:
-    """Ask the resource manager, after a pause if it has been silent `silences` times; the answer, or None for another
-    silence, goes to `SkillCore.answered`."""
+class AskResources(msgspec.Struct, frozen=True):
+    """Question to the resource manager; the answer, or silence, is the event `Answered`.
+
+    silences: number of times that it stayed unanswered so far. It is sent after a pause that grows with them.
+    """
 
     call: BeginGoal | EndGoal | RecordOutcome
     silences: int = 0
 
 
 Action: TypeAlias = GoalStatus | Record | AskResources | CallHook
-"""Statuses and records are to be published. Actions are to be carried out in order."""
-
-
-@dataclass(slots=True)
-class Ending:
-    """How a goal is about to end, once the resource manager has applied the effect."""
-
-    call: EndGoal
-    reason: str
-    output: dict[str, Any] | None = None
-    forced: bool = False
-
-
-@dataclass(slots=True)
-class GoalRun:
-    """A goal on its way through Figure 5. owner: alive token of the client that it must not outlive, None for any."""
-
-    goal_id: str
-    inputs: Mapping[str, object]
-    client: str
-    started_at: float
-    owner: str | None = None
-    state: State | None = None
-    status: GoalStatus | None = None
-    record: str | None = None
-    token: int = 0
-    begin: BeginGoal | None = None
-    dispatched: bool = False
-    stop_reason: str = ""
-    stop_deadline: float | None = None
-    run_deadline: float | None = None
-    ending: Ending | None = None
-    renewals_unanswered: int = 0
-    """In a row."""
-
-    @property
-    def stoppable(self) -> bool:
-        """It holds a grant, and nothing has ended it yet."""
-        return self.token != 0 and self.ending is None
+"""Statuses and records are to be published."""

@@ -1,22 +1,22 @@
-"""What a resource manager must not forget: an entry for each change of its memory, and the memory as a whole.
+"""Entries of the journal, one for each change of a resource manager's memory, and the snapshot that they add up to.
 
-Plain values: a journal stores the entries of a step before anybody hears of the step, and another process goes on from
-what they add up to.
+Plain values: a journal stores the entries of a step before the step is published. Another process continues from the
+snapshot.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias
 
-from skillwing.services.protocol import Ended, Ending, GoalVerdict, Granted, NotReady, Record, Terminal
+import msgspec
+
+from skillwing.services.protocol import NO_TOKEN, Ended, Ending, GoalVerdict, Granted, NotReady, Record, Terminal
 
 
-@dataclass(frozen=True, slots=True)
-class ResourceEntry:
-    """The state of a resource, the revision that brought it there, and the timeline record of that; "" for none."""
+class ResourceEntry(msgspec.Struct, frozen=True, tag="resource"):
+    """State of a resource, the revision that brought it there, and the timeline record of that; "" for none."""
 
     resource: str
     state: str
@@ -24,9 +24,8 @@ class ResourceEntry:
     record: str
 
 
-@dataclass(frozen=True, slots=True)
-class GrantEntry:
-    """A goal holds from now on what it was granted. inputs: defaults filled in."""
+class GrantEntry(msgspec.Struct, frozen=True, tag="grant"):
+    """A new grant. inputs: defaults filled in."""
 
     skill: str
     inputs: Mapping[str, object]
@@ -36,19 +35,18 @@ class GrantEntry:
 
 
 class HistoryBucket(StrEnum):
-    """Verdicts that are remembered together: none of another kind pushes them out."""
+    """Groups of finished goals. Each group is bounded by itself, so that none pushes another one out."""
 
     GRANTED = "granted"
-    """On goals that held something."""
+    """Goals that held a grant."""
     GIVEN_UP = "given up"
-    """On goals that were ended before they held anything, and must not begin when a request comes late."""
+    """Goals that ended before they held a grant. They must not begin when a request comes late."""
     REFUSED = "refused"
-    """On goals that could not begin. Whoever is refused tries again, many times a second."""
+    """Goals that could not begin. Clients repeat such requests, many times a second."""
 
 
-@dataclass(frozen=True, slots=True)
-class FinishedGoal:
-    """A goal holds nothing any more, or never did. token: of its grant, if it had one; verdict: the last word on it."""
+class FinishedGoal(msgspec.Struct, frozen=True, tag="finished_goal"):
+    """A goal that holds no grant any more, or never did. token: of its grant, if it had one; verdict: the last one."""
 
     goal_id: str
     skill: str
@@ -66,17 +64,15 @@ class FinishedGoal:
                 return HistoryBucket.GIVEN_UP
 
 
-@dataclass(frozen=True, slots=True)
-class ManagerEntry:
-    """Another process has taken the place of a manager, or is the first of its name."""
+class ManagerEntry(msgspec.Struct, frozen=True, tag="manager"):
+    """A process that is the latest one of a manager's name."""
 
     manager: str
     incarnation: str
 
 
-@dataclass(frozen=True, slots=True)
-class DatumEntry:
-    """The value of a datum that never turns stale; any other is measured anew sooner than it matters."""
+class DatumEntry(msgspec.Struct, frozen=True, tag="datum"):
+    """Value of a datum that never turns stale. Any other datum is measured again before its value matters."""
 
     name: str
     value: object
@@ -85,22 +81,24 @@ class DatumEntry:
 
 Entry: TypeAlias = ResourceEntry | GrantEntry | FinishedGoal | ManagerEntry | DatumEntry
 OnEntry: TypeAlias = Callable[[Entry], None]
-"""Where parts of a core put their entries."""
+"""Receiver of the entries of a core's parts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Snapshot:
-    """What the entries of all steps add up to, each kind in the order in which it was kept.
+class Snapshot(msgspec.Struct, frozen=True):
+    """Sum of the entries of all steps, each kind in the order in which it was written.
 
-    resources: one for each; goals, managers: the latest of them; last_token: the largest that was ever granted;
+    resources: one entry for each; goals, managers: the latest of them; last_token: the largest token of any grant;
     records: the latest timeline records; t: robot time of the last step.
     """
 
-    resources: tuple[ResourceEntry, ...]
-    grants: tuple[GrantEntry, ...]
-    goals: tuple[FinishedGoal, ...]
-    managers: tuple[ManagerEntry, ...]
-    data: tuple[DatumEntry, ...]
-    last_token: int
-    records: tuple[Record, ...]
-    t: float
+    resources: tuple[ResourceEntry, ...] = ()
+    grants: tuple[GrantEntry, ...] = ()
+    goals: tuple[FinishedGoal, ...] = ()
+    managers: tuple[ManagerEntry, ...] = ()
+    data: tuple[DatumEntry, ...] = ()
+    last_token: int = NO_TOKEN
+    records: tuple[Record, ...] = ()
+    t: float = 0.0
+
+
+EMPTY_SNAPSHOT = Snapshot()

@@ -1,4 +1,4 @@
-"""Whether values fit the types, units and ranges of the model."""
+"""Checks of values against the types, units and ranges of the model."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructTy
 from skillwing.dsl.suggest import closest, listed
 
 LONGEST_TEXT = 2000
-"""Characters of a developer's text that go out."""
-PROBLEMS_TOLD = 20
-"""Things that are wrong with one value, after which it is not looked at any further: whoever sends a million of them
-is to cost no more time and memory than that."""
+"""Characters of a developer's text that are sent."""
+MOST_PROBLEMS = 20
+"""Problems of one value after which the check stops, so that a value with a million of them costs no more time and
+memory."""
 
 ProblemKind: TypeAlias = Literal["unknown", "missing", "type", "range"]
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One value that does not fit. path: where (`target.x`); sentence: what is wrong, with what would be right."""
+    """One value that does not fit. path: its place (`target.x`); sentence: what is wrong, and what would be right."""
 
     path: str
     kind: ProblemKind
@@ -34,7 +34,7 @@ def fit_fields(fields: Sequence[Field], given: Mapping[str, object]) -> tuple[di
 
     Returns the values in declaration order, with defaults filled in and integers widened to floats where the model
     says so, and the problems found. The values are only worth anything if there is none of another kind than "range".
-    Of names that the model does not know, and of a list's elements, the first `PROBLEMS_TOLD` wrong ones are told.
+    Of unknown names, and of a list's wrong elements, only the first `MOST_PROBLEMS` are reported.
     """
     return _fit_fields(fields, given, prefix="")
 
@@ -47,19 +47,24 @@ def fit(value: object, kind: Type, path: str) -> tuple[object, list[Problem]]:
 def _fit_fields(
     fields: Sequence[Field], given: Mapping[str, object], prefix: str
 ) -> tuple[dict[str, object], list[Problem]]:
-    names = [item.name for item in fields]
-    strangers = (str(name) for name in given if name not in names)
-    problems = [_unknown(prefix, name, names) for name in islice(strangers, PROBLEMS_TOLD)]
     fitted: dict[str, object] = {}
+    problems: list[Problem] = []
+    known = 0
     for item in fields:
-        path = prefix + item.name
-        if item.name in given:
-            fitted[item.name], found = _fit(given[item.name], item.type, item, path)
+        name = item.name
+        if name in given:
+            known += 1
+            fitted[name], found = _fit(given[name], item.type, item, prefix + name)
             problems += found
         elif item.default is not None:
-            fitted[item.name] = item.default
+            fitted[name] = item.default
         else:
+            path = prefix + name
             problems.append(Problem(path, "missing", f"`{path}` is missing; it is {_described(item)}."))
+    if known < len(given):
+        names = [item.name for item in fields]
+        unknown = (str(name) for name in given if name not in names)
+        problems = [*(_unknown(prefix, name, names) for name in islice(unknown, MOST_PROBLEMS)), *problems]
     return fitted, problems
 
 
@@ -89,9 +94,9 @@ def _fit_array(
         value, found = _fit(item, kind.element, limits, f"{path}[{index}]")
         fitted.append(value)
         problems += found
-        if len(problems) >= PROBLEMS_TOLD:
+        if len(problems) >= MOST_PROBLEMS:
             rest = f"`{path}` was not looked at any further: too much of it is wrong."
-            return items, [*problems[:PROBLEMS_TOLD], Problem(path, "type", rest)]
+            return items, [*problems[:MOST_PROBLEMS], Problem(path, "type", rest)]
     return fitted, problems
 
 
@@ -120,20 +125,16 @@ def _fit_scalar(value: object, kind: ScalarType, limits: Field | None, path: str
 
 
 def _converted(value: object, kind: ScalarType) -> object | None:
-    """The value as the scalar type means it, or None if it is of another type."""
-    match kind.name, value:
-        case "bool", bool():
-            return value
-        case "string", str():
-            return value
-        case _, int() | float() if isinstance(value, bool) or not kind.is_number:
-            return None
-        case _, int() if kind.is_integer:
-            return value
-        case _, int() | float() if kind.is_float and _finite(value):
-            return float(value)
-        case _:
-            return None
+    """The value in the form of the scalar type, or None if it is of another type."""
+    if kind.name == "bool":
+        return value if isinstance(value, bool) else None
+    if kind.name == "string":
+        return value if isinstance(value, str) else None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    if kind.is_integer:
+        return value if isinstance(value, int) else None
+    return float(value) if _finite(value) else None
 
 
 def _finite(number: int | float) -> bool:
@@ -144,7 +145,7 @@ def _finite(number: int | float) -> bool:
 
 
 def _has_form(number: float, kind: ScalarType) -> bool:
-    """Whether the scalar type has room for the number, whatever the field allows."""
+    """True if the scalar type can hold the number, whatever the field allows."""
     low, high = kind.bounds or (-math.inf, math.inf)
     return low <= number <= high
 
@@ -189,7 +190,7 @@ def _cut(text: str) -> str:
 
 
 def _written(value: object) -> str:
-    """A value as people who do not write Python write it."""
+    """A value in a form that does not look like Python."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -207,7 +208,7 @@ def _described(item: Field) -> str:
 
 
 def type_text(kind: Type) -> str:
-    """What a value of that type is, in words: `a finite number`, `a list of 3 ...`."""
+    """A type in words: `a finite number`, `a list of 3 ...`."""
     match kind:
         case ScalarType(name="bool"):
             return "true or false"
@@ -224,11 +225,11 @@ def type_text(kind: Type) -> str:
 
 
 def sendable_text(text: str) -> str:
-    """A developer's text as a message takes it: nothing without an encoding in it, and of bounded length."""
+    """A developer's text in a form that can be sent: encodable, and of bounded length."""
     plain = text.encode("utf-8", errors="replace").decode("utf-8")
     return plain if len(plain) <= LONGEST_TEXT else f"{plain[:LONGEST_TEXT]}..."
 
 
 def by_path(problems: list[Problem]) -> dict[str, str]:
-    """Sentences by the path they are about."""
+    """Sentences of problems, by path."""
     return {problem.path: problem.sentence for problem in problems}

@@ -1,1 +1,1 @@
-"""The journal: what the resource manager must not forget, in an SQLite file that outlives its process."""
+"""Journal of the resource manager: its memory in an SQLite file that outlives the process."""

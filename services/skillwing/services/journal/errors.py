@@ -1,4 +1,4 @@
-"""What can be wrong with a journal."""
+"""Errors of a journal."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class JournalError(SkillwingError):
 
 
 class NoJournalError(JournalError):
-    """There is no journal in that place."""
+    """No journal in that place."""
 
 
 class JournalRefusedError(JournalError):
-    """The file is damaged, no journal, too new, or that of another robot or skillset. It is left as it is."""
+    """A file that is damaged, no journal, of another format, robot or skillset. It is left as it is."""
 
 
 class JournalUnreadableError(JournalError, PassingError):
-    """It cannot be read just now: somebody has it locked, or the disk fails. Nothing is said about what is in it."""
+    """A file that cannot be read now, because it is locked or the disk fails. Its content may be good."""
 
 
 class JournalWriteError(JournalError, PassingError):
-    """Nothing can be written, for the disk is full, say. What was to be written has not happened."""
+    """A failed write, say on a full disk. The step that was to be written has not happened."""
 
 
 class JournalTakenError(JournalError):
-    """Another process goes on from this journal, and this one may not write to it any more."""
+    """A journal that another process has taken over; this one may not write to it any more."""

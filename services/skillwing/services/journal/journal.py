@@ -1,4 +1,4 @@
-"""A journal that a resource manager writes, and goes on from."""
+"""Journal that a resource manager writes, and from which its successor continues."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from skillwing.services.journal.schema import Identity, check_form, check_owner,
 from skillwing.services.protocol import Record
 
 RECORDS_TO_RESUME = 200
-"""The latest timeline records that are read to go on."""
+"""Number of timeline records that a successor reads."""
 ROOM = 4 << 20
-"""Bytes taken from the disk at once, which is what a journal comes to need: a disk that fills up later does no harm."""
+"""Bytes reserved at the start, about the final size of a journal, so that a disk that fills up later does no harm."""
 PATIENCE = 1.0
-"""Seconds to wait for whoever else has the file locked."""
+"""Seconds to wait for a lock of another process."""
 _FILES = ("", "-wal", "-shm")
 _MAGIC = b"SQLite format 3\x00"
 _PASSING = frozenset(
@@ -42,7 +42,7 @@ _PASSING = frozenset(
         sqlite3.SQLITE_PROTOCOL,
     }
 )
-"""What SQLite says of a file that may be in good order."""
+"""SQLite errors of a file that may be in good order."""
 
 log = logging.getLogger(__name__)
 
@@ -50,11 +50,11 @@ log = logging.getLogger(__name__)
 class Journal:
     """One resource manager's hold on a journal. A hold that begins later ends this one.
 
-    path: of the file, which need not be there; None keeps the journal in memory. durable: also safe from power loss, at
-    the price of an fsync for each change; otherwise from the death of the process only.
+    path: of the file, which is created if missing; None for a journal in memory. durable: safe from power loss too, at
+    the price of an fsync for each change. Otherwise the journal is safe from the death of the process only.
 
-    Raises JournalRefusedError for a file that may not be used, JournalUnreadableError and JournalWriteError where
-    nothing can be read or written just now.
+    Raises JournalRefusedError for a file that may not be used, JournalUnreadableError and JournalWriteError if the file
+    cannot be read or written now.
     """
 
     def __init__(self, path: Path | None, identity: Identity, *, durable: bool = False) -> None:
@@ -65,14 +65,17 @@ class Journal:
         self._connection = self._open()
 
     def snapshot(self) -> Snapshot | None:
-        """What was written so far; None if nothing was. Raises JournalRefusedError and JournalUnreadableError."""
+        """Sum of all entries so far; None for an empty journal.
+
+        Raises JournalRefusedError and JournalUnreadableError.
+        """
         with _reading(self.path):
             return select_snapshot(self._connection, RECORDS_TO_RESUME)
 
     def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
-        """Write what one step must not forget, and its timeline records, all or nothing.
+        """Write the entries of a step, and its timeline records, all or nothing.
 
-        Raises JournalWriteError and JournalTakenError; nothing is written then.
+        Raises JournalWriteError and JournalTakenError; then nothing is written.
         """
         self._check_place()
         connection = self._connection
@@ -89,8 +92,10 @@ class Journal:
             raise self._unwritten(error) from error
 
     def check_hold(self) -> None:
-        """Raise JournalTakenError if this hold has ended, JournalUnreadableError where that cannot be told, and
-        JournalWriteError where the file is no longer in its place.
+        """Raise an error unless this hold still stands.
+
+        JournalTakenError: it has ended. JournalUnreadableError: that is unknown. JournalWriteError: the file is
+        no longer in its place.
         """
         self._check_place()
         with _reading(self.path):
@@ -99,8 +104,9 @@ class Journal:
             raise self._taken()
 
     def set_aside(self) -> Path | None:
-        """Begin anew with a journal that knows the last token only; returns where the old one is now, None for one in
-        memory. Raises JournalRefusedError, JournalUnreadableError and JournalWriteError.
+        """Begin again with a journal that holds the last token only. Returns the new path of the old one.
+
+        Returns None for a journal in memory. Raises JournalRefusedError, JournalUnreadableError and JournalWriteError.
         """
         with _reading(self.path):
             (last_token,) = self._connection.execute("SELECT last_token FROM journal").fetchone()
@@ -121,7 +127,7 @@ class Journal:
         self._connection.close()
 
     def _check_place(self) -> None:
-        """Raise JournalWriteError if the file was deleted or moved: nobody will go on from what it is told then."""
+        """Raise JournalWriteError if the file was deleted or moved: no successor would read what is written to it."""
         if self._on_disk and _file_at(self.path) != self._file:
             text = f"The journal {self.path} was deleted or moved away. Move it back, or restart the system without it."
             raise JournalWriteError(self.path, text)
@@ -144,7 +150,7 @@ class Journal:
             raise
 
     def _configure(self, connection: sqlite3.Connection) -> None:
-        """Set how safe writing is, make what is missing, and take the journal from whoever wrote to it before."""
+        """Configure SQLite, create missing tables, and take the journal over from earlier holds."""
         try:
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute(f"PRAGMA synchronous = {'FULL' if self._durable else 'NORMAL'}")
@@ -168,7 +174,7 @@ class Journal:
 
 
 def _file_at(path: Path) -> tuple[int, int] | None:
-    """Which file it is, whatever it is called; None if nobody can tell."""
+    """Identity of the file, whatever its name; None if there is no file."""
     try:
         found = path.stat()
     except OSError:
@@ -178,7 +184,7 @@ def _file_at(path: Path) -> tuple[int, int] | None:
 
 @contextmanager
 def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """All of what the body writes, or nothing."""
+    """Commit all writes of the body, or none."""
     connection.execute("BEGIN IMMEDIATE")
     try:
         yield
@@ -196,7 +202,7 @@ def _take_room(connection: sqlite3.Connection) -> None:
 
 
 def look_into(path: Path) -> tuple[Identity, Snapshot]:
-    """Whose journal it is and what it holds, with all of its history, also while it is written to.
+    """Owner and content of a journal, with all of its history, also while it is written to.
 
     Raises NoJournalError, JournalRefusedError and JournalUnreadableError.
     """
@@ -217,7 +223,7 @@ def look_into(path: Path) -> tuple[Identity, Snapshot]:
 
 
 def _is_database(path: Path) -> bool:
-    """Tell a file of another kind, which somebody has named by mistake, from a journal that is damaged."""
+    """False for a file of another kind, named by mistake; true for a journal, even a damaged one."""
     with path.open("rb") as file:
         return file.read(len(_MAGIC)) in (_MAGIC, b"")
 
@@ -240,7 +246,7 @@ def set_aside(path: Path) -> Path | None:
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Turn what reading a damaged file raises into a sentence, and what reading raises that may go well later."""
+    """Turn errors of SQLite and msgspec into JournalRefusedError or JournalUnreadableError."""
     try:
         yield
     except JournalError:

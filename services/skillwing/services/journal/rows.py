@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.services.core.grants import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
+from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.snapshot import (
     DatumEntry,
     Entry,
@@ -25,10 +25,10 @@ from skillwing.services.protocol import GoalVerdict, Granted, Record
 HISTORY_KEPT = 5000
 """Timeline records that a journal holds."""
 TRIM_EVERY = 100
-"""Goals after which the oldest ones are looked for, which takes longer than writing one down."""
+"""Goals between two searches for the oldest ones; a search takes longer than storing a goal."""
 _TRIM_GOALS = """
-DELETE FROM goals WHERE shelf = :shelf AND n <= (
-    SELECT n FROM goals WHERE shelf = :shelf ORDER BY n DESC LIMIT 1 OFFSET :kept
+DELETE FROM goals WHERE bucket = :bucket AND n <= (
+    SELECT n FROM goals WHERE bucket = :bucket ORDER BY n DESC LIMIT 1 OFFSET :kept
 )
 """
 MANAGERS_KEPT = 2 * INCARNATIONS_REMEMBERED
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
-    """Bring the tables to where the entry says, and take the oldest rows out of those that would grow for ever."""
+    """Change the tables as the entry says, and delete the oldest rows of those that would grow for ever."""
     execute = connection.execute
     match entry:
         case ResourceEntry():
@@ -52,8 +52,8 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
             row = (entry.goal_id, entry.skill, entry.token, entry.bucket, _text(entry.verdict))
             number = execute("INSERT INTO goals VALUES (NULL, ?, ?, ?, ?, ?)", row).lastrowid or 0
             if number % TRIM_EVERY == 0:
-                for shelf in HistoryBucket:
-                    execute(_TRIM_GOALS, {"shelf": shelf, "kept": GOALS_REMEMBERED})
+                for bucket in HistoryBucket:
+                    execute(_TRIM_GOALS, {"bucket": bucket, "kept": GOALS_REMEMBERED})
         case ManagerEntry():
             row = (entry.manager, entry.incarnation)
             number = execute("INSERT INTO managers VALUES (NULL, ?, ?)", row).lastrowid or 0
@@ -63,7 +63,7 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
 
 
 def insert_record(connection: sqlite3.Connection, record: Record) -> None:
-    """Add a timeline record to the history, and take the oldest one out of a full one."""
+    """Add a timeline record to the history, and delete the oldest one of a full history."""
     number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(record),)).lastrowid or 0
     connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
 
@@ -73,9 +73,9 @@ def select_identity(connection: sqlite3.Connection) -> Identity:
 
 
 def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | None:
-    """What the tables hold, with the latest `records` of the history; None if nothing was ever written.
+    """Snapshot in the tables, with the latest `records` of the history; None if nothing was ever written.
 
-    Raises sqlite3.DatabaseError and msgspec.MsgspecError where they hold what was never written.
+    Raises sqlite3.DatabaseError and msgspec.MsgspecError for content that no journal has.
     """
     select = connection.execute
     last_token, t = select("SELECT last_token, t FROM journal").fetchone()

@@ -1,4 +1,4 @@
-"""The tables of a journal, and whether a file is one that may be used."""
+"""Tables of a journal, and checks whether a file may be used."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from skillwing.services.journal.errors import JournalRefusedError
 
 FORMAT = 3
-"""Raised whenever an older process could not read what a newer one writes, or the other way round."""
+"""Raised with every change that another version cannot read, and with the protocol version."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`, by which tools know the file."""
 ELSEWHERE = "Name another file, or move this one away to start afresh."
@@ -22,7 +22,7 @@ CREATE TABLE resources (name TEXT PRIMARY KEY, state TEXT, revision INTEGER, rec
 CREATE TABLE grants (
     n INTEGER PRIMARY KEY, goal_id TEXT UNIQUE, skill TEXT, inputs TEXT, manager TEXT, incarnation TEXT, granted TEXT
 ) STRICT;
-CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, shelf TEXT, verdict TEXT) STRICT;
+CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, bucket TEXT, verdict TEXT) STRICT;
 CREATE TABLE managers (n INTEGER PRIMARY KEY, manager TEXT, incarnation TEXT) STRICT;
 CREATE TABLE data (name TEXT PRIMARY KEY, value TEXT, t REAL) STRICT;
 CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
@@ -31,7 +31,7 @@ CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Whose journal it is: the robot's name, the skillset's name and its schema hash."""
+    """Owner of a journal: the robot's name, the skillset's name and its schema hash."""
 
     robot: str
     skillset: str
@@ -39,7 +39,7 @@ class Identity:
 
 
 def is_empty(connection: sqlite3.Connection) -> bool:
-    """Tell whether nothing was ever written to the database."""
+    """True if nothing was ever written to the database."""
     return connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
 
 

@@ -1,4 +1,4 @@
-"""The data manager process: keeps the latest value of each datum for whoever asks, and says when one turns stale."""
+"""The data manager process: serves the latest value of each datum, and reports data that turn stale."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from skillwing.services.timeline import Timeline
 
 log = logging.getLogger(__name__)
 NO_DATUM = ""
-"""Stands for all names that are no datum of the skillset."""
+"""Placeholder for all names that the skillset does not have."""
 
 
 class DataManagerNode:
@@ -68,7 +68,7 @@ class DataManagerNode:
             self._publish(records)
 
     def _complain(self, name: str, error: Exception) -> None:
-        """Once of each datum, and once of all that are none: whoever publishes chooses the names of those."""
+        """Log a warning once for each datum, and once for all unknown names together: their number has no bound."""
         subject = name if name in self._names else NO_DATUM
         if subject not in self._complained:
             self._complained.add(subject)
@@ -91,5 +91,5 @@ class DataManagerNode:
 
 
 def make_data_manager(options: dict[str, Any]) -> Node:
-    """Options: `skillset`, the path of the .skillset file."""
+    """Make a data manager. Options: `skillset`, the path of the .skillset file."""
     return DataManagerNode(load(required(options, "skillset")))

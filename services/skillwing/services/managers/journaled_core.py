@@ -1,25 +1,31 @@
-"""A resource core and its journal, which is told of each step before anybody else is."""
+"""A resource core whose every step is stored in a journal before it counts."""
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any, TypeAlias, TypeVar
+from typing import Protocol, TypeAlias
 
+from skillwing.services.core.events import Event
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.resource_core import EMPTY_SNAPSHOT, ResourceCore, Step
-from skillwing.services.core.snapshot import Snapshot
+from skillwing.services.core.resource_core import ResourceCore, Step
+from skillwing.services.core.snapshot import EMPTY_SNAPSHOT, Snapshot
 from skillwing.services.journal.errors import JournalError, JournalTakenError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.protocol import ErrorCode, Record
 
-R = TypeVar("R")
-TakeStep: TypeAlias = Callable[[ResourceCore, float], Step[R]]
-"""Has a core take one step at a robot time."""
-MakeCore: TypeAlias = Callable[[Snapshot | None, LatestData | None], ResourceCore]
-"""Makes a core that goes on from what was kept, and from these data."""
+
+class Stepper(Protocol):
+    """A resource core, or a wrapper round one."""
+
+    def step(self, event: Event, now: float) -> Step: ...
+
+
+MakeCore: TypeAlias = Callable[[Snapshot, LatestData | None], ResourceCore]
+"""Makes a core that continues from a snapshot, and from these data."""
+Wrap: TypeAlias = Callable[[ResourceCore, Snapshot, LatestData | None], Stepper]
+"""Wraps a new core; the other arguments are those that it was made with."""
 LARGEST_SETBACK = 1.0
 """Seconds by which the latest tick may lie before the time of the latest step."""
 
@@ -27,7 +33,7 @@ log = logging.getLogger(__name__)
 
 
 class UnwrittenError(RefusedError):
-    """A step that could not be written down, and has not happened."""
+    """A step that could not be stored, and has not happened."""
 
     def __init__(self, why: JournalError) -> None:
         text = f"The resource manager cannot write it down: {why}"
@@ -35,46 +41,45 @@ class UnwrittenError(RefusedError):
 
 
 class JournaledCore:
-    """Use `begin`, or `resume` if the journal holds something, before anything else."""
+    """`begin`, or `resume` if the journal is not empty, comes first. wrap: for what goes between core and journal."""
 
-    def __init__(self, journal: Journal, make_core: MakeCore) -> None:
+    def __init__(self, journal: Journal, make_core: MakeCore, wrap: Wrap = lambda core, snapshot, data: core) -> None:
         self._journal = journal
         self._make_core = make_core
+        self._wrap = wrap
         self._failing = False
-        self.core = make_core(None, None)
+        self._use(EMPTY_SNAPSHOT)
 
     def begin(self, now: float) -> None:
         """Begin an empty journal. Raises JournalWriteError."""
         self._journal.write(self.core.initial_entries(), (), now)
 
-    def resume(self, kept: Snapshot, now: float, *, follows_time: bool) -> bool:
-        """Go on from what the journal holds; the core's own `resume` is to be its first step.
+    def resume(self, snapshot: Snapshot, now: float, *, follows_time: bool) -> bool:
+        """Continue from the journal's snapshot; the first event is then to be `Resumed`.
 
-        follows_time: as `Bus` says. Where it does, robot time before the journal's has begun anew: nothing is as it was
-        then, and an empty journal, which knows the last token only, takes the place of the old one, which is set aside;
-        returns False. Unix time never begins anew, and nobody lets go of anything because a clock was set.
-        Raises JournalWriteError.
+        follows_time: as of `Bus`. If so, robot time before the journal's has started again, and nothing is as it was.
+        Then the old journal is set aside for an empty one, which takes over only the last token; returns False. Unix
+        time never starts again, so that setting a clock costs no grant. Raises JournalWriteError.
         """
-        if follows_time and now < kept.t - LARGEST_SETBACK:
+        if follows_time and now < snapshot.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
-            log.warning("robot time has begun anew; the journal until %.1f s is now %s", kept.t, moved)
-            self.core = self._make_core(replace(EMPTY_SNAPSHOT, last_token=kept.last_token), None)
+            log.warning("robot time has started again; the journal until %.1f s is now %s", snapshot.t, moved)
+            self._use(Snapshot(last_token=snapshot.last_token))
             self.begin(now)
             return False
-        self.core = self._make_core(kept, None)
+        self._use(snapshot)
         return True
 
-    def take(self, step: TakeStep[R], now: float) -> Step[R]:
-        """Have the core take a step, and write down what it must not forget. Whoever has only to answer makes sure that
-        he is still the one who may.
+    def step(self, event: Event, now: float) -> Step:
+        """Take a step and store its entries.
 
-        Raises RefusedError where the core refuses, UnwrittenError, JournalTakenError where another process judges now,
-        and whatever else may go wrong in the core: it then stands where it stood before. Raises any other JournalError
-        where not even that can be read: this process does not know any more what it has granted.
+        Raises RefusedError if the core refuses, UnwrittenError, and JournalTakenError if another process has the
+        journal. After any other exception of the core, its state is the one before the step. Any other JournalError
+        means that the journal cannot even be read: then it is unknown what this process has granted.
         """
         try:
-            taken = step(self.core, now)
-            self._write(taken, now)
+            step = self._stepper.step(event, now)
+            self._write(step, now)
         except (RefusedError, JournalTakenError):
             raise
         except JournalError as error:
@@ -84,9 +89,20 @@ class JournaledCore:
         except Exception:
             self._go_back()
             raise
-        return taken
+        return step
 
-    def _write(self, step: Step[Any], now: float) -> None:
+    def check_hold(self) -> None:
+        """Make sure that this process still has the journal, for an answer that takes no step. Raises as `step`."""
+        try:
+            self._journal.check_hold()
+        except JournalTakenError:
+            raise
+        except JournalError as error:
+            self._complain(error)
+            self._go_back()
+            raise UnwrittenError(error) from error
+
+    def _write(self, step: Step, now: float) -> None:
         records = [each for each in step.publications if isinstance(each, Record)]
         if not step.entries and not records:
             self._journal.check_hold()
@@ -97,8 +113,12 @@ class JournaledCore:
             log.warning("the journal is being written again")
 
     def _go_back(self) -> None:
-        """To where the last step has led that was written down. Raises JournalError."""
-        self.core = self._make_core(self._journal.snapshot(), self.core.data)
+        """Return to the last step that was stored. Raises JournalError."""
+        self._use(self._journal.snapshot() or EMPTY_SNAPSHOT, self.core.data)
+
+    def _use(self, snapshot: Snapshot, data: LatestData | None = None) -> None:
+        self.core = self._make_core(snapshot, data)
+        self._stepper = self._wrap(self.core, snapshot, data)
 
     def _complain(self, error: JournalError) -> None:
         if not self._failing:

@@ -1,4 +1,4 @@
-"""Leases on the bus: looked after for as long as there are any."""
+"""Leases on the bus, watched as long as there are any."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from skillwing.services.core.leases import Expired, Leases
 class LeaseWatch:
     """Shell of `Leases`. on_expired is called once for each lease that has run out; it may begin others.
 
-    from_outside: the leases are of those that are heard through the router only.
+    from_outside: the leases belong to clients that only the router connects to this process.
     """
 
     def __init__(self, bus: Bus, on_expired: Callable[[Expired], None], *, from_outside: bool = False) -> None:
@@ -26,21 +26,21 @@ class LeaseWatch:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The leases that run."""
+        """Names of the leases."""
         return self._leases.keys
 
     def begin(self, key: str, length: float) -> None:
-        """Give a lease, or renew it."""
+        """Begin a lease, or renew it."""
         self._leases.begin(key, length, self._bus.wall())
         if self._timer is None:
             self._wait()
 
     def renew(self, key: str, length: float) -> None:
-        """Renew a lease if it is there."""
+        """Renew a lease, if there is one of that name."""
         self._leases.renew(key, length, self._bus.wall())
 
     def end(self, key: str) -> None:
-        """Forget a lease. Idempotent."""
+        """End a lease. Idempotent."""
         self._leases.end(key)
 
     def _wait(self) -> None:

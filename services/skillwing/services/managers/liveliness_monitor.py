@@ -1,4 +1,4 @@
-"""Processes that come and go, known by their alive tokens: gone is who stays away, not whose token flaps."""
+"""Liveliness of processes, by their alive tokens: a process is gone if its token stays away."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from skillwing.services.managers.lease_watch import LeaseWatch
 from skillwing.services.protocol import Keys
 
 LOSS_DEBOUNCE = 1.0
-"""Wall time in seconds for which an alive token has to be away: a healing network lets tokens flap."""
+"""Wall time in seconds for which an alive token has to be away: tokens flap while a network heals."""
 
 
 class LivelinessMonitor:
     """Watches the alive tokens of `processes`, a key expression such as `**`.
 
-    on_gone gets the name of each process whose token was away for a second while we were connected. from_outside: they
-    are clients of the router also where we are not, so that the second passes only while there is one.
+    on_gone gets the name of each process whose token was away for a second while this process was connected.
+    from_outside: the processes are clients that only the router connects to this one. Then the second passes only
+    while there is a router.
     """
 
     def __init__(
@@ -30,7 +31,7 @@ class LivelinessMonitor:
         bus.watch_alive(keys.alive(processes), self._on_alive)
 
     def expect(self, process: str) -> None:
-        """Count a process that has not been seen yet as gone, unless its token shows up within the second."""
+        """Count a process that was never seen as gone, unless its token shows up within the second."""
         if process not in self._here and process not in self._absences:
             self._absences.begin(process, LOSS_DEBOUNCE)
 

@@ -1,4 +1,4 @@
-"""Whether a manager is still the one of its name, which the resource manager knows."""
+"""Registration of a manager at the resource manager."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from skillwing.services.protocol import (
 )
 
 REGISTRATION_PERIOD = 5.0
-"""Wall time in seconds between two questions of a manager that nobody asks anything."""
+"""Wall time in seconds between two registrations of an idle manager."""
 
 log = logging.getLogger(__name__)
 
 
 class Registration:
-    """Attaches a manager to the resource manager, and asks from time to time whether another process has come after it.
+    """Attaches a manager to the resource manager, and repeats that from time to time.
 
-    on_replaced is called once, with the refusal that says so. Questions end then, or with `give_up`. Where the resource
-    manager has another version of the skillset a WrongSkillsetError ends the process: nothing would be granted to it.
+    If another process of the name has attached since, the reply says so. Then on_replaced is called once with that
+    refusal, and the questions end, as they do with `give_up`. If the resource manager has another version of the
+    skillset, a WrongSkillsetError ends the process: it would never get a grant.
     """
 
     def __init__(
@@ -46,12 +47,12 @@ class Registration:
         self._over = False
 
     def ask(self) -> None:
-        """Ask now. Idempotent: to attach again changes nothing for the latest process of a name."""
+        """Attach now. Idempotent for the latest process of a name."""
         if not self._over:
             ask_until_answered(self._bus, self._key, self._question, self._on_answer, keep_retrying=self._goes_on)
 
     def give_up(self) -> None:
-        """Leave the place to whoever comes next."""
+        """End the registration; the next process of the name takes over."""
         self._over = True
         if self._timer is not None:
             self._timer.cancel()

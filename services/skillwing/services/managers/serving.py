@@ -1,4 +1,4 @@
-"""Answering queries: a typed reply or a typed refusal, whatever comes in."""
+"""Service of queries: each one gets a typed reply or a typed refusal."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ log = logging.getLogger(__name__)
 def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[M, str], Message]) -> Handle:
     """Answer each query on the key with `answer(message, key)`.
 
-    kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` goes out as the
-    refusal it is, an unreadable payload as BAD_REQUEST, and any other exception as INTERNAL: the process lives on, and
-    may have done what it was asked to before it failed.
+    kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` becomes its
+    refusal, an unreadable payload BAD_REQUEST, and any other exception INTERNAL. The process continues; a request that
+    ended in INTERNAL may have been carried out.
     """
 
     def on_request(request: Request) -> None:

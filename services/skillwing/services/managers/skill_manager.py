@@ -14,8 +14,21 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
 from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
+from skillwing.services.core.events import TimePassed
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
+from skillwing.services.core.skill_events import (
+    Dispatched,
+    Event,
+    Failed,
+    OwnerGone,
+    QuestionAnswered,
+    Raised,
+    RenewalAnswered,
+    StopConfirmed,
+    Terminated,
+    Validated,
+)
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.alarm import Alarm
@@ -94,7 +107,7 @@ class SkillManagerNode:
             new_record_id=self._timeline.new_id,
             incarnation=incarnation,
         )
-        self._alarm = Alarm(bus, lambda: self._perform(self._core.tick(bus.now())))
+        self._alarm = Alarm(bus, lambda: self._step(TimePassed()))
         self._status = bus.advertise(keys.status(skill), events=True)
         self._progress = bus.advertise(keys.progress(skill))
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
@@ -127,16 +140,16 @@ class SkillManagerNode:
         del key
         if request.owner is not None:
             self._owners.expect(request.owner)
-        self._perform(self._core.start(request, self._bus.now()))
+        self._step(request)
         return self._core.status(request.goal_id)
 
     def _answer_interrupt(self, request: InterruptGoal, key: str) -> GoalStatus:
         del key
-        self._perform(self._core.interrupt(request, self._bus.now()))
+        self._step(request)
         return self._core.status(request.goal_id)
 
     def _on_owner_gone(self, owner: str) -> None:
-        self._perform(self._core.owner_gone(owner, self._bus.now()))
+        self._step(OwnerGone(owner))
 
     def _on_verdict(self, sample: Sample) -> None:
         try:
@@ -144,7 +157,7 @@ class SkillManagerNode:
         except ProtocolError as error:
             log.warning("dropped a verdict: %s", error)
         else:
-            self._perform(self._core.pushed(verdict, self._bus.now()))
+            self._step(verdict)
             self._look_for_successor(verdict)
 
     def _make_way(self, refusal: ErrorReply) -> None:
@@ -172,29 +185,29 @@ class SkillManagerNode:
             # No word on the goal, which was not granted here: the successor may have been asked for it, too.
             self._make_way(verdict)
             return
-        self._perform(self._core.answered(asked, verdict, self._bus.now()))
+        self._step(QuestionAnswered(asked, verdict))
         self._look_for_successor(verdict)
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
     def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
         told = None if output is None else msgspec.to_builtins(output)
-        self._perform(self._core.terminated(goal_id, result, told, self._bus.now(), cause))
+        self._step(Terminated(goal_id, result, told, cause))
 
     def interrupted(self, goal_id: str) -> None:
-        self._perform(self._core.interrupted(goal_id, self._bus.now()))
+        self._step(StopConfirmed(goal_id))
 
     def failed(self, goal_id: str, reason: str, cause: str | None) -> None:
-        self._perform(self._core.failed(goal_id, reason, self._bus.now(), cause))
+        self._step(Failed(goal_id, reason, cause))
 
     # --- carrying out ------------------------------------------------------------------------------------------------
 
-    def _perform(self, actions: tuple[Action, ...]) -> None:
-        """Carry out actions, and those that come of them, one after the other: a hook may call back from within.
+    def _step(self, event: Event) -> None:
+        """Give an event to the core, and carry out its actions one after the other. A hook may step again meanwhile.
 
-        What goes wrong with one of them keeps none of the others, and is nobody's answer: the core has made its step.
+        An action that fails is logged and stops none of the others: the core has made its step already.
         """
-        self._actions.extend(actions)
+        self._actions.extend(self._core.step(event, self._bus.now()))
         if self._performing:
             return
         self._performing = True
@@ -253,7 +266,7 @@ class SkillManagerNode:
         if isinstance(answer, NoReply) and not self._bus.connected:
             return  # Nobody's silence but ours.
         verdict = _verdict(answer)
-        self._perform(self._core.renewed(renewal, verdict, self._bus.now()))
+        self._step(RenewalAnswered(renewal, verdict))
         self._look_for_successor(verdict)
 
     # --- hooks -------------------------------------------------------------------------------------------------------
@@ -269,14 +282,14 @@ class SkillManagerNode:
             case Hook.VALIDATE:
                 problem, done = self._guarded("validate", goal.id, lambda: hooks.validate(goal))
                 if done:
-                    self._perform(self._core.validated(goal.id, problem, self._bus.now()))
+                    self._step(Validated(goal.id, problem))
             case Hook.DISPATCH:
                 hooks.current = goal
                 run = self._core.current
                 hooks.record = run.record if run else None
                 _, done = self._guarded("on_dispatch", goal.id, lambda: hooks.on_dispatch(goal))
                 if done:
-                    self._perform(self._core.dispatched(goal.id, self._bus.now()))
+                    self._step(Dispatched(goal.id))
             case Hook.INTERRUPT:
                 self._guarded("on_interrupt", goal.id, lambda: hooks.on_interrupt(goal))
             case Hook.ENDED if call.terminal is not None:
@@ -322,14 +335,14 @@ class SkillManagerNode:
     def _report(self, hook: str, goal_id: str, error: Exception) -> None:
         log.error("`%s` of %s raised", hook, self.name, exc_info=error)
         text = f"{type(error).__name__}: {error}"
-        self._perform(self._core.raised(goal_id, hook, text, self._bus.now()))
+        self._step(Raised(goal_id, hook, text))
 
     # --- progress ----------------------------------------------------------------------------------------------------
 
     def _keep_progress_timer(self) -> None:
         """The timer runs exactly while a goal is RUNNING."""
         run, period = self._core.current, self._model.progress_period
-        running = run is not None and run.state is State.RUNNING and period is not None
+        running = run is not None and run.phase is State.RUNNING and period is not None
         if running and self._progress_timer is None and period is not None:
             self._progress_timer = self._bus.every(period, self._publish_progress)
         elif not running and self._progress_timer is not None:

@@ -1,8 +1,8 @@
-"""The files in which steps are written down: `steps/1.msgpack`, `2.msgpack`, ... in the directory of a run.
+"""Files of recorded steps: `steps/1.msgpack`, `2.msgpack`, ... in the directory of a run.
 
-Each process begins a file of its own, and another one when that is full; the oldest ones go. So a file is never
-continued by somebody else: what a killed process could not finish is its end, and nothing comes after it. Each line is
-a message in MessagePack, after its length in four bytes. The first one is a `Head`, the second a `Made`.
+Each process begins a file of its own, and another one when that is full; the oldest files are deleted. So no other
+process continues a file: an unfinished line is its end. Each line is a message in MessagePack, after its length in four
+bytes. The first one is a `Head`, the second a `Made`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import BinaryIO
 
 import msgspec
 
-from skillwing.services.replay.errors import BadStepsError
+from skillwing.services.errors import BadRecordingError
 from skillwing.services.replay.steps import FORMAT, Head, Line, Made, decoded_head, decoded_line, encoded
 
 ENDING = ".msgpack"
 FILE_BYTES = 8 << 20
-"""Bytes from which on a file is full."""
+"""Size in bytes from which a file is full."""
 FILES_KEPT = 16
 _LENGTH = struct.Struct(">I")
 
@@ -29,10 +29,9 @@ log = logging.getLogger(__name__)
 
 
 class StepWriter:
-    """Writes the steps of one process. It must never be in the way of what it writes down: where it cannot write, the
-    log says so once, and it ends.
+    """Writes the steps of one process. It must never stop the process: if it cannot write, it logs that once and ends.
 
-    folder: of the files; nothing is made before the first line.
+    folder: of the files; it is not created before the first line.
     """
 
     def __init__(self, folder: Path, head: Head, *, file_bytes: int = FILE_BYTES, files_kept: int = FILES_KEPT) -> None:
@@ -46,18 +45,18 @@ class StepWriter:
 
     @property
     def full(self) -> bool:
-        """Another file is due, which begins with `begin_file`."""
+        """True when another file is due, which `begin_file` begins."""
         return self._size >= self._file_bytes
 
     def begin_file(self, made: Made) -> None:
-        """Go on in another file, with a core that knows all that the present one does."""
+        """Continue in another file. made: arguments for a core that equals the present one."""
         self.close()
         self.write(lambda: made)
 
     def write(self, make_line: Callable[[], Line]) -> None:
-        """Write a line; the system has it when this returns, so that the death of the process does not matter.
+        """Write a line. The operating system has it when this returns, so that a killed process loses nothing.
 
-        make_line: makes it, which may fail for what has no form in MessagePack.
+        make_line: may raise for values without a form in MessagePack.
         """
         if self._ended:
             return
@@ -67,7 +66,7 @@ class StepWriter:
                 self._put(self._file, self._head)
             self._put(self._file, make_line())
         except (OSError, TypeError, ValueError, OverflowError) as error:
-            log.warning("the steps cannot be written down any more, and end here: %s", error)
+            log.warning("steps cannot be recorded any more, and end here: %s", error)
             self.close()
             self._ended = True
 
@@ -96,13 +95,13 @@ class StepWriter:
         while True:
             try:
                 return (self._folder / f"{number}{ENDING}").open("xb", buffering=0)
-            except FileExistsError:  # another process was faster
+            except FileExistsError:
                 number += 1
 
 
 @dataclass(frozen=True, slots=True)
 class StepFile:
-    """What a file holds. finished: its last line is whole."""
+    """Content of a file. finished: its last line is whole."""
 
     path: Path
     head: Head
@@ -111,7 +110,7 @@ class StepFile:
 
 
 def step_files(folder: Path) -> list[Path]:
-    """The files of steps in a directory, in the order in which they were begun; none where there is no directory."""
+    """Files of steps in a directory, in the order of their begin; none if the directory does not exist."""
     return sorted(
         (path for path in folder.glob(f"*{ENDING}") if path.stem.isdecimal()), key=lambda path: int(path.stem)
     )
@@ -120,7 +119,7 @@ def step_files(folder: Path) -> list[Path]:
 def read_steps(path: Path) -> StepFile | None:
     """Read a file, also while it is written to; None for one that ends within its head.
 
-    Raises BadStepsError for what no such file holds, or another version of Skillwing has written.
+    Raises BadRecordingError for another kind of file, or one of another version of Skillwing.
     """
     content = path.read_bytes()
     payloads = list(_payloads(content))
@@ -132,19 +131,19 @@ def read_steps(path: Path) -> StepFile | None:
         written = form.get("format") if isinstance(form, dict) else None
         if isinstance(written, int) and written != FORMAT:
             text = f"{path} was written by another Skillwing: its format is {written}, this one reads {FORMAT}."
-            raise BadStepsError(f"{text} Replay it with the version that flew.")
+            raise BadRecordingError(f"{text} Replay it with the version that flew.")
         head = decoded_head(payloads[0])
         lines = tuple(decoded_line(payload) for payload in payloads[1:])
     except (msgspec.MsgspecError, ValueError) as error:
         text = f"{path} does not hold a resource manager's steps, or is damaged: {error}."
-        raise BadStepsError(f"{text} Name the directory of a run.") from error
+        raise BadRecordingError(f"{text} Name the directory of a run.") from error
     if lines and not isinstance(lines[0], Made):
-        raise BadStepsError(f"{path} is damaged: its first step has no core to take it. Name another run.")
+        raise BadRecordingError(f"{path} is damaged: its first step has no core to take it. Name another run.")
     return StepFile(path, head, lines, finished=used == len(content))
 
 
 def _payloads(content: bytes) -> Iterator[bytes]:
-    """The whole ones."""
+    """Payloads of the whole lines."""
     start = 0
     while start + _LENGTH.size <= len(content):
         (length,) = _LENGTH.unpack_from(content, start)

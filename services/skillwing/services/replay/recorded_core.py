@@ -1,151 +1,60 @@
-"""A resource core that has each of its steps written down."""
+"""A resource core whose every step is recorded."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Callable
 
 import msgspec
 
-from skillwing.dsl.model import Skillset
-from skillwing.services.core.latest_data import LatestData
+from skillwing.services.core.events import Event
 from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.core.snapshot import DatumEntry, Snapshot
 from skillwing.services.journal.errors import JournalError
-from skillwing.services.protocol import (
-    AttachManager,
-    BeginGoal,
-    DataSample,
-    EndGoal,
-    FireEvent,
-    FireExtern,
-    RecordOutcome,
-    RenewGoal,
-)
 from skillwing.services.replay.files import StepWriter
-from skillwing.services.replay.steps import (
-    Answer,
-    Asked,
-    Attach,
-    Begin,
-    Datum,
-    End,
-    Event,
-    Extern,
-    GoalSilent,
-    Made,
-    ManagerGone,
-    Outcome,
-    Question,
-    Renew,
-    Resume,
-    Tick,
-    answer_of,
-    encoded,
-)
+from skillwing.services.replay.steps import Made, Taken, answer_of, encoded
 
 
-class RecordedCore(ResourceCore):
-    """Arguments are those of `ResourceCore`, and two more.
+class RecordedCore:
+    """Wrapper round a core.
 
-    writer: gets the steps. remembered: what the journal holds of all steps so far, from which a new file can begin.
-    now: robot time of its making.
+    made: arguments of the core. writer: receives its steps. journal_snapshot: sum of all steps in the journal, from
+    which a new file can begin.
     """
 
     def __init__(
-        self,
-        skillset: Skillset,
-        *,
-        source: str,
-        new_record_id: Callable[[], str],
-        writer: StepWriter,
-        remembered: Callable[[], Snapshot | None],
-        now: float,
-        found: Mapping[str, str] | None = None,
-        kept: Snapshot | None = None,
-        data: LatestData | None = None,
+        self, core: ResourceCore, made: Made, writer: StepWriter, journal_snapshot: Callable[[], Snapshot | None]
     ) -> None:
+        self._core = core
         self._writer = writer
-        self._remembered = remembered
-        self._t = now
-        self._record_ids: list[str] = []
-        self._give_record_id = new_record_id
-        super().__init__(skillset, source=source, new_record_id=self._record_id, found=found, kept=kept, data=data)
-        made = Made(now, None if found is None else dict(found), kept, same_data=data is not None)
+        self._journal_snapshot = journal_snapshot
         writer.write(lambda: made)
 
-    # --- the steps ---------------------------------------------------------------------------------------------------
-
-    def resume(self, kept: Snapshot, now: float) -> Step[Any]:
-        return self._noted(Resume(kept), now, super())
-
-    def fire_extern(self, request: FireExtern, now: float) -> Step[Any]:
-        return self._noted(Extern(request), now, super())
-
-    def fire_event(self, request: FireEvent, now: float) -> Step[Any]:
-        return self._noted(Event(request), now, super())
-
-    def update_datum(self, sample: DataSample, now: float) -> Step[Any]:
-        return self._noted(Datum(sample), now, super())
-
-    def tick(self, now: float) -> Step[Any]:
-        return self._noted(Tick(), now, super())
-
-    def attach_manager(self, request: AttachManager, now: float) -> Step[Any]:
-        return self._noted(Attach(request), now, super())
-
-    def begin(self, request: BeginGoal, now: float) -> Step[Any]:
-        return self._noted(Begin(request), now, super())
-
-    def end(self, request: EndGoal, now: float) -> Step[Any]:
-        return self._noted(End(request), now, super())
-
-    def record_outcome(self, request: RecordOutcome, now: float) -> Step[Any]:
-        return self._noted(Outcome(request), now, super())
-
-    def renew(self, request: RenewGoal) -> Step[Any]:
-        return self._noted(Renew(request), self._t, super())
-
-    def manager_lost(self, manager: str, now: float, reason: str = "its alive token is gone") -> Step[Any]:
-        return self._noted(ManagerGone(manager, reason), now, super())
-
-    def goal_lost(self, goal_id: str, now: float, reason: str) -> Step[Any]:
-        return self._noted(GoalSilent(goal_id, reason), now, super())
-
-    # --- writing them down -------------------------------------------------------------------------------------------
-
-    def _record_id(self) -> str:
-        self._record_ids.append(self._give_record_id())
-        return self._record_ids[-1]
-
-    def _noted(self, question: Question, now: float, plain: ResourceCore) -> Step[Any]:
-        """Take a step as a plain core does, and write it down, whatever comes of it."""
+    def step(self, event: Event, now: float) -> Step:
+        """Take a step and record it, whatever its outcome."""
         if self._writer.full:
-            self._begin_file()
-        self._t = now
-        self._record_ids.clear()
+            self._begin_file(now)
         try:
-            step = question.put_to(plain, now)
+            step = self._core.step(event, now)
         except Exception as error:
-            self._write(question, answer_of(error))
+            self._write(event, now, error)
             raise
-        self._write(question, answer_of(step))
+        self._write(event, now, step)
         return step
 
-    def _write(self, question: Question, answer: Answer) -> None:
-        self._writer.write(lambda: Asked(self._t, question, tuple(self._record_ids), msgspec.Raw(encoded(answer))))
+    def _write(self, event: Event, now: float, outcome: Step | Exception) -> None:
+        self._writer.write(lambda: Taken(now, event, msgspec.Raw(encoded(answer_of(outcome)))))
 
-    def _begin_file(self) -> None:
-        """Begin a file with a core that behaves as this one, unless none such can be made just now."""
-        names, now = self.data_names, self._t
-        if self.data.freshness_unknown(names, now):
+    def _begin_file(self, now: float) -> None:
+        """Begin a file with an equal core, if one can be made at this moment."""
+        data = self._core.data
+        if data.freshness_unknown(data.names, now):
             return
         try:
-            kept = self._remembered()
+            snapshot = self._journal_snapshot()
         except JournalError:
             return
-        if kept is not None:
-            readings = (self.data.reading(name, now) for name in names)
-            data = tuple(DatumEntry(each.name, each.value, each.t) for each in readings if each.t is not None)
-            self._writer.begin_file(Made(now, None, replace(kept, data=data), same_data=False))
+        if snapshot is not None:
+            readings = (data.reading(name, now) for name in data.names)
+            entries = tuple(DatumEntry(each.name, each.value, each.t) for each in readings if each.t is not None)
+            snapshot = msgspec.structs.replace(snapshot, data=entries)
+            self._writer.begin_file(Made(now, None, snapshot, same_data=False))

@@ -1,4 +1,4 @@
-"""Asking the core as it is now what another one was asked, and comparing the answers."""
+"""Replay of recorded steps by the core as it is now, and comparison of the answers."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ import msgspec
 
 from skillwing.dsl import SkillsetError, parse
 from skillwing.dsl.model import Skillset
+from skillwing.services.core.events import Event
 from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.errors import BadRecordingError
 from skillwing.services.names import RESOURCE_MANAGER
-from skillwing.services.replay.errors import BadStepsError
 from skillwing.services.replay.files import StepFile, read_steps, step_files
-from skillwing.services.replay.steps import Asked, Head, Made, Question, answer_of, encoded
+from skillwing.services.replay.steps import Head, Made, Taken, answer_of, encoded
 
 NEW_RECORD = "a record that was not written then"
-"""Id of a timeline record for which there is none of then."""
+"""Id of a timeline record that the recorded answer does not have."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """Where two answers differ, as a path into them, and what stands there; None where one of them has nothing."""
+    """A place where two answers differ, as a path into them, and both values; None for a missing one."""
 
     path: str
     then: Any
@@ -33,16 +34,15 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Divergence:
-    """The first step whose answer is another one today.
+    """The first step with another answer today.
 
-    number: of the step, from 1, in its file.
-    then, now: the answers as plain values; differences: where these differ.
+    number: of the step, from 1, in its file. then, now: the answers as plain values.
     """
 
     file: Path
     number: int
     t: float
-    question: Question
+    event: Event
     then: dict[str, Any]
     now: dict[str, Any]
 
@@ -53,7 +53,7 @@ class Divergence:
 
 @dataclass(frozen=True, slots=True)
 class Replayed:
-    """What a replay has found. steps: that were taken again; unfinished: files whose last line is not whole."""
+    """Result of a replay. steps: number of those taken again; unfinished: files whose last line is not whole."""
 
     head: Head
     files: int
@@ -65,19 +65,19 @@ class Replayed:
 
 
 def replay_folder(folder: Path) -> Replayed:
-    """Replay all files of steps in a directory, up to the first answer that is another one today.
+    """Replay all files of steps in a directory, up to the first answer that differs.
 
-    Raises BadStepsError where there is nothing to replay, or what is there cannot be.
+    Raises BadRecordingError if there is nothing to replay, or if it cannot be replayed.
     """
     files = [file for path in step_files(folder) if (file := read_steps(path)) is not None and file.lines]
     if not files:
         text = f"There are no steps of a resource manager in {folder}."
-        raise BadStepsError(f"{text} Name the directory of a run that `up`, `mock` or `demo` has made.")
+        raise BadRecordingError(f"{text} Name the directory of a run that `up`, `mock` or `demo` has made.")
     steps, divergence = 0, None
     for file in files:
         divergence = replay(file)
-        asked = sum(isinstance(line, Asked) for line in file.lines)
-        steps += asked if divergence is None else divergence.number
+        taken = sum(isinstance(line, Taken) for line in file.lines)
+        steps += taken if divergence is None else divergence.number
         if divergence is not None:
             break
     return Replayed(
@@ -92,7 +92,7 @@ def replay_folder(folder: Path) -> Replayed:
 
 
 def replay(file: StepFile) -> Divergence | None:
-    """Take the steps of one file again. Raises BadStepsError if its skillset means something else today."""
+    """Take the steps of one file again. Raises BadRecordingError if its skillset means something else today."""
     skillset = skillset_of(file)
     core: ResourceCore | None = None
     ids = _RecordIds()
@@ -101,41 +101,42 @@ def replay(file: StepFile) -> Divergence | None:
         match line:
             case Made():
                 core = _make_core(skillset, line, ids, core)
-            case Asked() if core is not None:
+            case Taken() if core is not None:
                 number += 1
-                ids.give(line.record_ids)
+                then = msgspec.msgpack.decode(line.answer)
+                ids.give(then)
                 answer = _answer(core, line)
                 if answer != bytes(line.answer):
-                    then, now = msgspec.msgpack.decode(line.answer), msgspec.msgpack.decode(answer)
-                    return Divergence(file.path, number, line.t, line.question, then, now)
+                    return Divergence(file.path, number, line.t, line.event, then, msgspec.msgpack.decode(answer))
             case _:
                 pass
     return None
 
 
 def skillset_of(file: StepFile) -> Skillset:
-    """The skillset of then. Raises BadStepsError if this Skillwing reads its source as another one."""
+    """The recorded skillset. Raises BadRecordingError if this Skillwing reads its source as another one."""
     head = file.head
     try:
         skillset = parse(head.text, head.file)
     except SkillsetError as error:
         text = f"The skillset of {file.path} has errors today: {error.diagnostics[0].message}"
-        raise BadStepsError(f"{text.rstrip('.')}. Replay it with the version that flew.") from error
+        raise BadRecordingError(f"{text.rstrip('.')}. Replay it with the version that flew.") from error
     if skillset.schema_hash != head.schema:
         then = f"{file.path} was written with version {head.schema} of the skillset `{head.skillset}`"
         text = f"{then}, whose source means version {skillset.schema_hash} to this Skillwing."
-        raise BadStepsError(f"{text} Replay it with the version that flew.")
+        raise BadRecordingError(f"{text} Replay it with the version that flew.")
     return skillset
 
 
 class _RecordIds:
-    """Timeline records get the ids that they had."""
+    """Source of record ids: timeline records get the ids of the recorded answer."""
 
     def __init__(self) -> None:
         self._ids: Iterator[str] = iter(())
 
-    def give(self, ids: tuple[str, ...]) -> None:
-        self._ids = iter(ids)
+    def give(self, answer: dict[str, Any]) -> None:
+        """Use the ids of the records in this answer from now on."""
+        self._ids = (each["id"] for each in answer.get("publications", ()) if "id" in each)
 
     def __call__(self) -> str:
         return next(self._ids, NEW_RECORD)
@@ -144,16 +145,16 @@ class _RecordIds:
 def _make_core(skillset: Skillset, made: Made, ids: _RecordIds, before: ResourceCore | None) -> ResourceCore:
     data = before.data if made.same_data and before is not None else None
     return ResourceCore(
-        skillset, source=RESOURCE_MANAGER, new_record_id=ids, found=made.found, kept=made.kept, data=data
+        skillset, source=RESOURCE_MANAGER, new_record_id=ids, found=made.found, snapshot=made.snapshot, data=data
     )
 
 
-def _answer(core: ResourceCore, asked: Asked) -> bytes:
+def _answer(core: ResourceCore, taken: Taken) -> bytes:
     try:
-        step = asked.question.put_to(core, asked.t)
-    except Exception as error:  # noqa: BLE001 - whatever it is, it is what the core answers
-        return encoded(answer_of(error))
-    return encoded(answer_of(step))
+        outcome = core.step(taken.event, taken.t)
+    except Exception as error:  # noqa: BLE001 - any exception is an answer
+        outcome = error
+    return encoded(answer_of(outcome))
 
 
 def _differences(path: str, then: Any, now: Any) -> Iterator[Difference]:

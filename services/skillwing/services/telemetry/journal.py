@@ -13,7 +13,7 @@ from typing import Generic, Self, TypeVar
 
 import msgspec
 
-from skillwing.services.errors import PassingError, SkillwingError
+from skillwing.services.errors import BadRecordingError, PassingError
 from skillwing.services.protocol import PROTOCOL_VERSION, GoalStatus, Message, Record
 
 TIMELINE_FILE = "timeline.jsonl"
@@ -68,7 +68,7 @@ def read_goals(run_dir: Path) -> list[GoalStatus]:
 def read_lines(path: Path, kind: type[M]) -> list[M]:
     """Every message of the file. A last line that its writer could not finish is left out.
 
-    Raises SkillwingError for messages of another protocol version.
+    Raises BadRecordingError for messages of another protocol version.
     """
     if not path.exists():
         return []
@@ -80,5 +80,5 @@ def read_lines(path: Path, kind: type[M]) -> list[M]:
     other = next((message.v for message in messages if message.v != PROTOCOL_VERSION), None)
     if other is not None:
         text = f"{path} was recorded with protocol {other}, and this Skillwing reads protocol {PROTOCOL_VERSION}."
-        raise SkillwingError(f"{text} Read it with the version that recorded it.")
+        raise BadRecordingError(f"{text} Read it with the version that recorded it.")
     return messages

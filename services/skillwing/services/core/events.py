@@ -1,0 +1,59 @@
+"""Events of the resource manager: everything that can happen to it, as values.
+
+Requests and data samples are events as they arrive. Each event has a tag, so that a file of events can be read back.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import msgspec
+
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    DataSample,
+    EndGoal,
+    FireEvent,
+    FireExtern,
+    RecordOutcome,
+    RenewGoal,
+)
+
+
+class ManagerGone(msgspec.Struct, frozen=True, tag="manager_gone"):
+    """A manager whose alive token stayed away."""
+
+    manager: str
+    reason: str = "its alive token is gone"
+
+
+class GoalSilent(msgspec.Struct, frozen=True, tag="goal_silent"):
+    """A goal whose grant was not renewed within its lease."""
+
+    goal_id: str
+    reason: str
+
+
+class TimePassed(msgspec.Struct, frozen=True, tag="time_passed"):
+    """Passage of robot time alone, at which data may turn stale."""
+
+
+class Resumed(msgspec.Struct, frozen=True, tag="resumed"):
+    """Start of a process that continues from a predecessor's snapshot; its core's first event."""
+
+
+Event: TypeAlias = (
+    BeginGoal
+    | EndGoal
+    | RecordOutcome
+    | RenewGoal
+    | AttachManager
+    | FireExtern
+    | FireEvent
+    | DataSample
+    | ManagerGone
+    | GoalSilent
+    | TimePassed
+    | Resumed
+)

@@ -1,0 +1,137 @@
+"""Grants in force, and the history of finished goals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from skillwing.dsl.model import Skill
+from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import FinishedGoal, GrantEntry, HistoryBucket, OnEntry
+from skillwing.services.protocol import NO_TOKEN, EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
+
+GOALS_REMEMBERED = 1000
+"""Finished goals in each history bucket."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """Grant of a goal.
+
+    inputs: defaults filled in. manager, incarnation: name of the process that runs it, and which one of that name.
+    """
+
+    skill: Skill
+    inputs: Mapping[str, object]
+    manager: str
+    incarnation: str
+    granted: Granted
+
+    @property
+    def goal_id(self) -> str:
+        return self.granted.goal_id
+
+    @property
+    def token(self) -> int:
+        return self.granted.token
+
+
+class Ledger:
+    """Every goal by its id: active grants in the order of their granting, and finished goals.
+
+    on_entry: receives an entry for each grant and each end. grants, finished, last_token: from the snapshot.
+    """
+
+    def __init__(
+        self,
+        on_entry: OnEntry,
+        grants: Iterable[Grant] = (),
+        finished: Iterable[FinishedGoal] = (),
+        last_token: int = NO_TOKEN,
+    ) -> None:
+        self._on_entry = on_entry
+        self._active = {grant.goal_id: grant for grant in grants}
+        self._finished: dict[HistoryBucket, BoundedDict[str, FinishedGoal]] = {
+            bucket: BoundedDict(GOALS_REMEMBERED) for bucket in HistoryBucket
+        }
+        for goal in finished:
+            self._finished[goal.bucket][goal.goal_id] = goal
+        self._last_token = last_token
+
+    @property
+    def grants(self) -> tuple[Grant, ...]:
+        """Active grants, the oldest first."""
+        return tuple(self._active.values())
+
+    def next_token(self, now: float) -> int:
+        """A fencing token larger than every earlier one.
+
+        It contains the robot time in milliseconds. So it keeps growing when a process without a journal takes over.
+        """
+        self._last_token = max(self._last_token + 1, int(now * 1000))
+        return self._last_token
+
+    def open(self, grant: Grant) -> None:
+        """Add an active grant."""
+        self._active[grant.goal_id] = grant
+        self._on_entry(GrantEntry(grant.skill.name, grant.inputs, grant.manager, grant.incarnation, grant.granted))
+
+    def close(self, grant: Grant, verdict: GoalVerdict) -> None:
+        """End an active grant; `verdict` answers every later question about the goal."""
+        del self._active[grant.goal_id]
+        self.remember(FinishedGoal(grant.goal_id, grant.skill.name, grant.token, verdict))
+
+    def remember(self, goal: FinishedGoal) -> None:
+        """Add a finished goal."""
+        self._finished[goal.bucket][goal.goal_id] = goal
+        self._on_entry(goal)
+
+    def active(self, goal_id: str) -> Grant | None:
+        """The active grant of a goal."""
+        return self._active.get(goal_id)
+
+    def finished(self, goal_id: str) -> FinishedGoal | None:
+        """The finished goal of that id."""
+        for bucket in self._finished.values():
+            goal = bucket.get(goal_id)
+            if goal is not None:
+                return goal
+        return None
+
+    def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
+        """The latest verdict on a goal; None for an unknown one.
+
+        Refuses with STALE_TOKEN for a goal that its manager has lost, with BAD_REQUEST for the id of another skill.
+        """
+        grant, finished = self._active.get(goal_id), self.finished(goal_id)
+        owner = grant.skill.name if grant else finished.skill if finished else skill
+        if owner != skill:
+            raise RefusedError(
+                ErrorCode.BAD_REQUEST,
+                f"The goal {goal_id} belongs to `{owner}`, not to `{skill}`.",
+                help="Give every goal an id of its own.",
+            )
+        if grant is not None:
+            return grant.granted
+        if finished is not None and isinstance(finished.verdict, Lost):
+            text = f"The goal {goal_id} was taken away. {finished.verdict.reason}"
+            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="Stop the skill.")
+        return finished.verdict if finished else None
+
+
+def check_token(request: EndGoal | RenewGoal, token: int) -> None:
+    """Refuse a request whose token is not the one of the goal's grant."""
+    if request.token != token:
+        raise RefusedError(
+            ErrorCode.STALE_TOKEN,
+            f"Token {request.token} is not the one that goal {request.goal_id} was granted with.",
+            help="Stop the skill.",
+        )
+
+
+def unknown_goal(goal_id: str) -> RefusedError:
+    """The refusal for a goal that never had a grant."""
+    return RefusedError(
+        ErrorCode.UNKNOWN_GOAL, f"No goal {goal_id} was ever granted here.", help="Stop the skill and begin again."
+    )

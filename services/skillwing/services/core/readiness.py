@@ -1,0 +1,62 @@
+"""Rules of readiness: whether a goal may begin, and why not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from skillwing.dsl.expressions import Expression, names_used
+from skillwing.dsl.model import Skill
+from skillwing.services.core.guards import explain_failure
+from skillwing.services.core.invariants import enforce_invariants
+from skillwing.services.core.manager_state import ManagerState
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.snapshot import FinishedGoal
+from skillwing.services.core.values import fit_fields
+from skillwing.services.protocol import NO_TOKEN, BeginGoal, ErrorCode, NotReady
+
+
+def fitted_inputs(skill: Skill, given: Mapping[str, object]) -> dict[str, object]:
+    """Inputs of a goal with defaults filled in; refuses inputs that do not fit the skill."""
+    inputs, problems = fit_fields(skill.inputs, given)
+    if problems:
+        text = " ".join(problem.sentence for problem in problems)
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            f"The inputs do not fit `{skill.name}`: {text}",
+            help="Send what the skillset declares.",
+        )
+    return inputs
+
+
+def require_known_data(state: ManagerState, guard: Expression | None, now: float) -> None:
+    """Refuse to evaluate a guard on data that may be fresh, but whose values are not known here yet."""
+    if guard is not None and state.data.freshness_unknown(names_used(guard, "data"), now):
+        text = "The resource manager has just been restarted and does not know all data yet."
+        raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
+
+
+def failing_preconditions(
+    state: ManagerState, skill: Skill, inputs: Mapping[str, object], now: float
+) -> dict[str, str]:
+    """Every check that fails, and why. A start effect that cannot be applied counts as one."""
+    environment = state.environment(inputs, now)
+    reasons = {check.name: explain_failure(check.expression, environment) for check in skill.preconditions.checks}
+    failing = {name: reason for name, reason in reasons.items() if reason is not None}
+    start = skill.preconditions.success
+    if not failing and (obstacle := state.table.obstacle(skill.transitions(start))) is not None:
+        failing[f"effect {start}"] = f"The effect `{start}` cannot be applied: {obstacle}"
+    return failing
+
+
+def decline(state: ManagerState, request: BeginGoal, skill: Skill, failing: Mapping[str, str], now: float) -> NotReady:
+    """Apply the failure effect of a goal that may not begin, and finish the goal."""
+    effect = skill.preconditions.failure
+    if (obstacle := state.table.obstacle(skill.transitions(effect))) is not None:
+        failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
+    text = " ".join(failing.values())
+    record = state.record_goal(skill, "NOT_READY", now, request.goal_id, request.cause, text)
+    state.apply_effect(skill, effect, record, request.goal_id, now)
+    verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), record=record)
+    state.ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, verdict))
+    enforce_invariants(state, now)
+    return verdict

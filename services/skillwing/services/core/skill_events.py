@@ -1,0 +1,148 @@
+"""Events of a skill's manager: everything that can happen to its goals, as values.
+
+Requests of clients and verdicts of the resource manager are events as they arrive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import msgspec
+
+from skillwing.services.core.events import TimePassed
+from skillwing.services.core.skill_actions import AskResources
+from skillwing.services.protocol import (
+    ErrorReply,
+    GoalVerdict,
+    InterruptGoal,
+    Lost,
+    RenewGoal,
+    StartGoal,
+    Terminal,
+    Violated,
+)
+
+ResourcesAnswer: TypeAlias = GoalVerdict | ErrorReply | None
+"""An answer of the resource manager; None for silence."""
+
+
+# --- from clients --------------------------------------------------------------------------------------------------
+
+
+class OwnerGone(msgspec.Struct, frozen=True):
+    """A client process is gone. owner: its process name."""
+
+    owner: str
+
+
+# --- from the hooks ------------------------------------------------------------------------------------------------
+
+
+class Validated(msgspec.Struct, frozen=True):
+    """Return of the developer's `validate`: None, or a sentence about what is wrong with the goal."""
+
+    goal_id: str
+    problem: str | None = None
+
+
+class Dispatched(msgspec.Struct, frozen=True):
+    """Return of the developer's `on_dispatch`."""
+
+    goal_id: str
+
+
+class Raised(msgspec.Struct, frozen=True):
+    """Exception in a hook of the developer. text: its type and message."""
+
+    goal_id: str
+    hook: str
+    text: str
+
+
+class Terminated(msgspec.Struct, frozen=True):
+    """End of the skill by itself. cause: the timeline record that ended it, if the developer names one."""
+
+    goal_id: str
+    result: str
+    output: Mapping[str, object] | None = None
+    cause: str | None = None
+
+
+class StopConfirmed(msgspec.Struct, frozen=True):
+    """Confirmation by the developer that an interrupted goal has really stopped."""
+
+    goal_id: str
+
+
+class Failed(msgspec.Struct, frozen=True):
+    """End of the goal as an error, by the developer. cause: as in `Terminated`."""
+
+    goal_id: str
+    reason: str
+    cause: str | None = None
+
+
+# --- from the resource manager -------------------------------------------------------------------------------------
+
+
+class QuestionAnswered(msgspec.Struct, frozen=True):
+    """ResourcesAnswer to a question, or silence."""
+
+    asked: AskResources
+    answer: ResourcesAnswer
+
+
+class RenewalAnswered(msgspec.Struct, frozen=True):
+    """ResourcesAnswer to a renewal, or silence."""
+
+    call: RenewGoal
+    answer: ResourcesAnswer
+
+    @property
+    def goal_id(self) -> str:
+        return self.call.goal_id
+
+
+CurrentGoalEvent: TypeAlias = (
+    Validated | Dispatched | Raised | Terminated | StopConfirmed | Failed | RenewalAnswered | Violated | Lost
+)
+"""Events that name a goal, and count only while it is the current one."""
+Event: TypeAlias = StartGoal | InterruptGoal | OwnerGone | CurrentGoalEvent | QuestionAnswered | TimePassed
+"""Events that `SkillCore.step` takes."""
+
+
+# --- the same for one goal -----------------------------------------------------------------------------------------
+
+
+class Accepted(msgspec.Struct, frozen=True):
+    """The start of a goal whose inputs fit, while no other goal runs."""
+
+
+class Rejected(msgspec.Struct, frozen=True):
+    """The start of a goal that this process cannot run. terminal: its local outcome."""
+
+    terminal: Terminal
+
+
+class StopRequested(msgspec.Struct, frozen=True):
+    """Request to stop: an interrupt, or a lost owner. cause: the timeline record behind it, if there is one."""
+
+    reason: str
+    cause: str | None = None
+
+
+class Reply(msgspec.Struct, frozen=True):
+    """ResourcesAnswer to the question that the goal waits for."""
+
+    answer: GoalVerdict | ErrorReply
+
+
+class RetriesExhausted(msgspec.Struct, frozen=True):
+    """The tenth silence to the question that the goal waits for."""
+
+
+GoalEvent: TypeAlias = (
+    Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
+)
+"""Events that the state of a goal takes."""
