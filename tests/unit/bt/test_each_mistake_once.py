@@ -22,7 +22,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.flight import land_where_it_is, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.pausing import ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -219,7 +219,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
                 resource="SDK_autority",
                 states=("AVAILABLE",),
                 patience=1.0,
-                ended_by=ResourceChange("flight_status", "ON_GROUND"),
+                ended_by=StateChange("flight_status", "ON_GROUND"),
             ),
             "no resource `SDK_autority`",
         ),

@@ -16,14 +16,14 @@ from typer.testing import CliRunner
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
 from skillwing.bt_missions.mission.options import option_text, parse_options
-from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
 from skillwing.services.commands.exit_codes import FAILED, exit_code_of
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 
 
 def test_options_are_read_from_words() -> None:
     words = ["route=30,0,4; 30,20,4;", "speed=1.5", "area=-10,-10,40,30"]
-    assert MISSION.read_options(parse_options(words)) == MappingOptions(
+    assert MISSION.read_options(parse_options(words)) == MappingMissionOptions(
         route=((30.0, 0.0, 4.0), (30.0, 20.0, 4.0)), speed=1.5, area=(-10.0, -10.0, 40.0, 30.0)
     )
 
@@ -75,9 +75,9 @@ def test_options_are_read_as_they_are_shown(
 
 
 PATROL = """
-from skillwing.bt_missions.missions.mapping import MappingMission, MappingOptions
+from skillwing.bt_missions.missions.mapping import MappingMission, MappingMissionOptions
 
-class Options(MappingOptions, frozen=True, kw_only=True):
+class Options(MappingMissionOptions, frozen=True, kw_only=True):
     rounds: int
 
 class Patrol(MappingMission):

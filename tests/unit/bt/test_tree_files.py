@@ -28,7 +28,7 @@ from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
-from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import TreeFileError, parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -144,7 +144,7 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
                 resource="axes",
                 states=("FREE",),
                 patience=2.5,
-                ended_by=ResourceChange("camera", "FAILED"),
+                ended_by=StateChange("camera", "FAILED"),
             ),
             children,
         ),

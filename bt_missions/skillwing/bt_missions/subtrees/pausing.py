@@ -25,7 +25,7 @@ AGAIN_AFTER = 1.0
 """Time after which a paused node starts `meanwhile` again when it has failed, in seconds of robot time."""
 
 
-class ResourceChange(NamedTuple):
+class StateChange(NamedTuple):
     """A resource and its new state."""
 
     resource: str
@@ -48,7 +48,7 @@ class WhileGranted(Decorator):
         resource: str,
         states: tuple[str, ...],
         patience: float,
-        ended_by: ResourceChange,
+        ended_by: StateChange,
     ) -> None:
         super().__init__(name, child)
         set_caller_location(self)
