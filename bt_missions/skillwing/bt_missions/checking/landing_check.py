@@ -87,8 +87,8 @@ def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> 
 
 def _landing_sentences(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
     for status in (Status.FAILURE, Status.SUCCESS):
-        makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
-        named = [node for node in root.iterate() if node.id in makers]
+        reasons = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
+        named = [node for node in root.iterate() if node.id in reasons]
         if not named:
             continue
         names = listed(dict.fromkeys(node.name for node in named))
