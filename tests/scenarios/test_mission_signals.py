@@ -1,4 +1,4 @@
-"""Whoever flies a mission from a terminal is told to end, in any way: the drone lands before."""
+"""A mission in the foreground receives signals: the drone lands before the command ends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 @contextmanager
 def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * ONE_WISH) -> Iterator[io.StringIO]:
-    """What is said while a mission flies that gets these signals. apart: wall seconds between two of them."""
+    """Output of a mission that receives these signals. apart: time between two of them, in seconds of wall time."""
     console = Console(file=io.StringIO(), width=200)
     assert isinstance(console.file, io.StringIO)
     for place, number in enumerate(signals):

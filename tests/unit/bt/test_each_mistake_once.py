@@ -1,4 +1,4 @@
-"""Whoever misspells something is told of it once, and not of what follows from it."""
+"""Each misspelt name is reported once, and no problem that only follows from it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.flight import land_where_it_is, unless_the_pilot_flies
-from skillwing.bt_missions.subtrees.pausing import ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -35,9 +35,9 @@ FILE = Path("mission.xml")
 
 TEMPLATE = (files("skillwing.bt_missions.cli.templates") / "template.xml").read_text(encoding="utf-8")
 NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
-"""Attributes whose words are names, besides those of options, which stand in braces or are declared as a `name`."""
+"""Attributes whose words are names, apart from options, which are in braces or declared as a `name`."""
 FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
-"""Tags and attributes that may hold anything, or without which a file is no tree file."""
+"""Tags and attributes that may hold any text, or that every tree file needs."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Slot:
 
 
 def slots(text: str) -> list[list[Slot]]:
-    """All names in which a slip shows, tag by tag."""
+    """All names in which a mistake shows, tag by tag."""
     found: list[list[Slot]] = []
     unclosed: list[tuple[re.Match[str], list[Slot]]] = []
     for tag in re.finditer(r"<(/?)(\w+)((?:[^<>\"]|\"[^\"]*\")*)>", text):
@@ -219,7 +219,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
                 resource="SDK_autority",
                 states=("AVAILABLE",),
                 patience=1.0,
-                ended_by=ResourceChange("flight_status", "ON_GROUND"),
+                ended_by=StateChange("flight_status", "ON_GROUND"),
             ),
             "no resource `SDK_autority`",
         ),
