@@ -44,7 +44,7 @@ from skillwing.services.protocol import (
     Violated,
 )
 
-Reply: TypeAlias = GoalVerdict | ResourceStates | None
+StepReply: TypeAlias = GoalVerdict | ResourceStates | None
 REPEATED_SPAN = 10.0
 """Seconds before a process's last step in which its publications may have got lost."""
 
@@ -52,7 +52,7 @@ REPEATED_SPAN = 10.0
 class Step(msgspec.Struct, frozen=True, tag="step"):
     """Outcome of one event: reply to its sender, publications in order, and entries for the journal."""
 
-    reply: Reply
+    reply: StepReply
     publications: tuple[Publication, ...] = ()
     entries: tuple[Entry, ...] = ()
 
@@ -158,7 +158,7 @@ def resume(state: ManagerState, event: Resumed, now: float) -> None:
     state.outbox.record(now, RecordKind.PROCESS, state.source, None, "RESUMED", text)
 
 
-RULES: Mapping[type[Event], Callable[[ManagerState, Any, float], Reply]] = MappingProxyType(
+RULES: Mapping[type[Event], Callable[[ManagerState, Any, float], StepReply]] = MappingProxyType(
     {
         BeginGoal: begin,
         EndGoal: end,
