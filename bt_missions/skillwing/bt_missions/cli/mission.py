@@ -33,7 +33,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import missions
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.output import make_console, print_json, print_table
 
@@ -297,7 +297,7 @@ def _options_with_site(
     chosen: Mission, asked: dict[str, Any], system: System, console: Console | None
 ) -> MissionOptions:
     """Options of a mission: those that the user gives, then those of the site. Raises FaultyMissionError."""
-    known = briefing(system.target, chosen.name)
+    known = mission_context(system.target, chosen.name)
     site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
     given = chosen.read_options(site | asked)
     require_fit(chosen, system.skillset, given)
