@@ -1,4 +1,4 @@
-"""Whose commands an axis takes, and for how long it remembers whose it does not."""
+"""Holders of an axis: accepted commands, and the memory of revoked ones."""
 
 from __future__ import annotations
 
