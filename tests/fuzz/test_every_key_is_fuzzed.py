@@ -17,7 +17,7 @@ from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
 ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
     KEYS.candidate("x"): "a liveliness token, too",
-    KEYS.judge("x"): "a liveliness token, too",
+    KEYS.leader("x"): "a liveliness token, too",
     topics.IMU: "nobody reads it yet",
     topics.GNSS: "read where it is made, and by whoever looks on",
     topics.VIDEO_ENCODER: "only a running stream listens",

@@ -13,7 +13,7 @@ from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answered, Bus, NoReply, Refused
+from skillwing.services.bus import Answered, NoReply, Refused, RunnableBus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
@@ -74,7 +74,9 @@ class Client:
     for the goal that another has just begun or refused.
     """
 
-    def __init__(self, bus: Bus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]) -> None:
+    def __init__(
+        self, bus: RunnableBus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]
+    ) -> None:
         self.name = bus.name
         self.notebook = Notebook(bus.name)
         self._bus = bus
@@ -219,7 +221,7 @@ class Client:
 class LossWatch:
     """Notes when goals are taken from managers that were silent, which happens without a call."""
 
-    bus: Bus
+    bus: RunnableBus
     skillset: Skillset
     heard: dict[str, int] = field(default_factory=dict[str, int])
 

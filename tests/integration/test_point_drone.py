@@ -30,7 +30,7 @@ from skillwing.onboard.topics import (
     SetPilot,
     Vector3,
 )
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -57,7 +57,7 @@ PATIENCE = 60.0
 class Client:
     """Whoever flies the drone, and looks on."""
 
-    def __init__(self, bus: Bus) -> None:
+    def __init__(self, bus: RunnableBus) -> None:
         self.bus = bus
         self.robot = SkillsetInterface(bus, SKILLSET, client="client")
         self.flight: FlightState | None = None

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from skillwing.evaluation.demo.flight_deck import FlightDeck
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.launcher import ROUTER, Death
 from skillwing.services.protocol import Keys
@@ -32,7 +32,7 @@ class FlightWatch:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: RunnableBus,
         keys: Keys,
         deck: FlightDeck,
         deaths: Sequence[Death],

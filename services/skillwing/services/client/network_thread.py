@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar, TypeVarTuple, Unpack
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.client.interface import SkillsetInterface
 
 T = TypeVar("T")
@@ -21,12 +21,12 @@ class NetworkThread:
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
         self._loop = loop
-        self._opened: asyncio.Future[tuple[Bus, SkillsetInterface]] = loop.create_future()
+        self._opened: asyncio.Future[tuple[RunnableBus, SkillsetInterface]] = loop.create_future()
         self.ended: asyncio.Future[None] = loop.create_future()
-        self._bus: Bus | None = None
+        self._bus: RunnableBus | None = None
         self._stopping = False
 
-    async def start(self, live: Callable[[], None]) -> tuple[Bus, SkillsetInterface]:
+    async def start(self, live: Callable[[], None]) -> tuple[RunnableBus, SkillsetInterface]:
         """Run `live`, which has to call `serve`, on the thread. Raises what it raises before that."""
 
         def run() -> None:
@@ -40,7 +40,7 @@ class NetworkThread:
         threading.Thread(target=run, name="skillwing network", daemon=True).start()
         return await self._opened
 
-    def serve(self, bus: Bus, interface: SkillsetInterface) -> None:
+    def serve(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
         """On the thread: run the bus until `stop`."""
         self._bus = bus
         self._tell(self._settle, self._opened, (bus, interface))

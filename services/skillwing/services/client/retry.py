@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
+from skillwing.services.bus import Answer, Answered, Bus, Loop, NoReply, Refused
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.protocol import ErrorCode
 
@@ -73,9 +73,9 @@ def accepted(answer: Answer | None, key: str) -> Answered:
             raise NoReplyError(key)
 
 
-def wait_for_answer(bus: Bus, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-    """Call `ask` with a callback and run the bus until that is called. Raises as `ask` and `accepted` do."""
+def wait_for_answer(loop: Loop, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+    """Call `ask` with a callback and run the loop until that is called. Raises as `ask` and `accepted` do."""
     answers: list[Answer] = []
     ask(answers.append)
-    bus.run_until(lambda: bool(answers), ANSWER_TIMEOUT)
+    loop.run_until(lambda: bool(answers), ANSWER_TIMEOUT)
     return accepted(answers[0] if answers else None, key)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
-from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus import Answer, Answered, RunnableBus
 from skillwing.services.client.connection import find_target, open_connection, require_schema
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
@@ -55,7 +55,7 @@ def connect(
 class Client:
     """A script's connection. interface: where goals start and what is known of the robot."""
 
-    def __init__(self, bus: Bus, interface: SkillsetInterface) -> None:
+    def __init__(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
         self.bus = bus
         self.interface = interface
         self.keys = Keys(interface.skillset.name)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Loop, RunnableBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.commands import completion
 from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
@@ -90,15 +90,15 @@ def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
     return []
 
 
-def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
+def wait_for(loop: Loop, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
     """Wait for a goal, and say so on the console if its manager leaves the start unanswered."""
-    if not bus.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
+    if not loop.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
         console.print(f"The manager of `{goal.skill}` is alive and does not answer; it is given up in half a minute.")
-    bus.run_until(condition)
+    loop.run_until(condition)
 
 
 def follow_to_end(
-    bus: Bus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
+    bus: RunnableBus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
 ) -> None:
     """Show what a goal does until it is over. The first Ctrl-C interrupts the goal.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus import Handle, Timers
 
 SHORTEST_DELAY = 1e-6
 """Seconds. A delay that rounding swallows would ring for ever at the same instant."""
@@ -16,7 +16,7 @@ class Alarm:
     Moving the time later costs nothing, which is what fresh data do many times a second.
     """
 
-    def __init__(self, bus: Bus, action: Callable[[], None]) -> None:
+    def __init__(self, bus: Timers, action: Callable[[], None]) -> None:
         self._bus = bus
         self._action = action
         self._timer: Handle | None = None
