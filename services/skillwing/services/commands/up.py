@@ -180,7 +180,7 @@ def _check_scenario(scenario: Path | None, *, robotless: bool) -> None:
         raise InvalidOptionError("scenario", text)
     if not scenario.is_file():
         raise InvalidOptionError(
-            "scenario", f"There is no scenario file {scenario}. docs/sensors.md tells how one is written."
+            "scenario", f"There is no scenario file {scenario}. docs/sensors.md describes the format."
         )
 
 
