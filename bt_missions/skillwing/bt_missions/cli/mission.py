@@ -33,7 +33,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import missions
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.output import make_console, print_json, print_table
 
