@@ -22,10 +22,12 @@ class BoundedDict(Generic[K, V]):
         return key in self._entries
 
     def __setitem__(self, key: K, value: V) -> None:
-        self._entries.pop(key, None)
-        self._entries[key] = value
-        if len(self._entries) > self._limit:
-            del self._entries[next(iter(self._entries))]
+        entries = self._entries
+        if key in entries:
+            del entries[key]
+        elif len(entries) >= self._limit:
+            del entries[next(iter(entries))]
+        entries[key] = value
 
     def get(self, key: K) -> V | None:
         return self._entries.get(key)
