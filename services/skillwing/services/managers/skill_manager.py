@@ -191,8 +191,8 @@ class SkillManagerNode:
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
     def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
-        output = None if output is None else msgspec.to_builtins(output)
-        self._step(Terminated(goal_id, result, output, cause))
+        fields = None if output is None else msgspec.to_builtins(output)
+        self._step(Terminated(goal_id, result, fields, cause))
 
     def interrupted(self, goal_id: str) -> None:
         self._step(StopConfirmed(goal_id))
