@@ -86,7 +86,7 @@ class Manager:
 
 
 class Desk:
-    """A client that pursues one goal. there: whether there is a manager at all; alive: whether its token is seen."""
+    """A client that tracks one goal. there: whether there is a manager at all; alive: whether its token is seen."""
 
     def __init__(self, *, there: bool = True, alive: bool = True) -> None:
         self.network = InProcessNetwork()
