@@ -11,7 +11,8 @@ from typing import Any
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard import topics
 from skillwing.services import protocol
-from skillwing.services.wire.channels import CHANNELS, Kind
+from skillwing.services.wire.channel import Kind
+from skillwing.services.wire.channels import CHANNELS, keys_in
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = protocol.Keys(SKILLSET.name)
@@ -32,7 +33,7 @@ def of_the_table(*kinds: Kind) -> tuple[Endpoint, ...]:
         Endpoint(key, channel.message)
         for channel in CHANNELS
         if channel.kind in kinds
-        for key in channel.keys(SKILLSET) or (channel.key(KEYS, "sweep"),)
+        for key in keys_in(SKILLSET, channel) or (channel.spell(KEYS, "sweep"),)
     )
 
 
