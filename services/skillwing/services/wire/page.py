@@ -17,9 +17,15 @@ from skillwing.services.wire.channel import ANY_QUERY, Channel
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, PUBLIC
 from skillwing.services.wire.exchange import DOOR, Said, play
 from skillwing.services.wire.messages import enumerations, links, sections
-from skillwing.services.wire.template import PageTemplate, table
+from skillwing.services.wire.template import PageTemplate
 
 BYTES_PER_LINE = 32
+
+
+def _code(code: ErrorCode) -> str:
+    return f"[`{code}`](#refusals)"
+
+
 TEMPLATE = PageTemplate(
     "skillwing.services.wire",
     "protocol.md.template",
@@ -40,6 +46,7 @@ TEMPLATE = PageTemplate(
         "SKILL_PROCESS": names.skill_process("SKILL"),
         "CLIENT": f"{names.CLIENT}NAME",
     },
+    _code,
 )
 
 
@@ -55,20 +62,16 @@ def protocol_page() -> str:
         "exchange": [line for said in play() for line in _told(said)],
         "ANY_QUERY": [", ".join(map(_code, ANY_QUERY))],
     }
-    return TEMPLATE.page(CHANNELS, tables | {f"where_{code}": [_where(code)] for code in ErrorCode}, _code)
+    return TEMPLATE.page(CHANNELS, tables | {f"where_{code}": [_where(code)] for code in ErrorCode})
 
 
 def _keys(channels: Iterable[Channel]) -> Iterator[str]:
-    heads = ("key", "kind", "message", "reply", "offered by", "used by")
-    return table(heads, [(*_traffic(each), each.offered_by, ", ".join(each.used_by)) for each in channels])
+    return TEMPLATE.table(("key", "kind", "message", "reply", "offered by", "used by"), channels, _cells)
 
 
-def _traffic(channel: Channel) -> tuple[str, str, str, str]:
-    return f"`{channel.pattern}`", channel.kind, links(channel.message), links(channel.reply)
-
-
-def _code(code: ErrorCode) -> str:
-    return f"[`{code}`](#refusals)"
+def _cells(channel: Channel) -> tuple[str, ...]:
+    message, reply = links(channel.message), links(channel.reply)
+    return f"`{channel.pattern}`", channel.kind, message, reply, channel.offered_by, ", ".join(channel.used_by)
 
 
 def _where(code: ErrorCode) -> str:

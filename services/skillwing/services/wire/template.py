@@ -26,46 +26,53 @@ class Meaning:
 
 
 class PageTemplate:
-    """A template: Markdown with `$NAME` for figures and tables, and an item ``**`KEY`** (KIND): TEXT`` for each key."""
+    """A template: Markdown with `$NAME` for figures and tables, and an item ``**`KEY`** (KIND): TEXT`` for each key.
 
-    def __init__(self, package: str, name: str, figures: Mapping[str, object]) -> None:
+    Without an item, the docstring of a key's message explains the key. code: Markdown of a refusal's code.
+    """
+
+    def __init__(
+        self, package: str, name: str, figures: Mapping[str, object], code: Callable[[ErrorCode], str]
+    ) -> None:
         values = {each: f"{value:g}" if isinstance(value, float) else value for each, value in figures.items()}
         text = files(package).joinpath(name).read_text(encoding="utf-8")
         self._text = Template(text).safe_substitute(values)
-        self.meanings: dict[tuple[str, str], Meaning] = {
-            (line["key"], line["kind"]): Meaning(line["text"], (line["without"] or "").removeprefix(WITHOUT))
-            for line in _KEY.finditer(self._text)
+        self._code = code
+        self._meanings: dict[tuple[str, str], Meaning] = {
+            (item["key"], item["kind"]): Meaning(item["text"], (item["without"] or "").removeprefix(WITHOUT))
+            for item in _KEY.finditer(self._text)
         }
 
     def meaning(self, channel: Channel) -> Meaning:
         """The prose about a key."""
-        return self.meanings[channel.pattern, channel.kind]
+        summary = (channel.message.__doc__ or "").partition("\n\n")[0]
+        return self._meanings.get((channel.pattern, channel.kind)) or Meaning(" ".join(summary.split()))
 
-    def page(
-        self, channels: Iterable[Channel], tables: Mapping[str, Iterable[str]], code: Callable[[ErrorCode], str]
-    ) -> str:
-        """The page. code: Markdown of a refusal's code. Raises KeyError if a table or the prose of a key is missing."""
+    def table(
+        self, heads: Sequence[str], channels: Iterable[Channel], cells: Callable[[Channel], Sequence[str]]
+    ) -> Iterator[str]:
+        """A table of keys, with an item for each key that has none in the template."""
+        yield f"| {' | '.join(heads)} |"
+        yield "|---" * len(heads) + "|"
+        unexplained: list[Channel] = []
+        for channel in channels:
+            yield f"| {' | '.join(cells(channel))} |"
+            if (channel.pattern, channel.kind) not in self._meanings:
+                unexplained.append(channel)
+        yield from ["", *map(self._item, unexplained)] if unexplained else ()
+
+    def page(self, channels: Iterable[Channel], tables: Mapping[str, Iterable[str]]) -> str:
+        """The page. Raises KeyError if a table is missing, or a key that the template explains."""
         rows = {(channel.pattern, str(channel.kind)): channel for channel in channels}
-        if missing := rows.keys() - self.meanings.keys():
-            raise KeyError(f"the template does not explain {missing}")
-
-        def with_facts(line: re.Match[str]) -> str:
-            facts = "".join(_facts(rows[line["key"], line["kind"]], code))
-            return f"- **`{line['key']}`** ({line['kind']}): {line['text']}{facts}{line['without'] or ''}"
-
         values = {name: "\n".join(lines).rstrip("\n") for name, lines in tables.items()}
-        return Template(_KEY.sub(with_facts, self._text)).substitute(values)
+        text = _KEY.sub(lambda item: self._item(rows[item["key"], item["kind"]]), self._text)
+        return Template(text).substitute(values)
 
-
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table of Markdown."""
-    yield f"| {' | '.join(heads)} |"
-    yield "|---" * len(heads) + "|"
-    yield from (f"| {' | '.join(cells)} |" for cells in rows)
-
-
-def _facts(channel: Channel, code: Callable[[ErrorCode], str]) -> Iterator[str]:
-    if channel.array:
-        yield f" {'Reply' if channel.kind is Kind.QUERY else 'Payload'}: {channel.array}."
-    if channel.refusals:
-        yield f" Refused with {', '.join(map(code, channel.refusals))}."
+    def _item(self, channel: Channel) -> str:
+        meaning = self.meaning(channel)
+        text = f"- **`{channel.pattern}`** ({channel.kind}): {meaning.text}"
+        if channel.array:
+            text += f" {'Reply' if channel.kind is Kind.QUERY else 'Payload'}: {channel.array}."
+        if channel.refusals:
+            text += f" Refused with {', '.join(map(self._code, channel.refusals))}."
+        return text + (WITHOUT + meaning.without if meaning.without else "")
