@@ -27,7 +27,7 @@ from skillwing.onboard.topics import Motion as Wanted
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.sensors.faults import Fault
-from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
+from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
@@ -41,7 +41,7 @@ _LONGEST = 300.0
 class Moment:
     """Output of 20 ms, and the true motion at their end."""
 
-    happened: Happened
+    happened: Output
     truth: Motion
 
 
@@ -101,7 +101,7 @@ class MappingFlight:
             self._guide(happened)
             yield Moment(happened, self.simulator.motion)
 
-    def _guide(self, happened: Happened) -> None:
+    def _guide(self, happened: Output) -> None:
         simulator, core = self.simulator, self._core
         for measurement in happened.measurements:
             if measurement.sensor == "range":

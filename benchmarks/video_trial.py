@@ -82,7 +82,7 @@ class Orbiter:
         return Motion(t, place, (0.0, 0.0, 0.0), (math.cos(half), 0.0, 0.0, math.sin(half)), (0.0, 0.0, 0.0))
 
     def _control(self, wanted: topics.ControlCamera) -> str:
-        self._feed.want(self._bus.now(), wanted.fps, wanted.seconds, wanted.tilt)
+        self._feed.request(self._bus.now(), wanted.fps, wanted.seconds, wanted.tilt)
         return ""
 
     def _look(self) -> None:

@@ -1,4 +1,4 @@
-"""The process of the vehicle: its topics, as docs/functional-layer.md wants them of one that our guidance flies."""
+"""The process of the vehicle, with the topics of docs/functional-layer.md for a vehicle under Skillwing's guidance."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEP = 0.02
 
 
 class VehicleNode:
-    """Tells where the vehicle is and how it is, and takes setpoints. It lives in whatever time the robot has."""
+    """A publisher of the vehicle's state that takes setpoints. It uses the time of the robot."""
 
     name = "vehicle"
     owns_clock = False
@@ -38,7 +38,7 @@ class VehicleNode:
         bus.every(1.0, self._tell_battery)
 
     def detach(self) -> None:
-        """Nothing outlives this process."""
+        """Called at the end."""
 
     def _advance(self) -> None:
         self._vehicle.advance(self._bus.now())

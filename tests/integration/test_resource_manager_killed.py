@@ -132,7 +132,7 @@ def test_one_that_is_started_by_hand_beside_it_gives_way(digger: SkillsetProcess
         check=False,
     )
     assert stray.returncode == EXIT_REPLACED
-    assert "Another resource manager judges here. End that one first" in stray.stderr
+    assert "Another resource manager is active. End that one first" in stray.stderr
     assert "Traceback" not in stray.stderr
     assert goal.state is State.RUNNING
     digger.assert_states(arm="USED")

@@ -226,7 +226,7 @@ def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
     broken = JournalUnreadableError(Path("journal.sqlite"), "The journal cannot be read now: disk I/O error.")
     with monkeypatch.context() as disk:
         disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk fails.")))
-        disk.setattr(Journal, "kept", raising(broken))
+        disk.setattr(Journal, "snapshot", raising(broken))
         digger.send_start("dig")
         with pytest.raises(JournalUnreadableError):
             digger.run(0.1)

@@ -50,7 +50,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "ValidatingCancelled.on",
         "Asking.on",
         "AskingCancelled.on",
-        "Unstopped.stop_or_end",
+        "Unstopped.on",
         "Unstopped.stop",
         "Stopping.on",
         "GivingBack.finish",

@@ -16,8 +16,8 @@ from skillwing.services.core.goal_states import (
     AskingCancelled,
     Finished,
     GoalRun,
+    Reaction,
     Stopping,
-    Transition,
     Unstopped,
 )
 from skillwing.services.core.ledger import Ledger
@@ -59,11 +59,10 @@ def _answer_the_running_goal(right: Wrong) -> Wrong:
 
 
 def _release_at_the_request(right: Wrong) -> Wrong:
-    def stop(self: Unstopped, *args: Any) -> Transition:
-        stopping: Transition = right(self, *args)
-        assert isinstance(stopping.state, Stopping)
-        end = stopping.state.ask_end(EndKind.INTERRUPT, stopping.state.reason)
-        return Transition(end.state, stopping.actions + end.actions, stopping.cause)
+    def stop(self: Unstopped, *args: Any) -> Reaction:
+        stopping, _, cause = right(self, *args)
+        state, action, _ = stopping.ask_end(EndKind.INTERRUPT, stopping.reason)
+        return state, action, cause
 
     return stop
 

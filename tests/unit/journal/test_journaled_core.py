@@ -56,21 +56,21 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "journal.sqlite"
 
 
-def judge(path: Path, now: float | None = None, *, follows_time: bool = False) -> JournaledCore:
-    """A judge on the journal, which takes it from any earlier one. now: by default when that one took its last step."""
+def journaled(path: Path, now: float | None = None, *, follows_time: bool = False) -> JournaledCore:
+    """A core that takes the journal over from any earlier one. now: by default the time of that one's last step."""
     ids = RecordIds("rm")
     journal = Journal(path, IDENTITY)
-    judge = JournaledCore(
+    core = JournaledCore(
         journal, lambda snapshot, data: ResourceCore(LINE, source="rm", new_record_id=ids, snapshot=snapshot, data=data)
     )
     kept = journal.snapshot()
     if kept is None:
-        judge.begin(0.0)
+        core.begin(0.0)
     else:
         now = kept.t if now is None else now
-        if judge.resume(kept, now, follows_time=follows_time):
-            judge.step(Resumed(), now)
-    return judge
+        if core.resume(kept, now, follows_time=follows_time):
+            core.step(Resumed(), now)
+    return core
 
 
 def begin(goal_id: str) -> BeginGoal:
@@ -90,7 +90,7 @@ def fails(error: Exception) -> Callable[..., None]:
 
 def test_a_grant_is_in_the_journal_or_there_is_none(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk fails: the write, and then reading what was written before."""
-    first = judge(path)
+    first = journaled(path)
     first.step(permit(1.0, 1.0), 1.0)
     with monkeypatch.context() as disk:
         disk.setattr(Journal, "write", fails(JournalWriteError(path, "the disk fails")))
@@ -106,7 +106,7 @@ def test_a_grant_is_in_the_journal_or_there_is_none(path: Path, monkeypatch: pyt
 def test_nothing_is_left_of_a_step_that_breaks(
     path: Path, monkeypatch: pytest.MonkeyPatch, place: Any, breaks: str
 ) -> None:
-    first = judge(path)
+    first = journaled(path)
     first.step(permit(1.0, 1.0), 1.0)
     with monkeypatch.context() as mistake:
         mistake.setattr(place, breaks, fails(ZeroDivisionError()))
@@ -117,15 +117,15 @@ def test_nothing_is_left_of_a_step_that_breaks(
     step = first.step(begin("b"), 2.0)
     assert isinstance(step.reply, Granted)
     assert {each.goal_id for each in step.publications if isinstance(each, Record) and each.after == "GRANTED"} == {"b"}
-    assert judge(path).core.grants == first.core.grants
+    assert journaled(path).core.grants == first.core.grants
 
 
 def test_whoever_has_lost_the_journal_does_not_even_answer(path: Path) -> None:
     """The later process may have taken the goal away, and granted another one what it held."""
-    earlier = judge(path)
+    earlier = journaled(path)
     earlier.step(permit(1.0, 1.0), 1.0)
     earlier.step(begin("a"), 1.0)
-    judge(path)
+    journaled(path)
     with pytest.raises(JournalTakenError, match="Another process goes on"):
         earlier.step(begin("a"), 2.0)
     with pytest.raises(JournalTakenError, match="Another process goes on"):
@@ -136,21 +136,21 @@ def test_a_lasting_value_that_could_not_be_written_is_written_later(
     path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The same value again is no change, and still it has to get into the journal."""
-    first = judge(path)
+    first = journaled(path)
     with monkeypatch.context() as disk:
         disk.setattr(Journal, "write", fails(JournalWriteError(path, "the disk is full")))
         with pytest.raises(UnwrittenError):
             first.step(permit(1.0, 1.0), 1.0)
     first.step(permit(1.0, 2.0), 2.0)
-    assert isinstance(judge(path).step(begin("a"), 3.0).reply, Granted)
+    assert isinstance(journaled(path).step(begin("a"), 3.0).reply, Granted)
 
 
 def test_nobody_loses_a_grant_because_somebody_sets_the_clock_back(path: Path) -> None:
-    first = judge(path)
+    first = journaled(path)
     first.step(permit(1.0, 1e9), 1e9)
     granted = first.step(begin("a"), 1e9).reply
     assert isinstance(granted, Granted)
-    later = judge(path, 1e9 - 3600.0)
+    later = journaled(path, 1e9 - 3600.0)
     assert later.core.grants == first.core.grants
     # Nor does what was measured before shut out what is measured from now on.
     later.step(permit(2.0, 1e9 - 3599.0), 1e9 - 3599.0)
@@ -162,16 +162,16 @@ def test_nobody_loses_a_grant_because_somebody_sets_the_clock_back(path: Path) -
 
 
 def test_where_the_world_begins_anew_nothing_is_held_and_no_token_is_given_twice(path: Path) -> None:
-    first = judge(path)
+    first = journaled(path)
     first.step(permit(1.0, 50.0), 50.0)
     granted = first.step(begin("a"), 50.0).reply
     assert isinstance(granted, Granted)
-    world = judge(path, 0.5, follows_time=True)
+    world = journaled(path, 0.5, follows_time=True)
     assert world.core.grants == ()
     assert world.core.states == {"belt": "FREE"}
     assert path.with_name("journal-1.sqlite").exists()
     # Not even when the new one dies at once.
-    world = judge(path, 0.6, follows_time=True)
+    world = journaled(path, 0.6, follows_time=True)
     world.step(permit(1.0, 1.0), 1.0)
     next_one = world.step(begin("b"), 1.0).reply
     assert isinstance(next_one, Granted)

@@ -18,7 +18,7 @@ from skillwing.onboard.frames.vectors import Quaternion, Vector, add, norm, subt
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
-from skillwing.sim_mujoco.navigation.odometry_aid import DOUBTFUL, PROOF, OdometryReport, Reputation
+from skillwing.sim_mujoco.navigation.odometry_aid import CONTRADICTIONS, PROOF, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import GRAVITY
 from skillwing.sim_mujoco.sensors.gnss import DELAY
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
@@ -155,7 +155,7 @@ def test_what_was_not_right_with_fixes_is_not_believed_without(before: Says | No
 
 def test_once_it_has_contradicted_for_long_it_has_to_earn_its_say_again() -> None:
     def lying_for_a_while(report: OdometryReport) -> OdometryReport:
-        lies = report.t < FIXES_END + EPOCH * (DOUBTFUL + 0.5)
+        lies = report.t < FIXES_END + EPOCH * (CONTRADICTIONS + 0.5)
         return replace(report, velocity=(5.0, 0.0, 0.0)) if lies else report
 
     drone, alone = flown(lying_for_a_while, 5.0), flown(None, 5.0)
@@ -192,14 +192,14 @@ def test_no_jump_leads_navigation_far(way: float, size: float, since: float) -> 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=60))
 def test_a_say_is_earned_with_fixes_only_and_lost_by_contradicting(reports: list[tuple[bool, bool]]) -> None:
     reputation = Reputation()
-    reputation.meet(1.0)
+    reputation.reported_by(1.0)
     for agrees, fixed in reports:
         earned = reputation.earned
         reputation.observe(agrees=agrees, fixed=fixed)
         assert not reputation.earned or earned or (agrees and fixed)
     vouched = [fixed for agrees, fixed in reports if agrees]
     assert not reputation.earned or sum(vouched) >= PROOF
-    for _ in range(DOUBTFUL):
+    for _ in range(CONTRADICTIONS):
         reputation.observe(agrees=False, fixed=False)
     assert not reputation.earned
 

@@ -23,7 +23,7 @@ def report_leaks(
         labels: list[str] = []
         stuck = knowledge.stuck(skill, name, origins) if origins else []
         for (label, effect), states in zip(ends_of(skill), stuck, strict=bool(origins)):
-            # Where the skill itself leaves it; elsewhere somebody else has brought it.
+            # States in which the skill itself leaves it; another author brings it to all others.
             own = {taken, *(target for changed, target in skill.transitions(effect) if changed == name)}
             promised = {state for state in states & own if _leads_back(name, state, origins, space)}
             if promised:

@@ -38,7 +38,7 @@ def convert(
     try:
         text = to_source(outcome.skillset)
     except UnformattableError:
-        misuse(f"`{file}` uses a word of the skillset language as a name, where that cannot be told apart. Rename it.")
+        misuse(f"`{file}` uses a word of the skillset language as a name where that is ambiguous. Rename it.")
     if output is None:
         typer.echo(text, nl=False)
         return

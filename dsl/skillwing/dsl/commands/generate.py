@@ -44,7 +44,7 @@ def generate(
     """
     source = read(file)
     if is_generated(file):
-        misuse(f"`{file}` is a copy that was generated. Name the skillset that it is a copy of.")
+        misuse(f"`{file}` is a generated copy. Name the original skillset.")
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)

@@ -120,5 +120,5 @@ def _file_problem(file: Path) -> str | None:
             f"`{file}` is in the .rl notation, which is only read. Turn it into the other: `skillwing convert {file}`."
         )
     if is_generated(file):
-        return f"`{file}` is a copy that is made anew each time. Name the skillset that it is a copy of."
+        return f"`{file}` is a generated copy. Name the original skillset."
     return None

@@ -63,7 +63,10 @@ class Delivery:
         commits = type(call) is RecordOutcome
         if commits and call.goal_id not in self.pending_outcomes:
             return None
-        waits = run is not None and type(call) is run.state.question and _is_same_grant(call, run)
+        waits = False
+        if run is not None and type(call) is run.state.question:
+            # The end of another goal of that id, forgotten long ago, has another token.
+            waits = not isinstance(call, EndGoal) or call.token == run.state.token
         if answer is None or (type(answer) is ErrorReply and answer.code in LIKE_SILENCE):
             return self.retry_or_fail(asked, waits=waits)
         if commits:
@@ -127,8 +130,3 @@ class Delivery:
             cause=run.record,
             incarnation=self._incarnation,
         )
-
-
-def _is_same_grant(call: BeginGoal | EndGoal | RecordOutcome, run: GoalRun) -> bool:
-    """False for the end of another goal of that id, which has long been forgotten."""
-    return type(call) is not EndGoal or call.token == run.state.token

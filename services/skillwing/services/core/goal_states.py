@@ -307,16 +307,16 @@ class Unstopped(Executing, frozen=True):
 
     silences: int = 0
 
-    def stop_or_end(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
+            case RenewalAnswered(answer=Granted()):
+                return (replace(self, silences=0), None, None) if self.silences else None
             case StopRequested(reason=reason, cause=cause):
                 return self.stop(reason, cause, skill, now)
             case TimePassed():
                 if self.deadline is None or now < self.deadline:
                     return None
                 return self.stop(f"Its deadline of {skill.deadline:g} s passed.", None, skill, now)
-            case RenewalAnswered(answer=Granted()):
-                return (replace(self, silences=0), None, None) if self.silences else None
             case RenewalAnswered():
                 return self.revoke(event) or self.count_silence(event, skill, now)
             case _:
@@ -344,16 +344,13 @@ class Dispatching(Unstopped, frozen=True):
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         if isinstance(event, Dispatched):
             return Running(self.token, self.deadline, self.silences), None, None
-        return self.stop_or_end(event, skill, now)
+        return super().on(event, skill, now)
 
 
 class Running(Unstopped, frozen=True):
     """The skill runs."""
 
     phase: ClassVar[State] = State.RUNNING
-
-    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
-        return self.stop_or_end(event, skill, now)
 
 
 class Stopping(Executing, frozen=True):

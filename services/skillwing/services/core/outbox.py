@@ -54,5 +54,7 @@ class Outbox(Generic[P]):
 
     def drain(self) -> tuple[P | Record, ...]:
         """Everything since the last call."""
+        if not self._pages:
+            return ()
         pages, self._pages = tuple(self._pages), []
         return pages

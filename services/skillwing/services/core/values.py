@@ -47,19 +47,24 @@ def fit(value: object, kind: Type, path: str) -> tuple[object, list[Problem]]:
 def _fit_fields(
     fields: Sequence[Field], given: Mapping[str, object], prefix: str
 ) -> tuple[dict[str, object], list[Problem]]:
-    names = [item.name for item in fields]
-    strangers = (str(name) for name in given if name not in names)
-    problems = [_unknown(prefix, name, names) for name in islice(strangers, MOST_PROBLEMS)]
     fitted: dict[str, object] = {}
+    problems: list[Problem] = []
+    known = 0
     for item in fields:
-        path = prefix + item.name
-        if item.name in given:
-            fitted[item.name], found = _fit(given[item.name], item.type, item, path)
+        name = item.name
+        if name in given:
+            known += 1
+            fitted[name], found = _fit(given[name], item.type, item, prefix + name)
             problems += found
         elif item.default is not None:
-            fitted[item.name] = item.default
+            fitted[name] = item.default
         else:
+            path = prefix + name
             problems.append(Problem(path, "missing", f"`{path}` is missing; it is {_described(item)}."))
+    if known < len(given):
+        names = [item.name for item in fields]
+        unknown = (str(name) for name in given if name not in names)
+        problems = [*(_unknown(prefix, name, names) for name in islice(unknown, MOST_PROBLEMS)), *problems]
     return fitted, problems
 
 
@@ -121,19 +126,15 @@ def _fit_scalar(value: object, kind: ScalarType, limits: Field | None, path: str
 
 def _converted(value: object, kind: ScalarType) -> object | None:
     """The value in the form of the scalar type, or None if it is of another type."""
-    match kind.name, value:
-        case "bool", bool():
-            return value
-        case "string", str():
-            return value
-        case _, int() | float() if isinstance(value, bool) or not kind.is_number:
-            return None
-        case _, int() if kind.is_integer:
-            return value
-        case _, int() | float() if kind.is_float and _finite(value):
-            return float(value)
-        case _:
-            return None
+    if kind.name == "bool":
+        return value if isinstance(value, bool) else None
+    if kind.name == "string":
+        return value if isinstance(value, str) else None
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    if kind.is_integer:
+        return value if isinstance(value, int) else None
+    return float(value) if _finite(value) else None
 
 
 def _finite(number: int | float) -> bool:

@@ -10,6 +10,8 @@ SDK_authority = "AVAILABLE"
 [[reaction]]
 when = {ends = "takeoff", with = "AT_ALTITUDE"}
 trigger = {flight_status = "IN_AIR"}
+
+All problems of a file are reported at once.
 """
 
 from __future__ import annotations

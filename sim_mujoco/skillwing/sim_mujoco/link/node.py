@@ -1,4 +1,4 @@
-"""The radio link as a process: carries video down and the ground's reports up, and says what it can do."""
+"""The radio link as a process: it carries video down and reports up, and publishes its status."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from skillwing.sim_mujoco.sensors.faults import MagnitudeError, UnknownFaultErro
 from skillwing.sim_mujoco.world.kinds import SiteOptions
 
 STEP = 0.01
-"""While something is under way the link moves it on this often [s]."""
+"""Period of the queues while packets are under way [s]."""
 STATUS_PERIOD, BUSY_STATUS_PERIOD = 1.0, 0.2
 _AVERAGED = 1.0
-"""Over so many seconds it is counted what was sent."""
+"""Time over which the sent data rate is averaged [s]."""
 
 
 class LinkNode:
@@ -63,7 +63,7 @@ class LinkNode:
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
-        """What is under way is lost, as with a modem that is switched off."""
+        """Lose all packets under way, as a modem does that is switched off."""
 
     def _on_truth(self, truth: topics.Truth) -> None:
         self._position = truth.position
@@ -79,12 +79,12 @@ class LinkNode:
         self._publish_status()
         return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
 
-    # --- what it carries -------------------------------------------------------------------------------------
+    # --- packets ---------------------------------------------------------------------------------------------
 
     def _carry(self, queue: PacketQueue, sample: Sample) -> None:
         assert self._bus is not None
         if not self._moving:
-            # The time at rest has to be served too, or it would count as time of sending.
+            # The queues have to serve the time at rest too, or it would count as time of sending.
             self._moving = True
             now = self._bus.now()
             for each, _ in self._ends:
@@ -108,10 +108,10 @@ class LinkNode:
 
     @property
     def conditions(self) -> Conditions:
-        """What the link can do now."""
+        """Bandwidth, latency and loss now."""
         return self._radio.at(0.0 if self._bus is None else self._bus.now(), self._position)
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- status ----------------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
@@ -138,8 +138,11 @@ def _deliver(end: Publisher, packets: list[Packet]) -> None:
 
 
 class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True, rename={"occlusion": "shadow"}):
-    """Options of `make_link`: those of the radio, the seed of its losses, and a scenario file whose section `link` adds
-    zones and faults and replaces other options. With `shadow` the building of the `site` occludes the link as well."""
+    """Options of `make_link`: those of the radio, and the seed of its losses.
+
+    scenario: a file whose section `link` adds zones and faults, and replaces other options. shadow: the building of the
+    `site` occludes the link as well.
+    """
 
     seed: int = 1
     scenario: str | None = None

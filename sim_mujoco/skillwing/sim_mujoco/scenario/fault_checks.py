@@ -15,8 +15,8 @@ from skillwing.sim_mujoco.sensors.table import SENSORS
 
 
 def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
-    """Raise UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist, MagnitudeError for a
-    magnitude that its kind of fault cannot have."""
+    """Raise UnknownFaultError for a sensor, rotor or kind of fault that does not exist, MagnitudeError for a magnitude
+    that the kind cannot have."""
     if sensor.startswith(ROTOR):
         check_rotor_fault(sensor, kind, magnitude)
     elif sensor == CAMERA:

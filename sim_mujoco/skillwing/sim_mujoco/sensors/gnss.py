@@ -1,8 +1,8 @@
 """Satellite receiver: position, velocity and heading at 10 Hz, 0.1 s late.
 
-Two antennas give the heading, as moving-base pairs of RTK receivers do. Position errors wander slowly (a first-order
-Gauss-Markov process: multipath, atmosphere, geometry) with a little jitter on top. Antennas sit at the body's centre: a
-receiver's own lever arms are known to it.
+Two antennas give the heading, as moving-base pairs of RTK receivers do. Position errors are a slow first-order
+Gauss-Markov process (multipath, atmosphere, geometry) and a little jitter. The antennas are at the body's centre,
+because receivers correct for their own lever arms.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from skillwing.sim_mujoco.sensors.receivers import Receiver
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0
-"""No fix can be farther from the home pad [m]."""
+"""Largest possible distance of a fix from the home pad [m]."""
 LARGEST_ERROR = 0.1 * topics.LARGEST_COMPONENT
-"""Noise and bias of a fault are no larger, so that both together, and navigation that believes them, stay within what a
-message holds [m]."""
+"""Largest noise and bias of a fault [m]. Both together, and navigation that accepts them, stay within the bounds of
+messages."""
 
 
 class Gnss:
-    """One receiver."""
+    """A satellite receiver."""
 
     def __init__(self, receiver: Receiver, rng: np.random.Generator) -> None:
         self._receiver, self._rng = receiver, rng

@@ -31,7 +31,7 @@ Publication: TypeAlias = tuple[bytes, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What sensors are made with: the world as rays see it, and the class of the satellite receiver."""
+    """Parts that sensors are made with: the world for rays, and the class of the satellite receiver."""
 
     rays: RayScene
     receiver: Receiver

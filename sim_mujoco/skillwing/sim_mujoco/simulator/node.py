@@ -1,4 +1,4 @@
-"""The simulator as a process: it is robot time, publishes what the sensors deliver, and takes setpoints and faults."""
+"""The simulator as a process: it owns robot time, publishes measurements, and takes setpoints and faults."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
-"""Physics advances by this much at a time [s]."""
+"""Step of robot time by which the simulator advances [s]."""
 
 
 class SimNode:
-    """Shell around a `Simulator`. `factor` is how fast the clock is meant to run; the bus keeps that pace."""
+    """Shell around a `Simulator`. `factor` is the announced speed of the clock; the bus keeps it."""
 
     name = "sim"
     owns_clock = True
@@ -63,7 +63,7 @@ class SimNode:
             self._out[key] = bus.advertise(key)
         for key in map(topics.health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
-        # A setpoint that cannot be read is no setpoint: then the failsafe decides.
+        # An unreadable setpoint is ignored; without others the failsafe acts.
         setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.subscribe(topics.SLAM_ODOMETRY, message_reader(topics.Odometry, self._on_odometry))
@@ -74,7 +74,7 @@ class SimNode:
         bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
-        """Nothing outlives this process."""
+        """Do nothing: no state outlives this process."""
 
     # --- time passes -----------------------------------------------------------------------------------------
 
@@ -97,7 +97,7 @@ class SimNode:
             )
         if self._truth_cadence.due(t):
             self._publish_truth(t)
-        # Guidance answers navigation with a setpoint, so it comes last: its view of the world is then complete.
+        # Guidance answers navigation with a setpoint, so navigation comes last: guidance then has all other data.
         for solution in happened.solutions:
             self._publish_navigation(solution)
         if self._factor <= 0.0:
@@ -176,14 +176,14 @@ class SimNode:
     def _put(self, key: str, message: Message) -> None:
         self._out[key].put(encode(message))
 
-    # --- what others want ------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
         setpoint = Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         self._sim.command(setpoint, wanted.t - self._epoch)
 
-    def _on_odometry(self, told: topics.Odometry) -> None:
-        self._sim.odometry(odometry_report(told, self._epoch))
+    def _on_odometry(self, message: topics.Odometry) -> None:
+        self._sim.odometry(odometry_report(message, self._epoch))
 
     def _set_fault(self, wanted: topics.SetFault) -> str:
         try:
@@ -195,7 +195,7 @@ class SimNode:
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
     def _control_camera(self, wanted: topics.ControlCamera) -> str:
-        self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
+        self._sim.camera.request(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
     def _faults(self, _: topics.Empty) -> topics.Faults:
@@ -217,24 +217,24 @@ class SimNode:
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
-def odometry_report(told: topics.Odometry, epoch: float = 0.0) -> OdometryReport:
-    """What navigation makes of odometry's message, with times since `epoch`."""
+def odometry_report(message: topics.Odometry, epoch: float = 0.0) -> OdometryReport:
+    """A report for navigation from odometry's message, with times since `epoch`."""
     return OdometryReport(
-        told.t - epoch,
-        told.since - epoch,
-        to_body(told.quaternion, told.velocity),
-        told.tracking is topics.Tracking.GOOD,
+        message.t - epoch,
+        message.since - epoch,
+        to_body(message.quaternion, message.velocity),
+        message.tracking is topics.Tracking.GOOD,
     )
 
 
 def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
-    """Whether anything but the time has changed."""
+    """Anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
 class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """So many packs of the battery fall out: `{"at": 40.0, "packs": 3}`."""
+    """A failure of so many packs of the battery: `{"at": 40.0, "packs": 3}`."""
 
     at: Seconds
     packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]
@@ -296,7 +296,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
 
 
 def _with_scenario(wanted: SimOptions, given: dict[str, Any]) -> SimOptions:
-    """The options with what their scenario adds to them. Raises OptionsError."""
+    """The options with those of their scenario. Raises OptionsError."""
     if wanted.scenario is None:
         return wanted
     try:

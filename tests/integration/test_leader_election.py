@@ -1,4 +1,4 @@
-"""Whoever is started beside a resource manager that judges gives way, and whoever comes after a dead one takes over."""
+"""Leader election: a process beside an active resource manager gives way; the successor of a dead one takes over."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from faulty_network import FaultyNetwork, Weather
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
@@ -46,7 +46,7 @@ class Door:
         return answers
 
     def state(self) -> str | None:
-        """What whoever judges says of the lock, None if nobody does."""
+        """State of the lock, by the active resource manager; None without one."""
         for answer in self.asked(QueryStates(), KEYS.resource_states):
             if isinstance(answer, Answered):
                 return decode(answer.payload, ResourceStates).states["lock"]
@@ -57,23 +57,23 @@ class Door:
         assert isinstance(answer, Answered)
 
 
-def test_who_finds_a_judge_gives_way_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_process_that_finds_a_leader_gives_way_and_logs_why(caplog: pytest.LogCaptureFixture) -> None:
     door = Door()
-    judge = door.start()
+    leader = door.start()
     door.run(0.1)
     door.open()
     stray = door.start()
     door.run(1.0)
-    assert (judge.closed, stray.closed) == (False, True)
+    assert (leader.closed, stray.closed) == (False, True)
     assert door.state() == "OPEN"
-    assert "Another resource manager judges here. End that one first" in caplog.text
+    assert "Another resource manager is active. End that one first" in caplog.text
 
 
 def test_the_place_of_a_dead_one_is_taken_at_once() -> None:
     door = Door()
-    judge = door.start()
+    leader = door.start()
     door.run(0.1)
-    door.network.kill(judge)
+    door.network.kill(leader)
     successor = door.start()
     door.run(0.5)
     assert not successor.closed
@@ -82,54 +82,54 @@ def test_the_place_of_a_dead_one_is_taken_at_once() -> None:
 
 def test_the_place_of_a_frozen_one_is_taken_within_its_lease_and_it_leaves_when_it_wakes_up() -> None:
     door = Door()
-    judge = door.start()
+    leader = door.start()
     door.run(0.1)
     door.open()
-    door.network.stop(judge)
+    door.network.stop(leader)
     successor = door.start()
     door.run(3.0)
-    assert door.state() == "SHUT", "another one, which was told nothing"
-    door.network.wake(judge)
+    assert door.state() == "SHUT", "another one, with a journal of its own"
+    door.network.wake(leader)
     door.run(3.0)
-    assert (judge.closed, successor.closed) == (True, False)
+    assert (leader.closed, successor.closed) == (True, False)
     assert door.state() == "SHUT"
 
 
 def test_one_that_is_cut_off_ends_when_it_is_back_beside_its_successor() -> None:
     door = Door()
-    judge = door.start()
+    leader = door.start()
     door.run(0.1)
-    door.network.cut(judge)
+    door.network.cut(leader)
     door.run(3.0)
     successor = door.start()
     door.run(3.0)
-    door.network.mend(judge)
+    door.network.mend(leader)
     door.run(3.0)
-    assert (judge.closed, successor.closed) == (True, False)
+    assert (leader.closed, successor.closed) == (True, False)
 
 
 @pytest.mark.parametrize("seed", range(60))
 def test_of_those_that_start_at_the_same_moment_one_stays(seed: int) -> None:
     """However slow the messages are, and some are lost."""
     door = Door(seed, Weather(latency=(0.0002, 0.2), loss=0.2))
-    judges = []
+    leaders = []
     for _ in range(3):
-        judges.append(door.start())
+        leaders.append(door.start())
         door.run(seed % 7 * 0.01)
     door.run(PATIENCE)
-    assert [judge.closed for judge in judges].count(False) == 1
+    assert [leader.closed for leader in leaders].count(False) == 1
     door.network.weather = Weather()
     assert door.state() == "SHUT"
 
 
-def test_who_leaves_refuses_until_he_has_left(tmp_path: Path) -> None:
-    """Another process goes on from its journal, and has been told by its refusal that it may."""
+def test_a_leader_that_leaves_refuses_until_it_has_left(tmp_path: Path) -> None:
+    """Another process continues from its journal; the refusal allows it to begin."""
     door = Door()
     path = tmp_path / "journal.sqlite"
-    judge = door.start(Journal(path, IDENTITY))
+    leader = door.start(Journal(path, IDENTITY))
     door.run(0.1)
     door.open()
     successor = door.start(Journal(path, IDENTITY))
     door.run(1.0)
-    assert (judge.closed, successor.closed) == (True, False)
+    assert (leader.closed, successor.closed) == (True, False)
     assert door.state() == "OPEN"
