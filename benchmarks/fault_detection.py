@@ -29,7 +29,7 @@ from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import in_process
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
-from skillwing.onboard.topics import HEALTH, Health, SensorStatus
+from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint

@@ -25,7 +25,7 @@ from ray_aims import Ground, Rays, picture_rays, places, scan_rays
 from ray_rivals import EitherSide, EveryPixel, EverySecondRow, RobustRays, WatchedRays, camera_with
 from sim_speed import fly
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.sensors import depth_camera
 from skillwing.sim_mujoco.sensors.infill import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar

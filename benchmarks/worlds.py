@@ -20,8 +20,7 @@ import mujoco
 import numpy as np
 from performance_page import machine, table, tell
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar

@@ -10,8 +10,9 @@ from skillwing.evaluation.flights.observer import HELD_FOR, FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 from skillwing.sim_mujoco.world.world import make_world

@@ -14,7 +14,7 @@ from skillwing.evaluation.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evalua
 from skillwing.evaluation.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.geofence import HOME
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import Truth
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
 from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
 from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines

@@ -10,7 +10,8 @@ from m600_layer import FENCE
 from skillwing.bt_missions.missions.mapping import MappingOptions
 from skillwing.m600.geofence import Geofence
 from skillwing.onboard.guidance.node import make_guidance
-from skillwing.onboard.topics import GEOFENCE, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import GEOFENCE
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import encode
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.sim_mujoco.physics.hexacopter import ARM, BODY, ROTOR_RADIUS, ROTORS, attach_to
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator

@@ -14,7 +14,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import legs_of

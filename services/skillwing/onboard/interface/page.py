@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from skillwing.onboard.guidance import body_motion, heading_control, limits, lookout, solitude, trajectory
+from skillwing.onboard.guidance import body_motion, core, heading_control, limits, path_monitor, trajectory
 from skillwing.onboard.interface.table import PLACES, TOPICS
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.services.bus import EVENT_HISTORY
 from skillwing.services.protocol import ErrorCode
 from skillwing.services.wire.channel import Channel, Kind
@@ -35,9 +35,9 @@ TEMPLATE = PageTemplate(
         "LOWEST": limits.LOWEST,
         "MAX_SPEED": limits.MAX_SPEED,
         "SETPOINT_TIMEOUT": limits.SETPOINT_TIMEOUT,
-        "MARGIN": lookout.MARGIN,
-        "STALE": lookout.STALE,
-        "ALONE": solitude.LAND_AFTER,
+        "MARGIN": path_monitor.MARGIN,
+        "STALE": path_monitor.STALE,
+        "ALONE": core.LAND_AFTER,
         "ACCELERATION": trajectory.ACCELERATION,
         "BRAKING": trajectory.BRAKING,
     },

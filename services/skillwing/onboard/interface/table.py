@@ -1,13 +1,26 @@
 """Every topic of the functional layer, by the place in which another process may stand.
 
-`topics` spells the keys and has the messages. This table says which belong together; `functional-layer.md.template`
-explains each topic.
+`onboard.topics` has the keys and the messages, and this table the rows: which belong together, between whom, how often.
+`functional-layer.md.template` explains each topic.
 """
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
-from skillwing.services.protocol import ClockTick, ErrorCode
+from skillwing.onboard.topics import (
+    common,
+    faults,
+    flight,
+    guidance,
+    link,
+    mapping,
+    navigation,
+    obstacles,
+    odometry,
+    sensors,
+    truth,
+    video,
+)
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode
 from skillwing.services.wire.channel import Channel, Duty, Each, Kind
 
 VEHICLE, GUIDANCE, BRIDGE = "sim", "guidance", "bridge"
@@ -23,7 +36,7 @@ COMMANDS = (*STALE, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE, ErrorCode.UNKN
 DEPTHS = "uint16 [height, width]: depth along the optical axis in mm, 0 for no return"
 RANGES = "float32 [columns, beams]: ranges in m, 0 for no return"
 INERTIAL = "float32 [n, 7]: seconds since t0, acceleration [m/s2], angular rate [rad/s], FLU; 250 rows a second"
-PIECE = "a piece of an H.264 access unit, or of its parity"
+PACKET = "a packet of an H.264 access unit, or of its parity"
 VOXELS = "float32 [n, 3]: centres of voxels, ENU in m"
 ALL_VOXELS = "float32 [n, 3]: centres of all occupied voxels, ENU in m"
 PIXELS = "uint8 [height, width, 3]: RGB"
@@ -31,48 +44,48 @@ SENDING, RECEIVING = "while a stream runs", "while a stream comes in"
 
 FLYING = (
     Channel(
-        topics.NAVIGATION,
+        navigation.NAVIGATION,
         STREAM,
         VEHICLE,
         (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, SKILLS, RECORDER),
-        topics.Navigation,
+        navigation.Navigation,
         duty=MUST,
         rate=50.0,
     ),
     Channel(
-        topics.FLIGHT,
+        flight.FLIGHT,
         STREAM,
         VEHICLE,
         (GUIDANCE, BRIDGE, SKILLS),
-        topics.FlightState,
+        flight.FlightState,
         duty=MUST,
         rate=10.0,
         when="and at each change",
     ),
     Channel(
-        topics.AUTOPILOT_SETPOINT,
+        flight.AUTOPILOT_SETPOINT,
         STREAM,
         GUIDANCE,
         (VEHICLE,),
-        topics.AutopilotSetpoint,
+        flight.AutopilotSetpoint,
         duty=MUST,
         rate=50.0,
         when="in the air and during a takeoff, at the rate of navigation",
     ),
-    Channel(topics.BATTERY, STREAM, VEHICLE, (BRIDGE, RECORDER), topics.Battery, duty=SHOULD, rate=1.0),
-    Channel(topics.RANGE, STREAM, VEHICLE, (GUIDANCE, OBSTACLES), topics.Range, duty=SHOULD, rate=20.0),
+    Channel(flight.BATTERY, STREAM, VEHICLE, (BRIDGE, RECORDER), flight.Battery, duty=SHOULD, rate=1.0),
+    Channel(sensors.RANGE, STREAM, VEHICLE, (GUIDANCE, OBSTACLES), sensors.Range, duty=SHOULD, rate=20.0),
     Channel(
-        topics.HEALTH,
+        sensors.HEALTH,
         EVENTS,
         VEHICLE,
         (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, RECORDER),
-        topics.Health,
+        sensors.Health,
         each=Each.SENSOR,
         duty=SOME,
         when="at each change",
     ),
     Channel(
-        topics.CLOCK,
+        CLOCK_KEY,
         STREAM,
         VEHICLE,
         ("everybody",),
@@ -84,147 +97,177 @@ FLYING = (
 )
 SENSORS = (
     Channel(
-        topics.ZED_DEPTH, ARRAYS, VEHICLE, (OBSTACLES, RECORDER), topics.DepthHeader, duty=SOME, rate=15.0, array=DEPTHS
+        sensors.ZED_DEPTH,
+        ARRAYS,
+        VEHICLE,
+        (OBSTACLES, RECORDER),
+        sensors.DepthHeader,
+        duty=SOME,
+        rate=15.0,
+        array=DEPTHS,
     ),
     Channel(
-        topics.LIDAR,
+        sensors.LIDAR,
         ARRAYS,
         VEHICLE,
         (OBSTACLES, MAPPING, RECORDER),
-        topics.LidarHeader,
+        sensors.LidarHeader,
         duty=SOME,
         rate=10.0,
         array=RANGES,
     ),
-    Channel(topics.IMU, ARRAYS, VEHICLE, (MAPPING,), topics.ImuHeader, duty=SOME, rate=50.0, array=INERTIAL),
+    Channel(sensors.IMU, ARRAYS, VEHICLE, (MAPPING,), sensors.ImuHeader, duty=SOME, rate=50.0, array=INERTIAL),
     Channel(
-        topics.CAMERA,
+        video.CAMERA,
         ARRAYS,
         VEHICLE,
         (VIDEO, GROUND),
-        topics.CameraHeader,
+        video.CameraHeader,
         duty=SOME,
         when="at the requested rate, while requested",
         array=PIXELS,
     ),
-    Channel(topics.CAMERA_COMMAND, QUERY, VEHICLE, (VIDEO,), topics.ControlCamera, topics.Done, duty=SOME),
-    Channel(topics.GNSS, STREAM, VEHICLE, (), topics.Gnss, duty=TRIALS, rate=10.0),
+    Channel(video.CAMERA_COMMAND, QUERY, VEHICLE, (VIDEO,), video.ControlCamera, common.Done, duty=SOME),
+    Channel(sensors.GNSS, STREAM, VEHICLE, (), sensors.Gnss, duty=TRIALS, rate=10.0),
 )
 COMMANDING = (
     Channel(
-        topics.GUIDANCE_COMMAND, QUERY, GUIDANCE, (SKILLS,), topics.GuidanceCommand, topics.Done, COMMANDS, duty=MUST
+        guidance.GUIDANCE_COMMAND,
+        QUERY,
+        GUIDANCE,
+        (SKILLS,),
+        guidance.GuidanceCommand,
+        common.Done,
+        COMMANDS,
+        duty=MUST,
     ),
     Channel(
-        topics.GUIDANCE_STATUS,
+        guidance.GUIDANCE_STATUS,
         STREAM,
         GUIDANCE,
         (SKILLS, OBSTACLES, RECORDER),
-        topics.GuidanceStatus,
+        guidance.GuidanceStatus,
         duty=MUST,
         rate=20.0,
     ),
-    Channel(topics.GEOFENCE, EVENTS, GUIDANCE, (SKILLS, OBSTACLES), topics.Geofence, duty=SHOULD, when="at the start"),
     Channel(
-        topics.AUTHORITY,
+        guidance.GEOFENCE, EVENTS, GUIDANCE, (SKILLS, OBSTACLES), guidance.Geofence, duty=SHOULD, when="at the start"
+    ),
+    Channel(
+        guidance.AUTHORITY,
         EVENTS,
         BRIDGE,
         (GUIDANCE, OBSTACLES, MAPPING, VIDEO),
-        topics.Revoked,
+        guidance.Revoked,
         duty=MUST,
         when="when the resource manager has ended a goal",
     ),
 )
 SEEING = (
     Channel(
-        topics.OBSTACLE_COMMAND, QUERY, OBSTACLES, (SKILLS,), topics.SelectObstacleSource, topics.Done, STALE, duty=SOME
+        obstacles.OBSTACLE_COMMAND,
+        QUERY,
+        OBSTACLES,
+        (SKILLS,),
+        obstacles.SelectObstacleSource,
+        common.Done,
+        STALE,
+        duty=SOME,
     ),
     Channel(
-        topics.OBSTACLE_STATUS,
+        obstacles.OBSTACLE_STATUS,
         STREAM,
         OBSTACLES,
         (GUIDANCE, SKILLS, BRIDGE, RECORDER),
-        topics.ObstacleStatus,
+        obstacles.ObstacleStatus,
         duty=SHOULD,
         rate=10.0,
     ),
-    Channel(topics.LANDING_PLACE, QUERY, OBSTACLES, (SKILLS,), topics.Empty, topics.LandingPlace, duty=SHOULD),
-    Channel(topics.MAPPING_COMMAND, QUERY, MAPPING, (SKILLS,), topics.ControlMapping, topics.Done, STALE, duty=SOME),
+    Channel(obstacles.LANDING_PLACE, QUERY, OBSTACLES, (SKILLS,), common.Empty, obstacles.LandingPlace, duty=SHOULD),
+    Channel(mapping.MAPPING_COMMAND, QUERY, MAPPING, (SKILLS,), mapping.ControlMapping, common.Done, STALE, duty=SOME),
     Channel(
-        topics.MAPPING_STATUS, STREAM, MAPPING, (SKILLS, BRIDGE, RECORDER), topics.MappingStatus, duty=SOME, rate=2.0
+        mapping.MAPPING_STATUS, STREAM, MAPPING, (SKILLS, BRIDGE, RECORDER), mapping.MappingStatus, duty=SOME, rate=2.0
     ),
     Channel(
-        topics.MAP,
+        mapping.MAP,
         ARRAYS,
         MAPPING,
         (BRIDGE, RECORDER),
-        topics.MapHeader,
+        mapping.MapHeader,
         duty=SOME,
         rate=1.0,
         when="while it maps",
         array=VOXELS,
     ),
     Channel(
-        topics.MAP_SNAPSHOT, QUERY, MAPPING, (CAMPAIGNS,), topics.Empty, topics.MapHeader, duty=TRIALS, array=ALL_VOXELS
+        mapping.MAP_SNAPSHOT,
+        QUERY,
+        MAPPING,
+        (CAMPAIGNS,),
+        common.Empty,
+        mapping.MapHeader,
+        duty=TRIALS,
+        array=ALL_VOXELS,
     ),
     Channel(
-        topics.SLAM_ODOMETRY,
+        odometry.SLAM_ODOMETRY,
         STREAM,
         MAPPING,
         (VEHICLE,),
-        topics.Odometry,
+        odometry.Odometry,
         duty=SHOULD,
         rate=10.0,
         when="once it has begun",
     ),
 )
 STREAMING = (
-    Channel(topics.VIDEO_COMMAND, QUERY, VIDEO, (SKILLS,), topics.ControlVideo, topics.Done, STALE, duty=SOME),
-    Channel(topics.VIDEO_ENCODER, STREAM, VIDEO, (SKILLS,), topics.EncoderStatus, duty=SOME, rate=2.0, when=SENDING),
-    Channel(topics.VIDEO_SENT, ARRAYS, VIDEO, (LINK,), topics.VideoPiece, duty=SOME, when=SENDING, array=PIECE),
-    Channel(topics.VIDEO_RECEIVED, ARRAYS, LINK, (GROUND,), topics.VideoPiece, duty=SOME, when=SENDING, array=PIECE),
-    Channel(topics.VIDEO_REPORT, STREAM, GROUND, (LINK,), topics.VideoStatus, duty=SOME, rate=4.0, when=RECEIVING),
+    Channel(video.VIDEO_COMMAND, QUERY, VIDEO, (SKILLS,), video.ControlVideo, common.Done, STALE, duty=SOME),
+    Channel(video.VIDEO_ENCODER, STREAM, VIDEO, (SKILLS,), video.EncoderStatus, duty=SOME, rate=2.0, when=SENDING),
+    Channel(video.VIDEO_SENT, ARRAYS, VIDEO, (LINK,), video.VideoPacket, duty=SOME, when=SENDING, array=PACKET),
+    Channel(video.VIDEO_RECEIVED, ARRAYS, LINK, (GROUND,), video.VideoPacket, duty=SOME, when=SENDING, array=PACKET),
+    Channel(video.VIDEO_REPORT, STREAM, GROUND, (LINK,), video.VideoStatus, duty=SOME, rate=4.0, when=RECEIVING),
     Channel(
-        topics.VIDEO_STATUS,
+        video.VIDEO_STATUS,
         STREAM,
         LINK,
         (VIDEO, SKILLS, BRIDGE, RECORDER),
-        topics.VideoStatus,
+        video.VideoStatus,
         duty=SOME,
         rate=4.0,
         when=RECEIVING,
     ),
     Channel(
-        topics.VIDEO_SHOWN,
+        video.VIDEO_SHOWN,
         ARRAYS,
         GROUND,
         (RECORDER,),
-        topics.VideoShown,
+        video.VideoShown,
         duty=TRIALS,
         when=f"at most 4 Hz, {RECEIVING}",
         array="a JPEG file",
     ),
     Channel(
-        topics.LINK_STATUS,
+        link.LINK_STATUS,
         STREAM,
         LINK,
         (VIDEO, BRIDGE, RECORDER),
-        topics.LinkStatus,
+        link.LinkStatus,
         duty=SOME,
         when="1 Hz; 5 Hz while something crosses the link",
     ),
 )
 TRYING = (
-    Channel(topics.TRUTH, STREAM, VEHICLE, (LINK, RECORDER, CAMPAIGNS), topics.Truth, duty=TRIALS, rate=20.0),
-    Channel(topics.PILOT, QUERY, VEHICLE, ("`skillwing pilot`",), topics.SetPilot, topics.Done, duty=TRIALS),
-    Channel(topics.FAULT, QUERY, VEHICLE, ("`skillwing fault`",), topics.SetFault, topics.Done, UNKNOWN, duty=TRIALS),
-    Channel(topics.FAULTS, QUERY, VEHICLE, ("`skillwing fault --list`",), topics.Empty, topics.Faults, duty=TRIALS),
+    Channel(truth.TRUTH, STREAM, VEHICLE, (LINK, RECORDER, CAMPAIGNS), truth.Truth, duty=TRIALS, rate=20.0),
+    Channel(flight.PILOT, QUERY, VEHICLE, ("`skillwing pilot`",), flight.SetPilot, common.Done, duty=TRIALS),
+    Channel(faults.FAULT, QUERY, VEHICLE, ("`skillwing fault`",), faults.SetFault, common.Done, UNKNOWN, duty=TRIALS),
+    Channel(faults.FAULTS, QUERY, VEHICLE, ("`skillwing fault --list`",), common.Empty, faults.Faults, duty=TRIALS),
     Channel(
-        topics.LINK_FAULT,
+        faults.LINK_FAULT,
         QUERY,
         LINK,
         ("`skillwing fault link`",),
-        topics.SetLinkFault,
-        topics.Done,
+        faults.SetLinkFault,
+        common.Done,
         UNKNOWN,
         duty=TRIALS,
     ),
@@ -238,4 +281,4 @@ PLACES: dict[str, tuple[Channel, ...]] = {
     "streaming": STREAMING,
     "trying": TRYING,
 }
-TOPICS: tuple[Channel, ...] = tuple(topic for topics_ in PLACES.values() for topic in topics_)
+TOPICS: tuple[Channel, ...] = tuple(topic for topics in PLACES.values() for topic in topics)
