@@ -22,9 +22,7 @@ class System:
         self.network = InProcessNetwork()
         self.work = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
         self.told: list[str] = []
-        self.work.attach(
-            self.network.bus("supervisor"), on_change=lambda: self.told.append(self.work.text)
-        )
+        self.work.attach(self.network.bus("supervisor"), on_change=lambda: self.told.append(self.work.text))
         self.bus = self.network.bus("robot")
 
     def tell(self, key: str, message: GoalStatus | MissionStatus | Record) -> str:
