@@ -27,8 +27,8 @@ from skillwing.onboard.guidance import body_motion
 from skillwing.onboard.interface.page import interface_page, interface_schema
 from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.interface.topic import Kind, Topic
-from skillwing.services.cli import app
 from skillwing.services.protocol import CLOCK_KEY, Message
+from skillwing.services.terminal.cli import app
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "functional-layer.md").read_text(encoding="utf-8")
