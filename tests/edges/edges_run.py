@@ -18,7 +18,8 @@ from pathlib import Path
 
 import edge_counter
 from goal_table import Edge, all_edges, page_text
-from skillwing.services.marked_page import Marks, page_with
+
+from skillwing.services.terminal.doc_sections import Marks, page_with
 
 ROOT = Path(__file__).parents[2]
 TABLE = Marks.named("goal table")
