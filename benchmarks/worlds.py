@@ -189,7 +189,7 @@ def main() -> None:
 {promises(wanted.seeds)}
 
 **What a world costs.** Seeds 1 to {ROUNDS}, median and spread. `factor`: robot seconds per second of processor time
-of the simulator with all its sensors (nobody asks for the RGB camera's pictures), {wanted.seconds:g} s of flight at the
+of the simulator without the RGB camera, during {wanted.seconds:g} s of flight at the
 beginning of the route. Times are processor times, and still longer on a busy machine; the last column compares with the
 courtyard in the same round.
 

@@ -21,8 +21,8 @@ from fuzz_figures import MARKS, Fuzzed, table
 from fuzz_processes import Thrower, everything, fuzz
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
-from skillwing.services.marked_page import page_with
 from skillwing.services.protocol import CLOCK_KEY
+from skillwing.services.terminal.doc_sections import page_with
 
 TOLD = 5
 """Findings of a kind that are printed in full."""

@@ -13,7 +13,9 @@ from endpoints import KEYS, PUBLICATIONS, QUERIES
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
 from skillwing.onboard import topics
-from skillwing.onboard.topics import sensors, video
+from skillwing.onboard.topics import sensors
+from skillwing.onboard.topics.sensors import GNSS, IMU
+from skillwing.onboard.topics.video import VIDEO_ENCODER
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
 
@@ -21,9 +23,9 @@ ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
     KEYS.candidate("x"): "a liveliness token, too",
     KEYS.leader("x"): "a liveliness token, too",
-    sensors.IMU: "nobody reads it yet",
-    sensors.GNSS: "read where it is made, and by whoever looks on",
-    video.VIDEO_ENCODER: "only a running stream listens",
+    IMU: "nobody reads it yet",
+    GNSS: "read where it is made, and by whoever looks on",
+    VIDEO_ENCODER: "only a running stream listens",
 }
 OF_THE_BUS = {CLOCK_KEY, f"{CLOCK_DONE_KEY}/**"}
 """Time is the network's own in one process; over Zenoh the bus subscribes to it."""

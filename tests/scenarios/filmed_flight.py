@@ -1,4 +1,4 @@
-"""A drone that flies along a line and films a wall, for tests of the video: true places, cheap pictures."""
+"""A drone that flies along a line and films a wall, for tests of the video: true positions, cheap pictures."""
 
 from __future__ import annotations
 

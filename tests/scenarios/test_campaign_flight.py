@@ -1,4 +1,4 @@
-"""A campaign's flight is the whole robot in one process: the same one every time, and judged by what is true."""
+"""A campaign's flight: the whole robot in one process, identical each time, judged by the ground truth."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Flight:
             self.ends.append((status.skill, status.terminal.label))
 
     def start_again(self, name: str) -> None:
-        """What a supervisor does with a process that was killed."""
+        """Start a process again, as a supervisor does after a kill."""
         self.buses[name].close()
         self.buses[name] = self.network.attach(make(self.specs[name]))
 

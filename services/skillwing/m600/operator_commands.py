@@ -23,10 +23,10 @@ from skillwing.onboard.topics.faults import (
 from skillwing.onboard.topics.flight import PILOT, SetPilot
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, M, Message
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 LINK = "link"
 LINK_KINDS = ("cut", "narrow")
@@ -86,7 +86,8 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults."""
+    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults. See
+    docs/sensors.md."""
     if tell:
         if sensor is not None or kind is not None or off or magnitude is not None:
             raise InvalidOptionError("list", "--list shows all that can fail. Leave out what else you gave.")

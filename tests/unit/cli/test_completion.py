@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from skillwing.m600.robot import ROBOT
-from skillwing.services import cli
+from skillwing.services.terminal import cli
 
 SKILLSET = ROBOT.load_skillset()
 SKILLS = {skill.name for skill in SKILLSET.skills}

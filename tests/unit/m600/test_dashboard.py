@@ -18,7 +18,7 @@ from skillwing.onboard.topics.obstacles import OBSTACLE_STATUS, ObstacleSource, 
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
-from skillwing.services.telemetry.recorder import RECORDING_FILE, make_recorder
+from skillwing.services.recording.recorder import RECORDING_FILE, make_recorder
 
 SPEED = 2.0
 TABS = 1

@@ -36,8 +36,8 @@ from skillwing.onboard.topics.flight import Battery, FlightState
 from skillwing.onboard.topics.truth import Truth
 from skillwing.onboard.topics.video import VideoStatus
 from skillwing.services.errors import SkillwingError
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 

@@ -30,7 +30,7 @@ class Rig:
         self.core = GuidanceCore(world.geofence)
         self.connected = True
         self.lowers_ground_by = 0.0
-        """What the range-finder is wrong by [m]."""
+        """Error of the range-finder [m]."""
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
         self.track: list[tuple[float, Vector]] = []
         self._token = 0

@@ -37,7 +37,7 @@ def test_a_corner_that_is_given_counts_before_that_of_the_site() -> None:
 def test_only_a_site_with_a_building_shadows_the_link() -> None:
     assert make_link({"site": {"kind": "inspection"}, "shadow": True}).name == "link"
     for site in ({}, {"site": {"kind": "street"}}):
-        with pytest.raises(OptionsError, match="no building to shadow the link"):
+        with pytest.raises(OptionsError, match="no building to occlude the link"):
             make_link({**site, "shadow": True})
 
 

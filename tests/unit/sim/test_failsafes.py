@@ -1,4 +1,4 @@
-"""What the autopilot does by itself, and that the gravest reason goes first."""
+"""Failsafes of the autopilot, and their order."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_a_critical_battery_stays_critical_and_a_short_sag_is_none() -> None:
 
 
 def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
-    """Whether it comes down by itself within this time, having had a setpoint to hover at once."""
+    """True if it comes down by itself within this time, having had a setpoint to hover at once."""
     simulator.place((0.0, 0.0, 1.5))
     simulator.command(Setpoint((0.0, 0.0, 1.6), STILL, 0.0))
     simulator.advance(simulator.t + 0.1)

@@ -26,8 +26,8 @@ from skillwing.onboard import topics
 from skillwing.onboard.guidance import body_motion
 from skillwing.onboard.interface.page import TEMPLATE, interface_page, interface_schema
 from skillwing.onboard.interface.table import TOPICS
-from skillwing.services.cli import app
 from skillwing.services.protocol import CLOCK_KEY, Message
+from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Channel, Kind
 
 ROOT = Path(__file__).parents[3]

@@ -1,4 +1,4 @@
-"""What guidance accepts, refuses, and does when things change under way."""
+"""Guidance: accepted and refused commands, and changes during a motion."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Whatever is commanded, and wherever wind or a pilot take the drone: guidance asks for no place outside the fence, or
-nearer to it than its margin."""
+"""The fence in guidance: no setpoint lies outside it or within its margin, for any command, wind or pilot."""
 
 from __future__ import annotations
 

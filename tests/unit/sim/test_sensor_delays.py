@@ -26,7 +26,7 @@ from skillwing.sim_mujoco.world.world import make_world
 
 @pytest.fixture(scope="module")
 def arrivals() -> list[tuple[float, Measurement]]:
-    """What comes out of a simulator within half a second, and when."""
+    """Measurements of a simulator within half a second, and their times."""
     simulator, come = Simulator(make_world(3)), []
     while simulator.t < 0.5:
         happened = simulator.advance(simulator.t + TICK)

@@ -1,4 +1,4 @@
-"""What the sensors' physics leaves out and adds: lost returns, holes, wandering biases."""
+"""Models of the sensors: lost returns, holes, wandering biases."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,18 +14,13 @@ from skillwing.bt_missions.checking.mission_check import check_mission, offline_
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
-from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
-from skillwing.services.commands.briefing import briefing
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
 from skillwing.services.protocol import (
     AbortMission,
@@ -37,6 +32,10 @@ from skillwing.services.protocol import (
     ResumeMission,
 )
 from skillwing.services.robot import find_robot
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
     str,
@@ -104,7 +103,7 @@ def run(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Fly a mission on the running system, and show its progress until it is over.
+    """Fly a mission on the running system, and show its progress until it is over. See docs/missions.md.
 
     Ctrl-C, `kill` and a closed terminal abort the mission: the drone lands where it is. A second Ctrl-C ends the
     command at once, without a landing.
@@ -121,13 +120,7 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
         _refuse_second_mission(system)
-        known = briefing(system.target, chosen.name)
-        site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
-        given = chosen.read_options(site | asked)
-        require_fit(chosen, system.skillset, given)
-        if console is not None and site:
-            text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
-            console.print(f"Options of the site: {text}", highlight=False)
+        given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
             print_if_open(console, status_line(status))
@@ -144,6 +137,7 @@ def run(
 @mission.command()
 def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Show the mission that flies: its tree, its skills, and the reasons of its branch switches. q ends the command.
+    See docs/missions.md.
 
     The view is live until the mission is over. With --json, or without a terminal, it is printed once.
 
@@ -165,7 +159,8 @@ def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 @mission.command()
 def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile.
+    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile. See
+    docs/missions.md.
 
     Exit codes: 0 it is paused; 1 no mission flies; 3 no system is running; 4 it cannot be paused now.
     """
@@ -174,7 +169,7 @@ def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 
 @mission.command()
 def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Continue a paused mission where it was.
+    """Continue a paused mission where it was. See docs/missions.md.
 
     Exit codes: 0 it continues; 1 no mission flies; 3 no system is running; 4 it was not paused.
     """
@@ -183,7 +178,7 @@ def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: Json
 
 @mission.command()
 def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Abort the mission: the drone stops and lands where it is. A second request has no effect.
+    """Abort the mission: the drone stops and lands where it is. A second request has no effect. See docs/missions.md.
 
     Exit codes: 0 the request was accepted; 1 no mission flies; 3 no system is running.
     """
@@ -198,7 +193,7 @@ def check(
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List all problems of a mission with the robot. No system has to run.
+    """List all problems of a mission with the robot. No system has to run. See docs/own_mission.md.
 
     With --json the output is a list of `text` and `place`.
 
@@ -227,7 +222,7 @@ def check(
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
 ) -> None:
-    """Write a small mission to start from: fly to a point and home again, for the m600.
+    """Write a small mission to start from: fly to a point and home again, for the m600. See docs/own_mission.md.
 
     Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
     """
@@ -244,7 +239,7 @@ def export(
     robot: RobotTableOption = "m600",
     skillset: SkillsetOption = None,
 ) -> None:
-    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values.
+    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values. See docs/own_mission.md.
 
     Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name or malformed
     value.
@@ -257,7 +252,7 @@ def export(
 
 @mission.command()
 def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
-    """Write the models of all nodes of tree files: the palette that Groot2 imports."""
+    """Write the models of all nodes of tree files: the palette that Groot2 imports. See docs/own_mission.md."""
     _put(write_models(load(skillset or find_robot(robot).skillset)), output)
 
 
@@ -298,6 +293,20 @@ def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
     except NoSystemError:
         chosen.require_usable()
         raise
+
+
+def _options_with_site(
+    chosen: Mission, asked: dict[str, Any], system: System, console: Console | None
+) -> MissionOptions:
+    """Options of a mission: those that the user gives, then those of the site. Raises FaultyMissionError."""
+    known = mission_context(system.target, chosen.name)
+    site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
+    given = chosen.read_options(site | asked)
+    require_fit(chosen, system.skillset, given)
+    if console is not None and site:
+        text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
+        console.print(f"Options of the site: {text}", highlight=False)
+    return given
 
 
 def _refuse_second_mission(system: System) -> None:

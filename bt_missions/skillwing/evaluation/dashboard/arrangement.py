@@ -10,9 +10,9 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from skillwing.onboard.topics import common
-from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.mission_view import MissionPanels, trailing, whole_run
-from skillwing.services.telemetry.recording import framed
+from skillwing.services.recording import palette
+from skillwing.services.recording.mission_view import MissionPanels, trailing, whole_run
+from skillwing.services.recording.rerun_stream import framed
 from skillwing.sim_mujoco.world.site import Site
 
 SERIES = {

@@ -34,8 +34,8 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.options import read_options
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
-from skillwing.services.telemetry import palette
-from skillwing.services.telemetry.mission_view import MissionPanels, at
+from skillwing.services.recording import palette
+from skillwing.services.recording.mission_view import MissionPanels, at
 from skillwing.sim_mujoco.world.kinds import SiteOptions
 from skillwing.sim_mujoco.world.site import Site
 

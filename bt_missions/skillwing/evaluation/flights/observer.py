@@ -17,8 +17,8 @@ from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHe
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.history import OVER
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
-from skillwing.services.telemetry.history import OVER
 from skillwing.sim_mujoco.world.terrain import Terrain
 
 AT_HOME = 2.0

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from skillwing.dsl.commands.source import misuse
+from skillwing.dsl.commands.source import usage_error
 
 
 def language_server(
@@ -16,13 +16,14 @@ def language_server(
         typer.Option("--tcp", metavar="PORT", min=1, max=65535, help="Listen on this loopback port, for debugging."),
     ] = None,
 ) -> None:
-    """Serve an editor over standard input and output: problems, completion, hover, definitions, renaming, format."""
+    """Serve an editor over standard input and output: problems, completion, hover, definitions, renaming, format. See
+    docs/editor.md."""
     try:
         from skillwing.dsl.editor.server import server  # noqa: PLC0415 - the protocol's library is an extra
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in {"pygls", "lsprotocol"}:
             raise
-        misuse("The language server needs the extra `editor`. Run `pip install 'skillwing[editor]'`.")
+        usage_error("The language server needs the extra `editor`. Run `pip install 'skillwing[editor]'`.")
     if tcp is None:
         server.start_io()
         return
@@ -30,4 +31,4 @@ def language_server(
     try:
         server.start_tcp("127.0.0.1", tcp)
     except OSError as error:
-        misuse(f"Port {tcp} cannot be opened: {os.strerror(error.errno or 0)}.")
+        usage_error(f"Port {tcp} cannot be opened: {os.strerror(error.errno or 0)}.")

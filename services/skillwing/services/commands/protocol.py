@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import load
-from skillwing.services.commands.connection import JsonOption
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.output import make_console, print_json, print_table
 from skillwing.services.wire.channels import CHANNELS, keys_in
 from skillwing.services.wire.messages import classes_of
 

@@ -171,5 +171,5 @@ def make_link(options: dict[str, Any]) -> LinkNode:
 def _occlusion(chosen: SiteOptions) -> tuple[RadioZone, ...]:
     target = chosen.site().target
     if target is None:
-        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to shadow the link; `inspection` has one")
+        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to occlude the link; `inspection` has one")
     return occlusion_zones(target)
