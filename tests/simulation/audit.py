@@ -12,7 +12,7 @@ from simulation.plan import CLIENTS
 from simulation.witness import Witness
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
-from skillwing.services.bus.inprocess import InProcessBus, Utterance
+from skillwing.services.bus.inprocess import InProcessBus, SentMessage
 from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.goal_states import Executing, Finished, Finishing, GoalRun, Stopping
 from skillwing.services.names import RESOURCE_MANAGER
@@ -72,7 +72,7 @@ class Audit:
                 text = f"{grant.goal_id} of {grant.skill.name} goes on although `{invariant.name}` does not hold"
                 self._note("invariants hold", text)
 
-    def look_at_question(self, said: Utterance) -> None:
+    def look_at_question(self, said: SentMessage) -> None:
         """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         goal_id = call["goal_id"]

@@ -10,7 +10,7 @@ from simulation.audit import Audit
 from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
 from simulation.witness import Problem, Witness
 from simulation.world import World
-from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.bus.inprocess import SentMessage
 from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
@@ -42,7 +42,7 @@ class Outcome:
 class Run:
     """Carries out a plan, and stops at the first broken promise."""
 
-    def __init__(self, plan: Plan, on_message: Callable[[Utterance], None] | None = None) -> None:
+    def __init__(self, plan: Plan, on_message: Callable[[SentMessage], None] | None = None) -> None:
         self.plan = plan
         self.world = World(plan)
         self.witness = Witness(plan)
@@ -79,7 +79,7 @@ class Run:
             network.run_until(lambda: bool(problems), until - network.now())
         return not problems
 
-    def _hear(self, said: Utterance) -> None:
+    def _hear(self, said: SentMessage) -> None:
         self._messages += 1
         # Incarnations are drawn by chance that has no seed; they change nothing but some bytes.
         self._digest.update(f"{said.t!r} {said.source.name} {said.what} {said.key} {len(said.payload)}".encode())

@@ -8,14 +8,14 @@ import msgspec
 
 from simulation.plan import Plan
 from simulation.run import Outcome, Run
-from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.bus.inprocess import SentMessage
 
 _LEFT_OUT = ("v", "schema", "inputs", "t", "incarnation", "record", "cause")
 
 
 def tell(plan: Plan, say: Callable[[str], None], *, messages: bool = False) -> Outcome:
     """Carry out a plan and tell what happens, line by line. messages: also each message."""
-    say(f"seed {plan.seed}: skillset {plan.skillset}, journal {'on' if plan.journal else 'off'}, {plan.weather}")
+    say(f"seed {plan.seed}: skillset {plan.skillset}, journal {'on' if plan.journal else 'off'}, {plan.conditions}")
     for act in plan.acts:
         say(f"  plan {act}")
     run = Run(plan, (lambda said: say(_line(said))) if messages else None)
@@ -34,7 +34,7 @@ def tell(plan: Plan, say: Callable[[str], None], *, messages: bool = False) -> O
     return outcome
 
 
-def _line(said: Utterance) -> str:
+def _line(said: SentMessage) -> str:
     fields = msgspec.msgpack.decode(said.payload)
     told = " ".join(f"{name}={value}" for name, value in fields.items() if name not in _LEFT_OUT and value is not None)
     return f"{said.t:8.4f}  {said.source.name:20} {said.what:6} {said.key.partition('/')[2]:24} {told}"
