@@ -27,7 +27,7 @@ from statistics import median
 
 from performance_page import machine, table, tell
 
-from skillwing.services.telemetry.viewer import free_port
+from skillwing.services.viewer.viewer import free_port
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "containers.md"

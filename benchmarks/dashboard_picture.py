@@ -19,7 +19,7 @@ from pathlib import Path
 import rerun_cli
 from rerun.experimental import ViewerClient
 
-from skillwing.services.telemetry.mission_view import TIMELINE
+from skillwing.services.recording.mission_view import TIMELINE
 
 VIEWER = Path(rerun_cli.__file__).with_name("rerun")
 """The viewer itself: the `rerun` script is a wrapper, which leaves it behind when it is killed."""

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, axes, heading_of, norm, wrap
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.trajectory import Segment, straight
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
 from skillwing.sim_mujoco.physics.wind import Gust

@@ -25,11 +25,11 @@ from skillwing.services.core.snapshot import EMPTY_SNAPSHOT
 from skillwing.services.ids import RecordIds
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
-from skillwing.services.marked_page import Marks, page_with
 from skillwing.services.protocol import BeginGoal, EndGoal, EndKind, FireExtern, Granted, Record
 from skillwing.services.replay.files import StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.steps import FORMAT, Head, Made
+from skillwing.services.terminal.doc_sections import Marks, page_with
 
 SOURCE = """
     skillset digger {

@@ -18,7 +18,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.processes.colocation import colocated, households
+from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.processes.proc_files import usage
 
@@ -95,7 +95,7 @@ def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topolo
             launcher.start(specs)
             started = time.monotonic() - begun
             time.sleep(SETTLE)
-            ours = {ROUTER, *(each.name for each in households(specs))}
+            ours = {ROUTER, *(each.name for each in process_groups(specs))}
             pids = {process: pid for process, pid in launcher.pids.items() if process in ours}
             before, robot_before, begun = _cpu(pids), _robot_time(launcher), time.monotonic()
             time.sleep(seconds)

@@ -10,20 +10,12 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.topics import (
-    FlightState,
-    FlyTo,
-    GuidanceCommand,
-    MotionState,
-    Navigation,
-    Nose,
-    TakeOff,
-    Turn,
-)
-from skillwing.onboard.topics import Motion as Wanted
+from skillwing.onboard.topics.flight import FlightState
+from skillwing.onboard.topics.guidance import FlyTo, GuidanceCommand, MotionState, TakeOff, Turn, YawMode
+from skillwing.onboard.topics.guidance import Motion as Wanted
+from skillwing.onboard.topics.navigation import Navigation
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.sensors.faults import Fault
@@ -79,7 +71,7 @@ class MappingFlight:
             began = self.simulator.t
             # The heading axis keeps turning while it is locked, so the turn is given its time.
             yield from self._pass(lambda: self.simulator.t >= began + 5.0)
-        nose = Nose.FREE if self._across else Nose.ALONG_TRACK
+        nose = YawMode.FREE if self._across else YawMode.ALONG_TRACK
         yield from self._do(FlyTo(target=target, speed=SPEED, nose=nose))
 
     def _do(self, motion: Wanted) -> Iterator[Moment]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median, quantiles
 
-from skillwing.services.marked_page import Marks, PageError
+from skillwing.services.terminal.doc_sections import Marks, PageError
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 NOT_TOLD = {"--write": 0, "--only-kept": 0, "--keep": 1, "--recorded": 1, "--pictures": 1, "--jobs": 1}

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from performance_page import against, machine, make_parser, table, tell
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.video.rate_control import USUAL_FPS
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera

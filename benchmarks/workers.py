@@ -6,7 +6,7 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from skillwing.services.processes.single_threaded import SINGLE_THREADED
+from skillwing.services.processes.child import SINGLE_THREADED
 
 
 def workers(count: int) -> ProcessPoolExecutor:

@@ -18,7 +18,7 @@ from skillwing.evaluation.demo.story import INSPECTION, MAPPING
 from skillwing.evaluation.flights.cost import Cost
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import FlightResult
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
 SHOWN_PICTURE = r"\(images/results/([^)]+)\)"

@@ -30,7 +30,7 @@ from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import SkillwingError
-from skillwing.services.marked_page import page_with
+from skillwing.services.terminal.doc_sections import page_with
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "results.md"

@@ -19,8 +19,8 @@ from skillwing.evaluation.demo.story import INSPECTION
 from skillwing.evaluation.flights.plan import FlightPlan, planned_circle
 from skillwing.evaluation.judge.flight_log import read_flight
 from skillwing.m600.robot import ROBOT
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.journal import read_goals, read_records
+from skillwing.services.history.files import read_goals, read_records
+from skillwing.services.history.history import History
 from skillwing.sim_mujoco.link.radio import occlusion_zones
 from skillwing.sim_mujoco.world.world import make_world
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from skillwing.onboard.topics import AutopilotSetpoint, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import AutopilotSetpoint
 
 MAX_SPEED, MAX_ACCELERATION = 8.0, 4.0
 POSITION_GAIN, VELOCITY_GAIN = 1.0, 4.0

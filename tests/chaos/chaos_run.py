@@ -21,7 +21,7 @@ from flights_with_faults import FlightResult, flight_cells, fly
 from stand import Cell, Result, Stand, cells
 from tables import PLACES, flight_table, manager_table, told
 
-from skillwing.services.marked_page import page_with
+from skillwing.services.terminal.doc_sections import page_with
 
 
 def run_managers(repeats: int, wanted: Callable[[str], bool]) -> Iterator[Result]:

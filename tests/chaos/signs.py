@@ -62,7 +62,7 @@ class Signs:
         self.first = None
         self._process = process
         self._alive_key = self._keys.alive(process)
-        self._deaths = len(self._launcher.deaths)
+        self._deaths = len(self._launcher.exits)
         pid = self._launcher.pids[process]
         self.since = time.monotonic()
         os.kill(pid, signal.SIGKILL if fault is Fault.KILL else signal.SIGSTOP)
@@ -87,7 +87,7 @@ class Signs:
         return True
 
     def _look(self) -> None:
-        if any(death.process == self._process for death in self._launcher.deaths[self._deaths :]):
+        if any(death.process == self._process for death in self._launcher.exits[self._deaths :]):
             self._note("launcher")
         elif not self._bus.connected:
             self._note("every link")

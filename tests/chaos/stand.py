@@ -271,7 +271,7 @@ def _processes(run_dir: Path) -> tuple[ProcessSpec, ...]:
     specs[own] = next(spec for spec in robot.managers(run) if spec.name == own)
     recorder = ProcessSpec(
         RECORDER,
-        "skillwing.services.telemetry.recorder:make_recorder",
+        "skillwing.services.recording.recorder:make_recorder",
         {"run_dir": str(run_dir), "skillset": str(STAND)},
         essential=False,
         restart="never",

@@ -11,7 +11,7 @@ from flights_with_faults import FlightResult
 from signs import Fault
 from stand import IDLE, STATES, Result
 
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 
 PLACES = {part: Marks.named(f"chaos, {part}") for part in ("managers", "flights")}
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import msgspec
 
+from faulty_network import FaultyNetwork
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Node, RunnableBus, Topology
-from skillwing.services.bus.faulty import FaultyNetwork
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.journal.journal import Journal

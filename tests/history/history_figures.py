@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks.named("histories")
 

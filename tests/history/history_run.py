@@ -26,11 +26,11 @@ from sequential_manager import Call, Reply, SequentialManager, Told
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.marked_page import page_with
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import RecordOutcome
 from skillwing.services.robot import ProcessSpec
+from skillwing.services.terminal.doc_sections import page_with
 
 WORKSHOP = Path(__file__).parent / "workshop.skillset"
 HONEST = "skillwing.services.managers.resource_manager:make_resource_manager"

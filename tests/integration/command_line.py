@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 import pytest
 
-from skillwing.services import cli
+from skillwing.services.terminal import cli
 
 
 @dataclass

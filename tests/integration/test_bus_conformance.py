@@ -8,6 +8,7 @@ from typing import Protocol
 
 import pytest
 
+from faulty_network import FaultyNetwork, Weather
 from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
@@ -22,7 +23,6 @@ from skillwing.services.bus import (
     Topology,
 )
 from skillwing.services.bus.backlog import MOST_BYTES, STREAM_BACKLOG
-from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.processes.router import start_router

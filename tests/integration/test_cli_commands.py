@@ -20,14 +20,14 @@ from skillwing.dsl import load
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Sample
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.commands.connection import connect
-from skillwing.services.commands.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
+from skillwing.services.history.files import read_records
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.run_state import announced, read_run_state, write_run_state
 from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
-from skillwing.services.telemetry.journal import read_records
-from skillwing.services.telemetry.recorder import RECORDING_FILE
+from skillwing.services.recording.recorder import RECORDING_FILE
+from skillwing.services.terminal.connection import connect
+from skillwing.services.terminal.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
 
 pytestmark = pytest.mark.slow
 
@@ -107,7 +107,7 @@ def test_a_skill_whose_manager_does_not_run_is_not_started(ready: Command) -> No
 
 def test_an_invariant_ends_a_goal_that_is_followed(ready: Command, system: Launcher) -> None:
     assert ready("trigger", "lidar_status", "OK").code == OK
-    command = [sys.executable, "-m", "skillwing.services.cli", "start", "lidar_mapping", "--follow"]
+    command = [sys.executable, "-m", "skillwing.services.terminal.cli", "start", "lidar_mapping", "--follow"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert any("RUNNING" in line for line in process.stdout)
@@ -118,7 +118,7 @@ def test_an_invariant_ends_a_goal_that_is_followed(ready: Command, system: Launc
 
 def test_ctrl_c_interrupts_the_goal_that_is_followed(ready: Command, system: Launcher) -> None:
     assert ready("trigger", "lidar_status", "OK").code == OK
-    command = [sys.executable, "-m", "skillwing.services.cli", "start", "lidar_mapping", "--follow"]
+    command = [sys.executable, "-m", "skillwing.services.terminal.cli", "start", "lidar_mapping", "--follow"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         assert any("RUNNING" in line for line in process.stdout)

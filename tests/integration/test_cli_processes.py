@@ -23,7 +23,8 @@ from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.names import skill_process
-from skillwing.services.processes.launcher import Death, Launcher, StartError
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.launcher import Launcher, StartError
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_REPLACED, EXIT_UNREACHABLE
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import start_router
@@ -137,8 +138,8 @@ def test_a_port_that_is_taken_is_told_with_who_has_it(endpoint: str) -> None:
 
 
 def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
-    deaths: SimpleQueue[Death] = SimpleQueue()
-    with Launcher("m600", "m600", tmp_path, clock="wall", on_death=deaths.put) as launcher:
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", on_exit=deaths.put) as launcher:
         launcher.start(MANAGERS)
         processes = [psutil.Process(pid) for pid in launcher.pids.values()]
         assert set(launcher.pids) == {"router", "data_manager", "resource_manager"}
@@ -151,7 +152,7 @@ def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
         launcher.start(MANAGERS[:1])
         assert launcher.running("data_manager")
     assert psutil.wait_procs(processes, timeout=0)[1] == []
-    assert launcher.deaths == [death]
+    assert launcher.exits == [death]
     assert "resource_manager ended" in (tmp_path / "logs" / "resource_manager.log").read_text(encoding="utf-8")
 
 
@@ -213,14 +214,14 @@ def test_the_death_of_another_process_does_not_keep_one_from_starting(tmp_path: 
         killer.options["victim"] = launcher.pids["data_manager"]
         launcher.start([killer], timeout=PATIENCE)
         assert launcher.running("killer")
-        assert [death.process for death in launcher.deaths] == ["data_manager"]
+        assert [death.process for death in launcher.exits] == ["data_manager"]
 
 
 def test_a_process_that_is_not_essential_may_die_while_it_starts(tmp_path: Path, killer: ProcessSpec) -> None:
     with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
         launcher.start([killer, *MANAGERS], timeout=PATIENCE)
         assert launcher.running("resource_manager")
-        assert [str(death) for death in launcher.deaths] == ["killer was killed by SIGKILL."]
+        assert [str(death) for death in launcher.exits] == ["killer was killed by SIGKILL."]
 
 
 # --- restarts ---------------------------------------------------------------------------------------------------------
@@ -228,14 +229,14 @@ def test_a_process_that_is_not_essential_may_die_while_it_starts(tmp_path: Path,
 
 def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
     changes: SimpleQueue[None] = SimpleQueue()
-    deaths: SimpleQueue[tuple[Death, ProcessState]] = SimpleQueue()
+    deaths: SimpleQueue[tuple[ProcessExit, ProcessState]] = SimpleQueue()
     with Launcher(
         "m600",
         "m600",
         tmp_path,
         clock="wall",
         restarts=True,
-        on_death=lambda death: deaths.put((death, state_of(launcher, "data_manager"))),
+        on_exit=lambda death: deaths.put((death, state_of(launcher, "data_manager"))),
         on_change=lambda: changes.put(None),
     ) as launcher:
         launcher.start(MANAGERS)
@@ -265,13 +266,13 @@ def test_the_router_comes_back_at_its_port_and_the_others_find_it(tmp_path: Path
         os.kill(launcher.pids["router"], signal.SIGKILL)
         await_restart(launcher, "router", changes)
         assert_present(launcher, [spec.name for spec in MANAGERS])
-        assert [death.process for death in launcher.deaths] == ["router"]
+        assert [death.process for death in launcher.exits] == ["router"]
 
 
 def test_a_process_that_must_not_be_restarted_stays_down(tmp_path: Path) -> None:
-    deaths: SimpleQueue[Death] = SimpleQueue()
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     once = replace(MANAGERS[0], restart="never")
-    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
         launcher.start([once])
         os.kill(launcher.pids[once.name], signal.SIGKILL)
         death = deaths.get(timeout=PATIENCE)
@@ -281,9 +282,9 @@ def test_a_process_that_must_not_be_restarted_stays_down(tmp_path: Path) -> None
 
 
 def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: Path, killer: ProcessSpec) -> None:
-    deaths: SimpleQueue[Death] = SimpleQueue()
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     broken = replace(killer, factory="killer:nothing")
-    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
         launcher.start([broken])
         death = deaths.get(timeout=PATIENCE)
     assert (death.final, death.exit_code) == (True, EXIT_CONFIGURATION)
@@ -291,9 +292,9 @@ def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: 
 
 
 def test_a_manager_whose_place_was_taken_ends_and_is_started_anew(tmp_path: Path) -> None:
-    deaths: SimpleQueue[Death] = SimpleQueue()
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     manager = ROBOT.process(skill_process("hover"), {})
-    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
         launcher.start(MANAGERS)
         launcher.start([manager])
         with closing(ZenohBus("test", "m600", launcher.endpoint)) as bus:
@@ -322,8 +323,8 @@ def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("skillwing.services.processes.restart_policy.FIRST_PAUSE", PATIENCE)
-    deaths: SimpleQueue[Death] = SimpleQueue()
-    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_death=deaths.put) as launcher:
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
         launcher.start(MANAGERS[:1])
         os.kill(launcher.pids["data_manager"], signal.SIGKILL)
         deaths.get(timeout=PATIENCE)

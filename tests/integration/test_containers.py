@@ -28,8 +28,8 @@ import pytest
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.protocol import Keys
-from skillwing.services.telemetry.report_command import write_reports
-from skillwing.services.telemetry.run_facts import read_facts
+from skillwing.services.recording.run_facts import read_facts
+from skillwing.services.report.run_reports import write_reports
 
 ROOT = Path(__file__).parents[2]
 PROJECT = f"skillwing-test-{os.getpid()}"

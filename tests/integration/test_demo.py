@@ -13,14 +13,13 @@ from pathlib import Path
 import psutil
 import pytest
 
-from skillwing.services import cli
-from skillwing.services.cli import INTERRUPTED
-from skillwing.services.commands.exit_codes import FAILED, USAGE
-from skillwing.services.telemetry.journal import TIMELINE_FILE
-from skillwing.services.telemetry.report import read_report
+from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.history.report import read_report
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, USAGE
 
 PATIENCE = 30.0
-DEMO = (sys.executable, "-m", "skillwing.services.cli", "demo", "--no-viewer")
+DEMO = (sys.executable, "-m", "skillwing.services.terminal.cli", "demo", "--no-viewer")
 COLOCATED = pytest.mark.parametrize("demo", [("--colocate",)], indirect=True, ids=["colocated"])
 
 
@@ -33,7 +32,7 @@ class Demo:
         self._mark = str(directory / "runtime")
         self.process = subprocess.Popen(
             [
-                *(sys.executable, "-m", "skillwing.services.cli", "demo", "--no-viewer"),
+                *(sys.executable, "-m", "skillwing.services.terminal.cli", "demo", "--no-viewer"),
                 *layout,
                 "--run-dir",
                 self.run_dir,

@@ -85,12 +85,12 @@ def test_managers_that_share_a_process_die_and_come_back_together(pumps: Make, t
     pump.assert_states(valve="OPEN")
     again.interrupt().assert_ended("IT")
 
-    earlier = len(pump.launcher.deaths)
+    earlier = len(pump.launcher.exits)
     psutil.Process(pump.launcher.pids[MANAGERS]).terminate()
     # Nothing on the bus tells that a process has been reaped.
-    while len(pump.launcher.deaths) == earlier:
+    while len(pump.launcher.exits) == earlier:
         pump.run(POLL)
-    assert pump.launcher.deaths[-1].exit_code == EXIT_OK
+    assert pump.launcher.exits[-1].exit_code == EXIT_OK
     log = (tmp_path / "run" / "logs" / f"{MANAGERS}.log").read_text(encoding="utf-8")
     assert all(f"[{node}] skillwing.node_host: {node} ended" in log for node in shared.nodes)
 

@@ -10,7 +10,7 @@ import psutil
 import pytest
 from command_line import Command
 
-from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED, USAGE
+from skillwing.services.terminal.exit_codes import FAILED, OK, REFUSED, USAGE
 
 pytestmark = pytest.mark.slow
 
@@ -114,10 +114,10 @@ def test_the_goal_that_runs_is_changed(pump: Command) -> None:
         (["script", "fill", "result=LEEK"], "did you mean `LEAK`?"),
         (["script", "fill", "dely=1"], "did you mean `delay`?"),
         (["script", "fill", "delay"], "Write KEY=VALUE"),
-        (["script", "fill", "--always"], "Say what --always is to be"),
+        (["script", "fill", "--always"], "Give what --always changes"),
         (["script", "fill", "delay=1", "--always", "--now"], "Give one of"),
         (["script", "pressure", "value=high"], "it takes a finite number"),
-        (["script", "--next"], "Say what to change"),
+        (["script", "--next"], "Name what to change"),
         (["mock", "no_such.skillset"], "`no_such.skillset` cannot be used"),
     ],
 )

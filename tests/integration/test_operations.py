@@ -16,10 +16,10 @@ import psutil
 import pytest
 from command_line import Command, Said
 
-from skillwing.services.commands.exit_codes import FAILED, OK, REFUSED
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
 from skillwing.services.processes.run_state import RunState, read_run_state
+from skillwing.services.terminal.exit_codes import FAILED, OK, REFUSED
 
 pytestmark = pytest.mark.slow
 

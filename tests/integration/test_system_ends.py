@@ -17,9 +17,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from skillwing.services.commands.exit_codes import OK
-from skillwing.services.processes.ending import ONE_WISH
 from skillwing.services.processes.run_state import RunState, read_run_state
+from skillwing.services.processes.stop_signal import SAME_REQUEST
+from skillwing.services.terminal.exit_codes import OK
 
 pytestmark = pytest.mark.slow
 
@@ -37,7 +37,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     monkeypatch.setenv("TERM", "xterm-256color")
     (tmp_path / "lamp.skillset").write_text(SKILLSET, encoding="utf-8")
     file, run_dir = str(tmp_path / "lamp.skillset"), str(tmp_path / "run")
-    return [sys.executable, "-m", "skillwing.services.cli", "mock", file, "--no-record", "--run-dir", run_dir]
+    return [sys.executable, "-m", "skillwing.services.terminal.cli", "mock", file, "--no-record", "--run-dir", run_dir]
 
 
 def until_it_runs(process: subprocess.Popen[bytes]) -> RunState:
@@ -85,7 +85,7 @@ def test_when_one_of_its_processes_hangs_and_it_is_told_twice(command: Sequence[
         hung.suspend()
         process.send_signal(signal.SIGINT)
         other.wait(PATIENCE)
-        time.sleep(ONE_WISH)  # until then it is the same Ctrl-C
+        time.sleep(SAME_REQUEST)  # until then it is the same Ctrl-C
         process.send_signal(signal.SIGINT)
 
 

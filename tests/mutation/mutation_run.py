@@ -24,7 +24,7 @@ import msgspec
 from mutants import WORKSPACE, function_of, is_of_rule, make_mutants, module_of
 from rules import RULES
 
-from skillwing.services.marked_page import Marks, page_with
+from skillwing.services.terminal.doc_sections import Marks, page_with
 
 UNIT_TESTS = (
     "tests/unit/client/test_goal_tracker.py",

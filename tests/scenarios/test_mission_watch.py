@@ -1,4 +1,4 @@
-"""What somebody sees who watches a mission."""
+"""The live view of `skillwing mission watch`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from flights import KEYS, M600, Flight
 from rich.console import Console
 
 from skillwing.bt_missions.cli.watch import MissionWatch
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.report import make_report, write_report
+from skillwing.services.history.history import History
+from skillwing.services.history.report import make_report, write_report
 
 
 def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:

@@ -11,7 +11,7 @@ from simulation.ledger import Ledger, code_version, part_of
 from simulation.plan import draw_plan
 from simulation.report import MARKS, write_section
 from simulation.story import tell
-from skillwing.services.marked_page import page_with
+from skillwing.services.terminal.doc_sections import page_with
 
 
 def main() -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from simulation.ledger import Part, spans
 from simulation.planted import BUGS, SEEDS, find
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks.named("figures of the simulation")
 

@@ -14,7 +14,7 @@ from skillwing.services.bus.inprocess import Utterance
 from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
-LOOK_PERIOD = 0.25
+CHECK_PERIOD = 0.25
 MENDED_AT = ACTION_TIME + 1.0
 WELL_FOR = 9.0
 """Seconds after which everybody has noticed everything: retries, probes, leases and their debouncing."""
@@ -57,7 +57,7 @@ class Run:
     def carry_out(self) -> Outcome:
         network, witness = self.world.network, self.witness
         self.world.begin()
-        network.schedule_periodic(LOOK_PERIOD, self._look)
+        network.schedule_periodic(CHECK_PERIOD, self._look)
         if self._pass_time(MENDED_AT):
             self.world.mend_all()
         if self._pass_time(MENDED_AT + WELL_FOR):

@@ -27,12 +27,16 @@ PARTS = {
 ALLOWED = {
     "dsl": ["dsl"],
     "services": ["dsl", "services"],
-    "onboard": ["onboard", "services.protocol", "services.bus", "services.wire.messages"],
+    "onboard": ["onboard", "services.protocol", "services.bus", "services.options", "services.wire.messages"],
     "m600": ["dsl", "services", "m600", "onboard"],
-    "sim_mujoco": ["sim_mujoco", "onboard", "services.protocol", "services.bus", "services.errors"],
+    "sim_mujoco": ["sim_mujoco", "onboard", "services.protocol", "services.bus", "services.errors", "services.options"],
     "bt_missions": ["dsl", "services", "bt_missions"],
     "evaluation": ["dsl", "services", "onboard", "m600", "sim_mujoco", "bt_missions", "evaluation"],
 }
+OPTIONAL = {"recording", "report", "viewer"}
+"""Folders of services for which the extra `viewer` is installed."""
+DRAWING = {"skillwing.services.commands.report", "skillwing.services.commands.timeline"}
+"""Commands that import what draws when they are called, and tell what to install where it is missing."""
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
 
@@ -71,6 +75,17 @@ def test_each_part_imports_only_what_it_may(part: str) -> None:
         for path in files(part)
         for name in imports(path, package_of(path))
         if name.split(".")[0] == "skillwing" and not within(name, ALLOWED[part])
+    ]
+    assert trespasses == []
+
+
+@pytest.mark.parametrize("folder", sorted(OPTIONAL | {"history"}))
+def test_what_a_run_leaves_behind_imports_no_command(folder: str) -> None:
+    trespasses = [
+        f"{path.relative_to(ROOT)} imports {name}"
+        for path in (ROOT / PARTS["services"] / folder).rglob("*.py")
+        for name in imports(path, package_of(path))
+        if within(name, ["services.commands", "services.terminal"])
     ]
     assert trespasses == []
 
@@ -122,7 +137,7 @@ def test_packages_of_a_part_import_each_other_in_one_direction(part: str) -> Non
 
 def test_skill_managers_need_no_heavy_packages() -> None:
     """Neither do the bridge, the launcher and the command line: what an image of one manager holds."""
-    services = [module_of(path) for path in files("services") if "telemetry" not in path.parts]
+    services = {module_of(path) for path in files("services") if OPTIONAL.isdisjoint(path.parts)} - DRAWING
     hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
     needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge.node"])
     assert "zenoh" in needed

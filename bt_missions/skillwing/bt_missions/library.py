@@ -10,7 +10,7 @@ from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.failing_code import load_failure
+from skillwing.services.user_code_errors import load_error_message
 
 ENTRY_POINTS = "skillwing.missions"
 
@@ -54,5 +54,5 @@ def find_draft(name: str) -> Mission:
     try:
         return found[name].load()
     except (Exception, SystemExit) as error:  # code of users may raise anything
-        reason = load_failure(found[name].module, error)
+        reason = load_error_message(found[name].module, error)
         raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {reason}") from error

@@ -1,4 +1,4 @@
-"""The table of the M600: its skillset, its functional layer, and who manages which skill."""
+"""The table of the M600: its skillset, its functional layer, and its skill managers."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ ROBOT = Robot(
     skillset=SKILLSET,
     functional_layer=functional_layer,
     recorder=recorder,
-    briefing=f"{LAUNCHING}:mission_context",
+    mission_context=f"{LAUNCHING}:mission_context",
     checker=f"{LAUNCHING}:check",
     judge="skillwing.evaluation.judge.evaluation:judge",
     hooks=HOOKS,

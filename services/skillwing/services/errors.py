@@ -1,5 +1,4 @@
-"""Errors that users of the services meet, one small tree. Names unknown to a skillset raise the language's
-`UnknownNameError`."""
+"""Errors that users of the services meet. Names unknown to a skillset raise the language's `UnknownNameError`."""
 
 from __future__ import annotations
 
@@ -23,13 +22,13 @@ __all__ = [
 
 
 class SkillwingError(Exception):
-    """Root of the tree; `str()` is for people: one sentence what is wrong, one what to do."""
+    """Root of these errors. `str()` is for people: one sentence with the problem, one with the remedy."""
 
 
 class InvalidInputError(SkillwingError):
-    """Inputs that a skill cannot take, whatever the state of the robot.
+    """Inputs that do not fit a skill, whatever the state of the robot.
 
-    skill: which skill; problems: for each input field (`target.x`), a sentence.
+    skill: its name. problems: a sentence for each input field (`target.x`).
     """
 
     def __init__(self, skill: str, problems: Mapping[str, str]) -> None:
@@ -39,7 +38,7 @@ class InvalidInputError(SkillwingError):
 
 
 class InvalidOptionError(SkillwingError):
-    """A process was started with an option that is missing or means nothing. option: its name."""
+    """An option that is missing or has an invalid value. option: its name."""
 
     def __init__(self, option: str, message: str) -> None:
         self.option = option
@@ -47,11 +46,11 @@ class InvalidOptionError(SkillwingError):
 
 
 class PassingError(SkillwingError):
-    """What failed may go well when it is tried again, such as writing to a disk that is full just now."""
+    """A failure that may not occur again, such as a write to a disk that is full for the moment."""
 
 
 class NoSystemError(SkillwingError):
-    """There is no running system to talk to."""
+    """No running system."""
 
 
 class BadRecordingError(SkillwingError):
@@ -59,21 +58,21 @@ class BadRecordingError(SkillwingError):
 
 
 class WrongSkillsetError(SkillwingError):
-    """The processes of a robot have different versions of its skillset."""
+    """Processes of one robot with different versions of its skillset."""
 
 
 class NoReplyError(SkillwingError):
-    """A process of the system does not answer. key: what was asked."""
+    """No answer from a process of the system. key: the key of the request."""
 
     def __init__(self, key: str) -> None:
         self.key = key
-        super().__init__(f"Nobody answers at `{key}`. See what is running with `skillwing status`.")
+        super().__init__(f"No process answers at `{key}`. `skillwing status` shows what runs.")
 
 
 class TimedOutError(SkillwingError, TimeoutError):
-    """What was waited for did not come in time. awaited: what; timeout: in seconds."""
+    """A wait that took too long. awaited: the subject of a sentence; timeout: in seconds."""
 
     def __init__(self, awaited: str, timeout: float) -> None:
         self.awaited = awaited
         self.timeout = timeout
-        super().__init__(f"{awaited} did not come within {timeout:g} s. Wait longer, or see with `skillwing status`.")
+        super().__init__(f"{awaited} did not come within {timeout:g} s. Wait longer, or look at `skillwing status`.")

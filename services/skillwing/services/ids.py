@@ -1,4 +1,4 @@
-"""Names that never repeat: ids of goals and of timeline records."""
+"""Unique ids of goals and of timeline records."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import uuid
 
 
 def new_goal_id() -> str:
-    """A UUIDv7 (RFC 9562): sorts by the time of its making, and nobody else will draw the same one."""
-    # Wall time on purpose: an id has to differ between two runs in which robot time starts at zero again.
+    """A UUIDv7 (RFC 9562): unique, and sorted by its time."""
+    # Wall time on purpose: robot time starts at zero in each run, and ids must differ between runs.
     milliseconds = time.time_ns() // 1_000_000
     value = (milliseconds & (1 << 48) - 1) << 80 | 0x7 << 76 | secrets.randbits(12) << 64
     value |= 0b10 << 62 | secrets.randbits(62)
@@ -17,10 +17,10 @@ def new_goal_id() -> str:
 
 
 class RecordIds:
-    """Calls return `<writer>#<n>` with a growing n: ids of the timeline records that one writer writes.
+    """Ids of one writer's timeline records: each call returns `<writer>#<n>` with a growing n.
 
-    writer: nobody else's name, also not that of another process in whose place this one stands. n is the robot time in
-    milliseconds or, within the same one, the next number.
+    writer: a unique name, also different from that of a process which this one replaces. n: robot time in milliseconds,
+    or the next number within the same millisecond.
     """
 
     def __init__(self, writer: str) -> None:

@@ -1,4 +1,4 @@
-"""Names of the manager processes and of what a mock has instead of a robot, by which their alive tokens are known."""
+"""Names of processes, of their alive tokens and of their files."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ RESOURCE_MANAGER = "resource_manager"
 DATA_MANAGER = "data_manager"
 MOCKED_WORLD = "mocked_world"
 MISSION = "mission"
-"""Process whose alive token tells that a mission is there, and the client that asks for its goals."""
+"""Name of a mission's process, its alive token, and its client."""
 CLIENT = "client/"
-"""What the names of clients that own goals begin with."""
+"""Begin of the names of clients that own goals."""
 
 BLOCKED = "BLOCKED"
-"""What the timeline says of a manager that one of its hooks has kept from everything else."""
+"""State in the timeline of a manager that one of its hooks blocks."""
 JOURNAL_FILE = "journal.sqlite"
 """The resource manager's journal, in the directory of its run."""
 STEPS_FOLDER = "steps"
-"""All that the resource manager was asked and has answered, in the directory of its run."""
+"""Folder of the resource manager's recorded steps, in the directory of its run."""
 
 
 def skill_process(skill: str) -> str:

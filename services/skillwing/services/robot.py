@@ -1,7 +1,7 @@
-"""The table of a robot: its skillset, the processes that make it up, and who manages which skill.
+"""The table of a robot: its skillset, its processes, and the manager of each skill.
 
 A robot package declares one `Robot`, called `ROBOT` in its `robot.py` and installed under the entry-point group
-`skillwing.robots`; launcher, command line and containers read everything about it from there.
+`skillwing.robots`. Launcher, command line and containers read everything about the robot from there.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
-TELEMETRY = "skillwing.services.telemetry"
+RECORDING = "skillwing.services.recording"
 RECORDER = "recorder"
-"""The process that writes a run down."""
+"""Name of the process that records a run."""
 TABLE = "robot.py"
 
 ClockKind = Literal["wall", "robot"]
@@ -35,16 +35,16 @@ ClockKind = Literal["wall", "robot"]
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """One process: a node and what its factory is called with.
+    """One process: a node, its factory and the factory's options.
 
-    name: unique in the robot; also the node's name and the tail of its liveliness key.
-    factory: `package.module:function`, called with `options`, which have to survive JSON.
-    resolver: `package.module:function`, from `options` to those that the factory takes. It turns names, as of a site or
-    a file, into plain values, and may need packages that readers of the table lack. None where `options` are final.
-    essential: the robot cannot go on without it; without any other it loses a part of what it can.
+    name: unique in the robot; also the node's name and the end of its liveliness key.
+    factory: `package.module:function`, called with `options`, which must survive JSON.
+    essential: the robot cannot go on without it. Without any other process it loses only a part of its abilities.
     extra: pip extra that its image needs, None for none.
-    restart: what becomes of it when it dies. `never` is for a process that cannot take up where another one ended.
-    host: name of the process that it shares with all others that name the same host; None for a process of its own.
+    restart: `never` is for a process that cannot continue from the end of an earlier one.
+    host: name of a process that all nodes with the same host share; None for a process of its own.
+    resolver: `package.module:function` from `options` to the factory's options. It turns names, as of a site or a file,
+    into plain values, and may need packages that readers of the table lack. None for final options.
     """
 
     name: str
@@ -77,22 +77,22 @@ def _plain(options: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Robot:
-    """What a robot is made of.
+    """The parts of a robot.
 
-    skillset: its file, called after the skillset in it. hooks: for each skill with a manager, the developer's class
+    skillset: its file, which has the name of the skillset. hooks: for each skill with a manager, the developer's class
     (`package.module:Class`). functional_layer: from run options (`seed`, `speed`, `faults`, `run_dir`) to the processes
     below the managers; none by default.
-    clock: `robot` where one process of the functional layer owns the time, `wall` where the robot lives in ours.
-    recorder: from run options to what the recorder is told of this robot: the `scene` of its dashboard with its
-    `scene_options`, and the `collectors` of what else its runs leave behind (docs/recordings.md).
-    judge: `package.module:function`, who says of a finished flight what only this robot's world can tell
-    (`telemetry/flight_report.py`); None if nobody does.
-    briefing: `package.module:function`, from run options to what is known beforehand of the place where the robot is:
-    options of missions, by mission. It is named, for what it needs managers do without; None where nothing is known.
-    checker: `package.module:function`, which raises InvalidOptionError for run options that the functional layer could
-    not run with, before anything is started; None if only its processes can tell.
-    published_by: of each datum that is published only while one of some skills runs, those skills.
-    not_to_be_left: of resources, the states in which nobody should leave the robot alone, with what follows then on
+    clock: `robot` if a process of the functional layer owns the time, `wall` for a robot in wall time.
+    recorder: from run options to this robot's options of the recorder: the `scene` of its dashboard with its
+    `scene_options`, and the `collectors` of further files (docs/recordings.md).
+    judge: `package.module:function` that adds facts from the robot's true world to the report of a flight
+    (`report/mission_report.py`); None without one.
+    mission_context: `package.module:function` from run options to facts about the site: options of missions, by
+    mission. It is a name, because managers do not have the packages that it needs; None for an unknown site.
+    checker: `package.module:function` that raises InvalidOptionError for run options which the functional layer cannot
+    use, before anything starts; None without one.
+    published_by: skills without which a datum is not published, by datum.
+    not_to_be_left: states of resources in which nobody should leave the robot alone, each with words that follow
     `the robot is`, such as `in the air`.
     """
 
@@ -102,22 +102,22 @@ class Robot:
     functional_layer: Callable[[dict[str, Any]], tuple[ProcessSpec, ...]] = _nothing
     clock: ClockKind = "robot"
     recorder: Callable[[dict[str, Any]], dict[str, Any]] = _plain
-    briefing: str | None = None
+    mission_context: str | None = None
     judge: str | None = None
     checker: str | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
 
     def load_skillset(self) -> Skillset:
-        """Read the skillset file; raises `SkillsetError` with everything that is wrong in it."""
+        """Read the skillset file; raises `SkillsetError` with all its problems."""
         return load(self.skillset)
 
     def managers(self, run: Mapping[str, Any] = MappingProxyType({})) -> tuple[ProcessSpec, ...]:
         """The data manager, the resource manager, and one skill manager for each skill with hooks.
 
-        run: options of the run, of which `run_dir` gets the resource manager's journal, which otherwise dies with it,
-        and `durable` makes that safe from power loss. Without one skill manager the system goes on: that skill's goals
-        end LOST, and nobody can start it.
+        run: options of the run. `run_dir` is the directory of the resource manager's journal; without it there is no
+        journal. `durable` makes the journal safe from power loss. The system can go on without a skill manager: that
+        skill's goals end LOST, and it cannot be started.
         """
         options = {"skillset": str(self.skillset)}
         journal: dict[str, Any] = {"robot": self.name, "durable": bool(run.get("durable"))}
@@ -138,10 +138,10 @@ class Robot:
         )
 
     def observers(self, run: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-        """Who only looks on: the recorder, for a run that leaves something behind.
+        """The recorder, for a run with a directory.
 
-        run: options of the run, of which `run_dir` says where to write; `viewer_url` names a Rerun viewer or server to
-        show the run in as well, `viewer` another way of showing it (`spawn`, `serve`).
+        run: options of the run. `run_dir` is the directory. `viewer_url` names a Rerun viewer or server that shows the
+        run, too, and `viewer` another way to show it (`spawn`, `serve`).
         """
         if run.get("run_dir") is None:
             return ()
@@ -150,14 +150,17 @@ class Robot:
             options |= {"viewer": "connect", "url": run["viewer_url"]}
         elif run.get("viewer") is not None:
             options["viewer"] = run["viewer"]
-        return (ProcessSpec(RECORDER, f"{TELEMETRY}.recorder:make_recorder", options, essential=False, extra="viewer"),)
+        return (ProcessSpec(RECORDER, f"{RECORDING}.recorder:make_recorder", options, essential=False, extra="viewer"),)
 
-    def brief(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
-        """What missions are told of the place of this run, by mission. Raises InvalidOptionError for an unknown one."""
-        return {} if self.briefing is None else imported({"briefing": self.briefing}, "briefing")(run)
+    def mission_options(self, run: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        """Options of missions that follow from the site of a run, by mission. Raises InvalidOptionError for a site that
+        does not exist."""
+        if self.mission_context is None:
+            return {}
+        return imported({"mission_context": self.mission_context}, "mission_context")(run)
 
     def check(self, run: dict[str, Any]) -> None:
-        """Raise InvalidOptionError for a run that could not be, as far as that can be known beforehand."""
+        """Raise InvalidOptionError for options of a run that the robot's checker rejects."""
         if self.checker is not None:
             imported({"checker": self.checker}, "checker")(run)
 
@@ -171,26 +174,26 @@ class Robot:
 
 
 class UnknownRobotError(UnknownNameError):
-    """No robot of that name is installed. Besides what is, `str()` says what else a robot may be named by."""
+    """A robot that is not installed. `str()` names the installed ones, and the other forms of a robot's name."""
 
     def __init__(self, reference: str) -> None:
         super().__init__("robot", reference, robot_names())
 
     def __str__(self) -> str:
-        return f"{super().__str__()} The folder of a robot package may be named, too: `./{self.name}`."
+        return f"{super().__str__()} The folder of a robot package is possible, too: `./{self.name}`."
 
 
 def robot_names() -> tuple[str, ...]:
-    """The installed robots."""
+    """Names of the installed robots."""
     return tuple(sorted(entry_points(group=ROBOTS).names))
 
 
 def find_robot(reference: str) -> Robot:
     """A robot by its name, if it is installed, by its package folder, or as `package.module:ROBOT`.
 
-    A folder is made importable, in this process and in those that it starts, and so is a package in the current one.
-    Raises UnknownRobotError, which says what is installed, and InvalidOptionError where there is no table or it cannot
-    be loaded.
+    A folder becomes importable in this process and its children. So does a package in the current folder.
+    Raises UnknownRobotError with the installed robots, and InvalidOptionError for a table that is missing or cannot be
+    loaded.
     """
     found = entry_points(group=ROBOTS, name=reference)
     if found:
@@ -225,7 +228,7 @@ def _in_folder(folder: Path) -> Robot:
 
 
 def _make_importable(root: Path) -> None:
-    """Put a folder on the path, behind all others, of this process and of those that it starts."""
+    """Put a folder at the end of the path of this process and its children."""
     if str(root) not in sys.path:
         sys.path.append(str(root))
         inherited = os.environ.get("PYTHONPATH")

@@ -1,4 +1,4 @@
-"""The timeline: one record for each state change of anything, each naming the record that caused it."""
+"""The timeline: one record for each state change, with the id of the record that caused it."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import Keys, Record, RecordKind, encode
 
 MARK_LENGTH = 6
-"""Characters by which the ids of a process's records differ from those of others of its name, of which two may be
-awake at once: one that was replaced while it was stopped has not noticed yet."""
+"""Characters that distinguish the record ids of two processes of one name. Both can run at once: a process that was
+replaced while it was stopped notices it late."""
 
-# Everything that writes on one bus shares one sequence of ids.
+# All writers on one bus share one sequence of ids.
 _ids: WeakKeyDictionary[Bus, RecordIds] = WeakKeyDictionary()
 
 
 class Timeline:
-    """A process's pen for the timeline."""
+    """Writer of a process's timeline records."""
 
     def __init__(self, bus: Bus, keys: Keys) -> None:
         self._bus = bus
@@ -30,7 +30,7 @@ class Timeline:
         self._ids = ids
 
     def new_id(self) -> str:
-        """An id for a record that somebody else writes, and `publish` publishes."""
+        """An id for a record that a core writes and `publish` publishes."""
         return self._ids(self._bus.now())
 
     def record(
@@ -45,7 +45,7 @@ class Timeline:
         goal_id: str | None = None,
         detail: Mapping[str, Any] | None = None,
     ) -> str:
-        """Publish a record of now and return its id, `<process>~<mark>#<n>`: the cause of what follows from it."""
+        """Publish a record and return its id, `<process>~<mark>#<n>`, for use as the cause of later records."""
         record = Record(
             id=self.new_id(),
             t=self._bus.now(),

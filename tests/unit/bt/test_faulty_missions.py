@@ -1,4 +1,4 @@
-"""What is wrong in a mission is told in our words and with its place; what was not looked at is another thing."""
+"""Problems of a mission are reported as sentences with their place, apart from files that cannot be checked."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.commands import connection
-from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
 from skillwing.services.errors import InvalidOptionError, NoSystemError
+from skillwing.services.terminal import connection
+from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE, exit_code_of
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
@@ -51,8 +51,8 @@ def template(folder: Path, suffix: str, old: str = "", new: str = "") -> Path:
 @pytest.mark.parametrize(
     ("module", "content", "told"),
     [
-        ("patrol_nowhere", None, "there is no module `patrol_nowhere`. Write its name right, or install the package"),
-        ("patrol_that_errs", "MISSION = 1 / 0", "`{}:1` raises ZeroDivisionError: division by zero. Mend it."),
+        ("patrol_nowhere", None, "there is no module `patrol_nowhere`. Correct its name, or install the package"),
+        ("patrol_that_errs", "MISSION = 1 / 0", "`{}:1` raises ZeroDivisionError: division by zero. Fix it."),
         ("patrol_that_ends", "raise SystemExit(3)", "`{}:1` ends Python. Take that out."),
         ("patrol_that_lacks", "import patrols", "`{}:1` imports `patrols`, and there is no such module. Install it,"),
     ],
@@ -84,11 +84,11 @@ def test_an_installed_mission_that_cannot_be_loaded(
         (".xml", "<root/><root/>", ":1:8", "The root tag was closed before this."),
         (".xml", '<?xml version="1.0" encoding="klingon"?><root/>', ":1", "The encoding that is declared here"),
         (".xml", "<tree/>", ":1", "Begin with `<root"),
-        (".py", "x = (\n1", ":1:5", "This is no Python: "),
-        (".py", b"x = 1\0", "", "This is no Python: "),
-        (".py", "# coding: klingon\n", "", "This is no Python: unknown encoding: klingon"),
+        (".py", "x = (\n1", ":1:5", "This is not valid Python: "),
+        (".py", b"x = 1\0", "", "This is not valid Python: "),
+        (".py", "# coding: klingon\n", "", "This is not valid Python: unknown encoding: klingon"),
         (".py", "\nimport nothing_like_it", ":2", "It imports `nothing_like_it`, and there is no such module."),
-        (".py", "from math import tao", ":1", "It imports from `math` what that cannot give"),
+        (".py", "from math import tao", ":1", "It imports from `math` what that does not have"),
         (".py", "def f():\n    return 1 / 0\n\nf()", ":2", "It raises ZeroDivisionError while it is loaded"),
         (".py", "raise SystemExit(3)", ":1", "It ends Python while it is loaded."),
         (".py", "MISSION = 3", "", "It defines no mission."),
@@ -121,9 +121,7 @@ def test_a_tree_that_cannot_be_built_is_told_with_its_line(tmp_path: Path) -> No
     line = file.read_text()[: file.read_text().index("1 / 0")].count("\n") + 1
     result = check(file)
     assert result.exit_code == FAILED
-    assert (
-        f"{file}:{line}: It raises ZeroDivisionError while it is built: division by zero. Mend it.\n" in result.output
-    )
+    assert f"{file}:{line}: It raises ZeroDivisionError while it is built: division by zero. Fix it.\n" in result.output
 
 
 @pytest.mark.parametrize(
@@ -139,7 +137,7 @@ def test_a_tree_that_cannot_be_built_is_told_with_its_line(tmp_path: Path) -> No
             "        return MissionTrees(",
             "        MissionTrees(",
             False,
-            "It raises TypeError while it is built: `build` returns NoneType instead of MissionTrees. Mend it.",
+            "It raises TypeError while it is built: `build` returns NoneType instead of MissionTrees. Fix it.",
         ),
         (
             "return MissionTrees(root,",
@@ -172,7 +170,7 @@ def test_what_fails_within_is_told_of_the_tree_file_that_brought_it_about(
     result = check(file, "--json")
     assert result.exit_code == FAILED, result.output
     (found,) = json.loads(result.stdout)
-    assert found == {"place": str(file), "text": "It raises KeyError while it is built: 'from within'. Mend it."}
+    assert found == {"place": str(file), "text": "It raises KeyError while it is built: 'from within'. Fix it."}
 
 
 @pytest.mark.parametrize("suffix", [".xml", ".py"])
@@ -229,7 +227,7 @@ def test_a_mission_that_does_not_fit_is_not_begun(
         yield SimpleNamespace(skillset=M600, target=None, alive=tuple)
 
     monkeypatch.setattr(commands, "connect", connect)
-    monkeypatch.setattr(commands, "briefing", lambda target, mission: {})
+    monkeypatch.setattr(commands, "mission_context", lambda target, mission: {})
     file = template(tmp_path, suffix, skill, skill.replace("home", "hme"))
     result = CliRunner().invoke(commands.mission, ["run", str(file)])
     error = result.exception

@@ -12,9 +12,8 @@ import typer
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from skillwing.services import cli
-from skillwing.services.commands import exit_codes
 from skillwing.services.processes import lifetime
+from skillwing.services.terminal import cli, exit_codes
 
 PAGE = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
 TABLE = PAGE.partition("| command | does |")[2].partition("\n\n")[0]
@@ -59,7 +58,7 @@ def test_the_commands_with_json_are_those_that_the_page_names() -> None:
 
 def test_the_exit_codes_are_those_of_the_code() -> None:
     constants = exit_codes.OK, exit_codes.FAILED, exit_codes.USAGE, exit_codes.NO_SYSTEM, exit_codes.REFUSED
-    assert set(CODES) == {*constants, cli.INTERRUPTED}
+    assert set(CODES) == {*constants, exit_codes.INTERRUPTED}
 
 
 def test_the_exit_codes_of_processes_are_those_of_the_code() -> None:

@@ -17,7 +17,7 @@ from skillwing.dsl.model import (
     StructType,
     Type,
 )
-from skillwing.services.commands.inputs import parse_inputs
+from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import InvalidInputError
 
 FLOAT, INT = ScalarType("float64"), ScalarType("int32")

@@ -11,7 +11,6 @@ import typer
 from typer.testing import CliRunner
 
 from skillwing.dsl import parse
-from skillwing.services.commands.exit_codes import USAGE, exit_code_of
 from skillwing.services.commands.journal import journal
 from skillwing.services.core.resource_core import ResourceCore, Step
 from skillwing.services.ids import RecordIds
@@ -19,6 +18,7 @@ from skillwing.services.journal.errors import NoJournalError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import BeginGoal, FireExtern, Record
+from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
 
 CRANE = parse(
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.services.commands.output import make_console, print_table
+from skillwing.services.terminal.output import make_console, print_table
 
 
 @pytest.mark.parametrize("terminal", [False, True])

@@ -10,7 +10,6 @@ import typer
 from typer.testing import CliRunner, Result
 
 from skillwing.dsl import parse
-from skillwing.services.commands.exit_codes import FAILED, OK, USAGE, exit_code_of
 from skillwing.services.commands.replay import replay
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.ledger import Ledger
@@ -23,6 +22,7 @@ from skillwing.services.protocol import BeginGoal
 from skillwing.services.replay.files import StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.steps import FORMAT, Head, Made
+from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE, exit_code_of
 
 SOURCE = """
 skillset crane {

@@ -10,10 +10,10 @@ import pytest
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.briefing import briefing
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import run_options
 from skillwing.services.processes.run_state import announced
+from skillwing.services.terminal.connection import mission_context
 
 ENVIRONMENT = {
     "SKILLWING_SEED": "7",
@@ -66,15 +66,18 @@ def test_a_pace_is_given_as_to_the_command_line(text: str, factor: float) -> Non
 
 
 def test_a_mission_is_told_what_up_has_left_of_the_place(tmp_path: Path) -> None:
-    known = ROBOT.brief({"world": "inspection", "seed": 7})
-    with announced(ROBOT, "tcp/127.0.0.1:1", tmp_path, briefing=known):
-        told = briefing(find_target(), "inspection")
+    known = ROBOT.mission_options({"world": "inspection", "seed": 7})
+    with announced(ROBOT, "tcp/127.0.0.1:1", tmp_path, mission_context=known):
+        told = mission_context(find_target(), "inspection")
         assert told["radius"] == known["inspection"]["radius"]
         assert told.keys() == known["inspection"].keys()
-        assert briefing(find_target(), "another") == {}
+        assert mission_context(find_target(), "another") == {}
 
 
 def test_a_mission_is_told_the_same_where_the_environment_tells_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
-    assert briefing(find_target(), "inspection") == ROBOT.brief({"world": "inspection", "seed": 7})["inspection"]
+    assert (
+        mission_context(find_target(), "inspection")
+        == ROBOT.mission_options({"world": "inspection", "seed": 7})["inspection"]
+    )

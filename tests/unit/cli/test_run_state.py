@@ -8,7 +8,6 @@ from msgspec.structs import replace
 
 from skillwing.dsl import load
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.running import require_not_running
 from skillwing.services.errors import NoSystemError, SkillwingError
 from skillwing.services.processes import run_state
 from skillwing.services.processes.run_state import (
@@ -22,6 +21,7 @@ from skillwing.services.processes.run_state import (
     started,
     write_run_state,
 )
+from skillwing.services.terminal.system_runner import require_not_running
 
 
 @pytest.fixture(autouse=True)

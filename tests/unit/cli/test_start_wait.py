@@ -12,7 +12,7 @@ from rich.console import Console
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.commands.start import SILENCE, follow_to_end, wait_for
-from skillwing.services.processes.ending import ONE_WISH
+from skillwing.services.processes.stop_signal import SAME_REQUEST
 from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
 
 
@@ -35,7 +35,7 @@ def test_nothing_is_printed_among_json() -> None:
     assert bus.now() >= SILENCE
 
 
-@pytest.mark.parametrize(("apart", "left"), [(0.0, False), (0.9 * ONE_WISH, False), (1.1 * ONE_WISH, True)])
+@pytest.mark.parametrize(("apart", "left"), [(0.0, False), (0.9 * SAME_REQUEST, False), (1.1 * SAME_REQUEST, True)])
 def test_ctrl_c_interrupts_the_goal_once_and_another_wish_leaves_it(apart: float, left: bool) -> None:
     bus, goal, output = InProcessNetwork().bus("cli"), GoalHandle("1", "park"), io.StringIO()
     interrupted: list[GoalHandle] = []

@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.output import DOES_NOT_ANSWER
-from skillwing.services.commands.status import Look
+from skillwing.services.commands.status import SystemOverview
 from skillwing.services.processes.proc_files import Usage
-from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition, ProcessState
 from skillwing.services.protocol import ResourceStates
+from skillwing.services.terminal.output import DOES_NOT_ANSWER
 
 USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
-RUNS = Entry(ProcessState(name="skill/goto", pid=7), Condition.RUNS, USED)
-WHOLE = Look(
+RUNS = ProcessStatus(ProcessState(name="skill/goto", pid=7), ProcessCondition.RUNS, USED)
+WHOLE = SystemOverview(
     target=Target("m600", "tcp/127.0.0.1:7447", Path("m600.skillset"), "robot"),
     processes=[RUNS],
     goals=[],
@@ -25,7 +25,7 @@ WHOLE = Look(
     # What a hook has done once is told, and over.
     blocked={"goto": "`on_dispatch` blocks."},
     states=ResourceStates(revision=1, t=1.0, states={}),
-    left_alone=(),
+    unattended=(),
 )
 
 
@@ -37,12 +37,16 @@ def test_whoever_runs_and_answers_makes_a_system_whole() -> None:
 @pytest.mark.parametrize(
     "seen",
     [
-        *(replace(WHOLE, processes=[RUNS, replace(RUNS, condition=each)]) for each in Condition if each != "runs"),
+        *(
+            replace(WHOLE, processes=[RUNS, replace(RUNS, condition=each)])
+            for each in ProcessCondition
+            if each != "runs"
+        ),
         replace(WHOLE, silent=["goto"]),
         replace(WHOLE, states=None),
     ],
 )
-def test_one_that_does_not_makes_it_less(seen: Look) -> None:
+def test_one_that_does_not_makes_it_less(seen: SystemOverview) -> None:
     assert not seen.is_whole
 
 

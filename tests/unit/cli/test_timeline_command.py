@@ -11,11 +11,11 @@ import typer
 from typer.testing import CliRunner
 
 from skillwing.dsl import UnknownNameError, parse
+from skillwing.services.commands.timeline import timeline
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.telemetry.journal import TIMELINE_FILE, JsonLines
-from skillwing.services.telemetry.run_facts import RunFacts, write_facts
-from skillwing.services.telemetry.timeline_command import timeline
+from skillwing.services.recording.run_facts import RunFacts, write_facts
 
 app = typer.Typer()
 app.command()(timeline)

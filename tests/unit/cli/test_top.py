@@ -12,19 +12,21 @@ from rich.console import Console
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.connection import System
-from skillwing.services.commands.process_table import duration, process_table
 from skillwing.services.commands.top import FEWEST, SystemTop, busiest
 from skillwing.services.processes.proc_files import Usage
-from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition, ProcessState
+from skillwing.services.terminal.connection import System
+from skillwing.services.terminal.process_table import duration, process_table
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus
 
 USED = Usage(cpu=1.0, memory=46 << 20, uptime=200.0, stopped=False)
 ENTRIES = [
-    Entry(ProcessState(name=name, pid=pid), Condition.DOWN if name == "d" else Condition.RUNS, USED)
+    ProcessStatus(
+        ProcessState(name=name, pid=pid), ProcessCondition.DOWN if name == "d" else ProcessCondition.RUNS, USED
+    )
     for pid, name in enumerate("abcdef", start=1)
 ]
 CPU = {"a": 1.0, "b": 9.0, "c": 5.0, "f": 2.0}
@@ -51,7 +53,7 @@ def test_what_processes_elsewhere_use_is_not_known_and_not_nothing() -> None:
     top = SystemTop(System(target, cast("ZenohBus", network.bus("cli")), kite))
     network.bus("reel").declare_alive("kite/alive/skill/reel")
     network.run_for(0.1)
-    top.look()
+    top.update()
     used = top.facts()["processes"]["skill/reel"]
     assert (used["state"], used["cpu_percent"], used["memory_bytes"]) == ("runs", None, None)
     console = Console(file=io.StringIO(), width=100)

@@ -12,12 +12,12 @@ import pytest
 from typer.main import get_command
 
 from skillwing.m600.robot import SKILLSET
-from skillwing.services import cli
-from skillwing.services.commands.exit_codes import FAILED, OK, USAGE
-from skillwing.services.commands.running import how_many_run, run_detached
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import announced
 from skillwing.services.robot import Robot
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE
+from skillwing.services.terminal.system_runner import run_detached, running_processes
 
 
 class LaunchedError(Exception):
@@ -44,8 +44,8 @@ def launched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Any:
 
 def test_up_counts_what_lives() -> None:
     states = [ProcessState(name=name) for name in ("router", "data_manager", "skill/go")]
-    assert how_many_run(states) == "2"
-    assert how_many_run([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
+    assert running_processes(states) == "2"
+    assert running_processes([*states, ProcessState(name="skill/refill", life="waits")]) == "2 of 3"
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def up_options(words: list[str]) -> dict[str, Any]:
 @pytest.mark.parametrize("flags", [["-dr", "m600"], ["-d"], ["--detach", "-r", "m600"], ["-r", "m600", "-d"]])
 def test_the_detached_process_does_not_detach(launched: Any, tmp_path: Path, flags: list[str]) -> None:
     command = launched("up", *flags, "--mock", "--seed", "7", "--speed", "2", "--run-dir", str(tmp_path / "run"))
-    module = command.index("skillwing.services.cli")
+    module = command.index("skillwing.services.terminal.cli")
     assert command[module + 1] == "up"
     given = up_options(command[module + 2 :])
     assert given["detach"] is False
@@ -101,7 +101,7 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
     script = SKILLSET.with_name("camera_fails.mock.toml")
     words = ["up", "-d", "--mock", "goto", "hover", "--script", str(script), "--run-dir", str(tmp_path / "run")]
     command = launched(*words)
-    given = up_options(command[command.index("skillwing.services.cli") + 2 :])
+    given = up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])
     assert (given["mocked"], given["mock"], given["script"]) == (["goto", "hover"], True, script)
     assert given["seed"] is None
 
@@ -109,7 +109,7 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
 def test_the_detached_process_is_laid_out_the_same(launched: Any, tmp_path: Path) -> None:
     words = ["--mock", "--colocate", "--topology", "mesh", "--router", "tcp/127.0.0.1:7447", "--robot-name", "second"]
     command = launched("up", "-d", *words, "--run-dir", str(tmp_path / "run"))
-    given = up_options(command[command.index("skillwing.services.cli") + 2 :])
+    given = up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])
     assert (given["colocate"], given["topology"]) == (True, "mesh")
     assert (given["router"], given["robot_name"]) == ("tcp/127.0.0.1:7447", "second")
 
@@ -118,25 +118,25 @@ def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Pat
     scenario = tmp_path / "gusts.toml"
     scenario.touch()
     command = launched("up", "-d", "--scenario", str(scenario), "--run-dir", str(tmp_path / "run"))
-    assert up_options(command[command.index("skillwing.services.cli") + 2 :])["scenario"] == scenario
+    assert up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])["scenario"] == scenario
 
 
 def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) -> None:
     command = launched("up", "-d", "--world", "village", "--run-dir", str(tmp_path / "run"))
-    assert up_options(command[command.index("skillwing.services.cli") + 2 :])["world"] == "village"
+    assert up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])["world"] == "village"
 
 
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["--world", "moon"], "There is no world of kind 'moon'; known are courtyard,"),
-        (["--mock", "--world", "village"], "Mock some skills only"),
+        (["--mock", "--world", "village"], "Name the skills to mock"),
         (["goto"], "Write `up --mock goto`."),
         (["--mock", "gotoo"], "did you mean `goto`?"),
         (["--script", "x.toml"], "Write `up --mock --script FILE`."),
         (["--mock", "--script", "no_such.toml"], "`no_such.toml` cannot be used"),
         (["--scenario", "no_such.toml"], "There is no scenario file no_such.toml."),
-        (["--mock", "--scenario", "x.toml"], "Mock some skills only"),
+        (["--mock", "--scenario", "x.toml"], "Name the skills to mock"),
         (["--mock", "--robot-name", "a b"], "A robot cannot be called `a b`."),
         (["--mock", "--router", "tcp/127.0.0.1:1", "--listen", "tcp/127.0.0.1:2"], "Leave out `--listen`."),
     ],
@@ -164,7 +164,7 @@ def test_all_that_is_wrong_in_a_scenario_is_told_before_anything_starts(
     first, *wrong, last = capsys.readouterr().err.splitlines()
     assert first.endswith("does not fit:")
     assert [line.split("`")[1] for line in wrong] == ["wnd", "sed", "sensor", "at"]
-    assert last == "docs/sensors.md tells how one is written."
+    assert last == "docs/sensors.md describes the format."
 
 
 @pytest.mark.parametrize("speed", ["0", "0.01", "-1", "nan"])

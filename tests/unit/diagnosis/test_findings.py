@@ -13,8 +13,8 @@ from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Evidence, Pro
 from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
-from skillwing.services.processes.process_state import Condition, ProcessState
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition, ProcessState
 from skillwing.services.protocol import PROTOCOL_VERSION, DataReading, ErrorCode, ErrorReply, GoalStatus, State
 
 USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
@@ -25,7 +25,7 @@ WELL = SystemSeen(
     clock="robot",
     local=True,
     router=True,
-    entries=(Entry(ProcessState(name="skill/goto", pid=7), Condition.RUNS, USED),),
+    processes=(ProcessStatus(ProcessState(name="skill/goto", pid=7), ProcessCondition.RUNS, USED),),
     probes=(Probe("skill/goto", (Reply("zid-1", PROTOCOL_VERSION, b""),)),),
     clock_seen=ClockSeen(watched=1.0, ticks=100, elapsed=1.0, between=1.0, factor=1.0),
     data=(DataReading(name="battery", value=80.0, t=1.0, age=0.1, stale=False),),
@@ -40,10 +40,12 @@ IN_AIR = Unattended(
 )
 
 
-def process(condition: Condition, *, stopped: bool = False, words: str = "", name: str = "skill/goto") -> SystemSeen:
+def process(
+    condition: ProcessCondition, *, stopped: bool = False, words: str = "", name: str = "skill/goto"
+) -> SystemSeen:
     """A system with a process in that condition."""
-    used = None if condition in (Condition.DOWN, Condition.RESTARTS) else replace(USED, stopped=stopped)
-    return replace(WELL, entries=(Entry(ProcessState(name=name, pid=7, last_words=words), condition, used),))
+    used = None if condition in (ProcessCondition.DOWN, ProcessCondition.RESTARTS) else replace(USED, stopped=stopped)
+    return replace(WELL, processes=(ProcessStatus(ProcessState(name=name, pid=7, last_words=words), condition, used),))
 
 
 def replies(*given: Reply, process: str = "skill/goto") -> SystemSeen:
@@ -70,11 +72,11 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             True,
             "process 99 (`python -m http.server`) listens there",
         ),
-        (process(Condition.DOWN, words="It died 5 times."), "process_down", True, "It died 5 times."),
-        (process(Condition.RESTARTS), "process_starting", False, "skill/goto is being started."),
-        (process(Condition.RESTARTS, name="resource_manager"), "process_starting", True, "resource_manager"),
-        (process(Condition.SILENT, stopped=True), "process_stopped", True, "kill -CONT 7"),
-        (process(Condition.SILENT), "process_silent", True, "kill -9 7"),
+        (process(ProcessCondition.DOWN, words="It died 5 times."), "process_down", True, "It died 5 times."),
+        (process(ProcessCondition.RESTARTS), "process_starting", False, "skill/goto is being started."),
+        (process(ProcessCondition.RESTARTS, name="resource_manager"), "process_starting", True, "resource_manager"),
+        (process(ProcessCondition.SILENT, stopped=True), "process_stopped", True, "kill -CONT 7"),
+        (process(ProcessCondition.SILENT), "process_silent", True, "kill -9 7"),
         (replies(), "process_hangs", True, "answers no question"),
         (
             replies(Reply("zid-1", PROTOCOL_VERSION, b""), Reply("zid-2", PROTOCOL_VERSION, b"")),
@@ -92,15 +94,25 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             True,
             "Start no skill, and look again",
         ),
-        (replies(Reply("zid-1", 99, b"")), "protocol_version", True, "speaks protocol 99"),
-        (replies(Reply("zid-1", None, b"")), "protocol_version", True, "speaks another protocol"),
-        (refused(ErrorCode.SCHEMA_MISMATCH), "schema_mismatch", True, "`skill/goto` run another skillset"),
-        (replace(WELL, states={"old": "X"}), "schema_mismatch", True, "`resource_manager` run another skillset"),
+        (replies(Reply("zid-1", 99, b"")), "protocol_version", True, "uses protocol 99"),
+        (replies(Reply("zid-1", None, b"")), "protocol_version", True, "uses another protocol"),
+        (
+            refused(ErrorCode.SCHEMA_MISMATCH),
+            "schema_mismatch",
+            True,
+            "`skill/goto` run another version of the skillset",
+        ),
+        (
+            replace(WELL, states={"old": "X"}),
+            "schema_mismatch",
+            True,
+            "`resource_manager` run another version of the skillset",
+        ),
         (refused(ErrorCode.UNAVAILABLE, "It resumes.", "Wait."), "unavailable", True, "It resumes."),
         (clock(0.0), "clock_stopped", True, "no tick for 1.0 s"),
         (clock(0.0, ticks=0), "clock_stopped", True, "no tick for 1.0 s"),
-        (clock(0.5), "clock_slow", False, "0.50 robot seconds per second, not at the 1 "),
-        (clock(1.0, factor=2.0), "clock_slow", False, "not at the 2 "),
+        (clock(0.5), "clock_slow", False, "0.50 robot seconds per second, not at the requested 1."),
+        (clock(1.0, factor=2.0), "clock_slow", False, "not at the requested 2."),
         (
             replace(WELL, data=(DataReading(name="battery", value=1.0, t=1.0, age=9.0, stale=True),)),
             "stale_data",
@@ -111,11 +123,11 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             replace(WELL, data=(DataReading(name="battery", value=None, t=None, age=None, stale=True),)),
             "no_data",
             False,
-            "Nobody has published `battery` yet",
+            "`battery`: never published",
         ),
         (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),
         (
-            replace(WELL, left_alone=(IN_AIR,)),
+            replace(WELL, unattended=(IN_AIR,)),
             "unattended",
             True,
             "m600 is in the air, and nobody commands it. End that with `skillwing start land`",
@@ -159,7 +171,7 @@ def test_what_is_wrong_with_the_machine_is_found(evidence: Evidence, about: str,
         clock(0.1, factor=0.0),
         replace(clock(0.0), clock="wall"),
         # A skill that stays away because its process is down is not reported as hanging, too.
-        replace(WELL, entries=(), probes=(Probe("skill/goto", ()),)),
+        replace(WELL, processes=(), probes=(Probe("skill/goto", ()),)),
         refused(ErrorCode.TOO_LATE),
         replace(WELL, goals=(), clients=frozenset()),
     ],
@@ -186,12 +198,14 @@ def test_a_datum_is_missed_only_while_a_skill_runs_that_publishes_it() -> None:
 
 
 def test_the_serious_comes_first() -> None:
-    found = diagnose(Evidence(system=replace(process(Condition.DOWN), clients=frozenset()), load=9.0, cores=1))
+    found = diagnose(Evidence(system=replace(process(ProcessCondition.DOWN), clients=frozenset()), load=9.0, cores=1))
     assert [finding.serious for finding in found] == [True, False, False]
 
 
 def test_every_finding_says_what_is_wrong_and_what_to_do_in_a_sentence_each() -> None:
-    worst = replace(process(Condition.DOWN), data=(), clients=frozenset(), disk=Disk(Path("x"), 0, writable=False))
+    worst = replace(
+        process(ProcessCondition.DOWN), data=(), clients=frozenset(), disk=Disk(Path("x"), 0, writable=False)
+    )
     for finding in diagnose(Evidence(system=worst, stale=("a",), load=99.0, missing={"sim": ("mujoco",)})):
         assert finding.what.endswith(".")
         assert finding.remedy
@@ -207,7 +221,9 @@ def test_a_node_that_hangs_is_found_also_where_it_shares_a_process() -> None:
     state = ProcessState(name="managers", pid=7, nodes=("skill/goto", "skill/hover"))
     hangs, away = Probe("skill/goto", ()), Probe("skill/hover", ())
     missing = frozenset({"skill/hover"})
-    shared = replace(WELL, entries=(Entry(state, Condition.SILENT, USED, missing),), probes=(hangs, away))
+    shared = replace(
+        WELL, processes=(ProcessStatus(state, ProcessCondition.SILENT, USED, missing),), probes=(hangs, away)
+    )
     found = [finding for finding in diagnose(Evidence(system=shared)) if finding.about == "process_hangs"]
     assert [finding.what.partition(" ")[0] for finding in found] == ["skill/goto"]
     assert "kill -9 7" in found[0].remedy

@@ -9,7 +9,7 @@ import pytest
 from skillwing.dsl import load
 from skillwing.m600.robot import ROBOT
 from skillwing.services.client.connection import Target
-from skillwing.services.diagnosis.unattended import left_alone
+from skillwing.services.diagnosis.unattended import unattended_states
 from skillwing.services.names import CLIENT, MISSION
 
 M600 = ROBOT.load_skillset()
@@ -19,7 +19,7 @@ HOVERS = AT_REST | {"flight_status": "IN_AIR", "SDK_authority": "AVAILABLE"}
 
 
 def test_a_drone_that_hovers_without_a_commander_is_to_be_landed() -> None:
-    (found,) = left_alone(DRONE, M600, HOVERS, {"resource_manager"}, ())
+    (found,) = unattended_states(DRONE, M600, HOVERS, {"resource_manager"}, ())
     assert (found.resource, found.state, found.ends_with) == ("flight_status", "IN_AIR", ("land",))
     assert found.what == "m600 is in the air, and nobody commands it."
     assert "`skillwing start land`" in found.remedy
@@ -27,7 +27,7 @@ def test_a_drone_that_hovers_without_a_commander_is_to_be_landed() -> None:
 
 def test_a_skill_that_only_looks_commands_nobody() -> None:
     maps = HOVERS | {"slam_status": "RUNNING"}
-    assert left_alone(DRONE, M600, maps, (), ["lidar_mapping"])
+    assert unattended_states(DRONE, M600, maps, (), ["lidar_mapping"])
 
 
 @pytest.mark.parametrize(
@@ -45,11 +45,11 @@ def test_a_skill_that_only_looks_commands_nobody() -> None:
 def test_somebody_has_hold_of_it_or_it_may_stay_there(
     changed: dict[str, str], alive: list[str], running: list[str]
 ) -> None:
-    assert left_alone(DRONE, M600, HOVERS | changed, alive, running) == ()
+    assert unattended_states(DRONE, M600, HOVERS | changed, alive, running) == ()
 
 
 def test_of_a_manager_with_another_skillset_nothing_is_said() -> None:
-    assert left_alone(DRONE, M600, {"flight_status": "IN_AIR"}, (), ()) == ()
+    assert unattended_states(DRONE, M600, {"flight_status": "IN_AIR"}, (), ()) == ()
 
 
 def test_where_no_skill_is_known_to_end_it_any_goal_is_a_commander(tmp_path: Path) -> None:
@@ -59,6 +59,6 @@ def test_where_no_skill_is_known_to_end_it_any_goal_is_a_commander(tmp_path: Pat
         " skill reel { result { success DONE } } }"
     )
     kite = Target("kite", "", file, "wall", not_to_be_left={"place": {"UP": "up there"}})
-    (found,) = left_alone(kite, load(file), {"place": "UP"}, (), ())
+    (found,) = unattended_states(kite, load(file), {"place": "UP"}, (), ())
     assert (found.what, found.ends_with) == ("kite is up there, and nobody commands it.", ())
-    assert left_alone(kite, load(file), {"place": "UP"}, (), ["reel"]) == ()
+    assert unattended_states(kite, load(file), {"place": "UP"}, (), ["reel"]) == ()

@@ -19,7 +19,7 @@ from pathlib import Path
 from skillwing.dsl.checking.checker import check
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, render_all
 from skillwing.dsl.reading.dialect import lex
-from skillwing.services.marked_page import Marks, page_with
+from skillwing.services.terminal.doc_sections import Marks, page_with
 
 MARKS = Marks.named("mutants of skillset files")
 HERE = Path(__file__).parent

@@ -11,7 +11,7 @@ import pytest
 from skillwing.evaluation.flights import session
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
-from skillwing.services.processes.launcher import Death
+from skillwing.services.processes.launcher import ProcessExit
 from skillwing.services.robot import ProcessSpec
 
 SPECS = [
@@ -26,7 +26,7 @@ class LauncherOnPaper:
     """Starts nothing, and says who died."""
 
     endpoint = ""
-    deaths: Sequence[Death] = ()
+    exits: Sequence[ProcessExit] = ()
 
     def __init__(self, *arguments: object, **options: object) -> None:
         pass
@@ -60,8 +60,8 @@ class BusOnPaper:
 
 @pytest.fixture
 def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., session.SessionEnd]:
-    def fly(*deaths: Death) -> session.SessionEnd:
-        monkeypatch.setattr(LauncherOnPaper, "deaths", deaths)
+    def fly(*deaths: ProcessExit) -> session.SessionEnd:
+        monkeypatch.setattr(LauncherOnPaper, "exits", deaths)
         monkeypatch.setattr(session, "Launcher", LauncherOnPaper)
         monkeypatch.setattr(session, "ZenohBus", BusOnPaper)
         sees: Any = SimpleNamespace(
@@ -73,13 +73,13 @@ def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., session.SessionEnd]:
 
 
 def test_a_death_that_a_flight_survives_is_told(fly: Callable[..., session.SessionEnd]) -> None:
-    again, gone = Death("sim", 1, 1, None, (), pause=0.5), Death("recorder", 1, 1, None, ())
+    again, gone = ProcessExit("sim", 1, 1, None, (), pause=0.5), ProcessExit("recorder", 1, 1, None, ())
     survived = ("sim ended with exit code 1.", "recorder ended with exit code 1.")
     assert fly() == session.SessionEnd(End.HOME, 60.0)
     assert fly(again, gone) == session.SessionEnd(End.HOME, 60.0, deaths=survived)
 
 
 def test_a_death_that_breaks_a_flight_off_is_why(fly: Callable[..., session.SessionEnd]) -> None:
-    gone, again = Death("mission", 1, None, 9, ()), Death("hover", 1, 1, None, (), pause=0.5)
+    gone, again = ProcessExit("mission", 1, None, 9, ()), ProcessExit("hover", 1, 1, None, (), pause=0.5)
     told = ("hover ended with exit code 1.",)
     assert fly(again, gone) == session.SessionEnd(End.BROKE_OFF, 60.0, "mission was killed by SIGKILL.", told)

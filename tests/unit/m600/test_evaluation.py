@@ -9,16 +9,16 @@ import numpy as np
 from matplotlib.image import imread
 from recorded_way import BLOCKED, ROUTE, truth
 
-from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.bt_missions.missions.mapping import MappingMissionOptions
 from skillwing.evaluation.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
 from skillwing.evaluation.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.geofence import HOME
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import Truth
+from skillwing.onboard.topics.truth import Truth
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
+from skillwing.services.history.report import REPORT_FILE, MapCoverage
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
-from skillwing.services.telemetry.flight_report import TIMELINE_PICTURE
-from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines
-from skillwing.services.telemetry.report import REPORT_FILE, Coverage
+from skillwing.services.report.mission_report import TIMELINE_PICTURE
 from skillwing.sim_mujoco.world.world import make_world
 
 SKILLSET = ROBOT.load_skillset()
@@ -67,7 +67,7 @@ def test_a_flight_without_a_map_is_judged_by_what_there_is(tmp_path: Path) -> No
     write_run(tmp_path)
     report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, wall_time_s=5.0)
     assert (report.result, report.collisions, report.min_clearance_m) == ("success", 1, 2.05)
-    assert report.coverage == Coverage()
+    assert report.coverage == MapCoverage()
     assert report.real_time_factor == 2.0
     for picture in (TIMELINE_PICTURE, MAP_PICTURE):
         assert imread(tmp_path / picture).std() > 0.0
@@ -101,7 +101,7 @@ def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
 
 def test_the_route_that_is_judged_is_the_one_that_the_mission_flies() -> None:
     """Coverage is judged along the world's route, which begins where the take-off ends."""
-    options = MappingOptions()
+    options = MappingMissionOptions()
     above_home, *waypoints = make_world(1).route
     assert tuple(waypoints) == options.route
     assert above_home == (*HOME, options.height or options.route[0][2])

@@ -12,6 +12,13 @@ from skillwing.evaluation.demo.command import CALLED_OFF, IN_AIR, Flight, _endin
 from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.history.files import (
+    GOALS_FILE,
+    TIMELINE_FILE,
+    JsonLines,
+    read_goals,
+    read_records,
+)
 from skillwing.services.protocol import (
     Ending,
     GoalStatus,
@@ -23,13 +30,6 @@ from skillwing.services.protocol import (
     State,
     Terminal,
     encode,
-)
-from skillwing.services.telemetry.journal import (
-    GOALS_FILE,
-    TIMELINE_FILE,
-    JsonLines,
-    read_goals,
-    read_records,
 )
 
 SKILLSET = ROBOT.load_skillset()

@@ -10,8 +10,8 @@ from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_picture import MapScene
 from skillwing.m600.robot import ROBOT
+from skillwing.services.history.history import History
 from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.telemetry.history import History
 from skillwing.sim_mujoco.world.world import make_world
 
 WORLD = make_world(3)

@@ -14,7 +14,7 @@ from skillwing.evaluation.demo.flight_watch import RETURN, SILENCE, STALL, Fligh
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.processes.launcher import Death
+from skillwing.services.processes.launcher import ProcessExit
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 
 SKILLSET = ROBOT.load_skillset()
@@ -24,8 +24,8 @@ END = 60.0
 """When the mission ends in these flights."""
 
 
-def death(process: str) -> Death:
-    return Death(process, 1, None, SIGKILL, ())
+def death(process: str) -> ProcessExit:
+    return ProcessExit(process, 1, None, SIGKILL, ())
 
 
 class Flight:
@@ -33,7 +33,7 @@ class Flight:
 
     def __init__(self) -> None:
         self.network = InProcessNetwork()
-        self.deaths: list[Death] = []
+        self.deaths: list[ProcessExit] = []
         self.console = Console(file=io.StringIO(), width=200)
         self.processes: dict[str, Bus] = {}
         for name in ("sim", "mission", "recorder"):

@@ -12,8 +12,8 @@ from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
+from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.robot import ProcessSpec, find_robot
-from skillwing.services.telemetry.recorder_options import RecorderOptions
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 SKILLSET = ROBOT.load_skillset()
@@ -81,18 +81,18 @@ def test_an_option_that_no_process_takes_is_refused() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_missions_are_told_what_is_known_of_the_chosen_world(kind: str) -> None:
-    told = ROBOT.brief({"seed": 3, "world": kind})
+    told = ROBOT.mission_options({"seed": 3, "world": kind})
     assert set(told) == ({"mapping", "inspection"} if kind == "inspection" else {"mapping"})
     for mission, options in told.items():
         find_mission(mission).read_options(options)
 
 
 def test_without_a_choice_missions_know_the_courtyard_and_an_unknown_world_is_refused() -> None:
-    assert ROBOT.brief({"seed": 3}) == {}
-    known, told = find_mission("mapping"), ROBOT.brief({"world": "courtyard"})
+    assert ROBOT.mission_options({"seed": 3}) == {}
+    known, told = find_mission("mapping"), ROBOT.mission_options({"world": "courtyard"})
     assert known.read_options(told["mapping"]) == known.read_options({})
     with pytest.raises(InvalidOptionError, match="known are courtyard"):
-        ROBOT.brief({"world": "moon"})
+        ROBOT.mission_options({"world": "moon"})
 
 
 @pytest.mark.parametrize(

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.services.processes.child import Child, Death
+from skillwing.services.processes.child import Child, ProcessExit
 from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
 
 
-def given_up(log: Path) -> Death:
+def given_up(log: Path) -> ProcessExit:
     child = Child("skill/refill", ["refill"], log, restart="always")
 
-    def die() -> Death:
+    def die() -> ProcessExit:
         child.start(0.0)
         child.process.wait()
         return child.died(0.0)

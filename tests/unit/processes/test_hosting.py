@@ -16,7 +16,7 @@ from skillwing.services.bus.clock import WallClock
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import WrongSkillsetError
 from skillwing.services.processes import hosting
-from skillwing.services.processes.hosting import HEARTBEAT_PERIOD, Heartbeat, Place, Tenant, live_together
+from skillwing.services.processes.hosting import HEARTBEAT_PERIOD, Heartbeat, HostedNode, NetworkAddress, live_together
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
@@ -61,8 +61,8 @@ def lifetime(monkeypatch: pytest.MonkeyPatch) -> Lifetime:
 
 
 def host(endpoint: str, lifetime: Lifetime, *guests: Guest) -> int:
-    tenants = [Tenant(guest.name, guest, WallClock(), f"house/alive/{guest.name}") for guest in guests]
-    return live_together(tenants, Place("house", endpoint), lifetime)
+    tenants = [HostedNode(guest.name, guest, WallClock(), f"house/alive/{guest.name}") for guest in guests]
+    return live_together(tenants, NetworkAddress("house", endpoint), lifetime)
 
 
 def raises(error: Exception) -> Callable[[Bus], None]:

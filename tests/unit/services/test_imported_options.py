@@ -39,30 +39,30 @@ def test_what_is_named_is_imported(write: Write) -> None:
 def test_a_module_that_is_not_there_is_told_from_one_that_lacks_another(write: Write, tmp_path: Path) -> None:
     lacking = write("hooks_that_lack", "import math", "import hooks_of_nobody")
     user = write("hooks_that_use_it", "", "", "import hooks_that_lack")
-    assert "there is no module `hooks_at_all`. Write its name right" in refusal("hooks_at_all.skills:Manager")
+    assert "there is no module `hooks_at_all`. Correct its name" in refusal("hooks_at_all.skills:Manager")
     for path in (lacking, user):
         told = refusal(f"{path}:Manager")
         assert f"`{tmp_path / lacking}.py:2` imports `hooks_of_nobody`, and there is no such module. Install it" in told
-        assert "Write its name right" not in told
+        assert "Correct its name" not in told
 
 
 def test_a_name_that_another_module_does_not_have_is_told_with_the_line_that_wants_it(
     write: Write, tmp_path: Path
 ) -> None:
     told = refusal(f"{write('hooks_that_want', 'from math import tao')}:Manager")
-    assert f"`{tmp_path}/hooks_that_want.py:1` imports from `math` what that cannot give" in told
-    assert "Mend the import." in told
+    assert f"`{tmp_path}/hooks_that_want.py:1` imports from `math` what that does not have" in told
+    assert "Fix the import." in told
 
 
 @pytest.mark.parametrize(
     ("name", "line", "told"),
     [
-        ("hooks_that_err", "math.nope", "raises AttributeError: module 'math' has no attribute 'nope'. Mend it."),
-        ("hooks_that_call", "math.sqrt(-1)", "raises ValueError: math domain error. Mend it."),
+        ("hooks_that_err", "math.nope", "raises AttributeError: module 'math' has no attribute 'nope'. Fix it."),
+        ("hooks_that_call", "math.sqrt(-1)", "raises ValueError: math domain error. Fix it."),
         ("hooks_in_a_library", "json.loads('')", "raises JSONDecodeError: Expecting value: line 1 column 1 (char 0)."),
-        ("hooks_in_silence", "assert not math", "raises AssertionError. Mend it."),
+        ("hooks_in_silence", "assert not math", "raises AssertionError. Fix it."),
         ("hooks_that_end", "raise SystemExit(4)", "ends Python. Take that out."),
-        ("hooks_in_no_python", "class Manager", "is no Python: expected ':'. Mend it."),
+        ("hooks_in_no_python", "class Manager", "is no Python: expected ':'. Fix it."),
     ],
 )
 def test_a_module_that_fails_while_it_is_loaded_is_told_with_the_line(

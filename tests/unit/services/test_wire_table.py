@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 from skillwing.dsl import load
 from skillwing.services import protocol
-from skillwing.services.cli import app
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import Keys, Message
+from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channels import CHANNELS, Each, Kind
 from skillwing.services.wire.exchange import door, play
 from skillwing.services.wire.messages import classes_of

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.sensor_data.names import LIDAR, ZED
 from skillwing.sim_mujoco.sensors.cross_checks import GroundCrossCheck, ImuCrossCheck
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.camera.camera import Camera, trace
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY, DepthCamera

@@ -11,9 +11,9 @@ from rich.console import Console, RenderableType
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.services.bus import Timers
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.connection import System
-from skillwing.services.processes.ending import Ending
 from skillwing.services.processes.run_state import read_run_state
+from skillwing.services.processes.stop_signal import StopSignal
+from skillwing.services.terminal.connection import System
 
 ABORTING = {
     signal.SIGINT: "aborted by Ctrl-C",
@@ -43,14 +43,14 @@ def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) 
     After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without a landing. A
     repetition of the first signal does not. Under `nohup` a closed terminal aborts nothing.
     """
-    ending = Ending(bus.wall)
+    stop = StopSignal(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        if not ending.told:
+        if not stop.received:
             bus.post(lambda: abort(signal.Signals(number)))
-            ending.note()
+            stop.receive()
         elif number == signal.SIGINT:
-            ending.note()
+            stop.receive()
 
     def abort(number: signal.Signals) -> None:
         again = " again" if number is signal.SIGINT else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,18 +14,13 @@ from skillwing.bt_missions.checking.mission_check import check_mission, offline_
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
-from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl import load
-from skillwing.services.commands.briefing import briefing
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
 from skillwing.services.protocol import (
     AbortMission,
@@ -37,6 +32,10 @@ from skillwing.services.protocol import (
     ResumeMission,
 )
 from skillwing.services.robot import find_robot
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
     str,
@@ -121,13 +120,7 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
         _refuse_second_mission(system)
-        known = briefing(system.target, chosen.name)
-        site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
-        given = chosen.read_options(site | asked)
-        require_fit(chosen, system.skillset, given)
-        if console is not None and site:
-            text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
-            console.print(f"Options of the site: {text}", highlight=False)
+        given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
             print_if_open(console, status_line(status))
@@ -298,6 +291,20 @@ def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
     except NoSystemError:
         chosen.require_usable()
         raise
+
+
+def _options_with_site(
+    chosen: Mission, asked: dict[str, Any], system: System, console: Console | None
+) -> MissionOptions:
+    """Options of a mission: those that the user gives, then those of the site. Raises FaultyMissionError."""
+    known = mission_context(system.target, chosen.name)
+    site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
+    given = chosen.read_options(site | asked)
+    require_fit(chosen, system.skillset, given)
+    if console is not None and site:
+        text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
+        console.print(f"Options of the site: {text}", highlight=False)
+    return given
 
 
 def _refuse_second_mission(system: System) -> None:

@@ -10,11 +10,9 @@ from rich.text import Text
 
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.connection import System
-from skillwing.services.commands.keyboard import when_pressed
-from skillwing.services.commands.observing import shown
-from skillwing.services.commands.output import make_table, value_text
-from skillwing.services.commands.records import clock_text
+from skillwing.services.history.history import GoalOutcome, History, SkillBar
+from skillwing.services.history.report import REPORT_FILE, read_report
+from skillwing.services.history.wording import chain_text, clock_text
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
@@ -25,10 +23,10 @@ from skillwing.services.protocol import (
     TreeNode,
     TreeSnapshot,
 )
-from skillwing.services.telemetry.history import History, Outcome, SkillBar
-from skillwing.services.telemetry.present import Present
-from skillwing.services.telemetry.report import REPORT_FILE, read_report
-from skillwing.services.telemetry.wording import in_words
+from skillwing.services.terminal.connection import System
+from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.live_state import LiveState
+from skillwing.services.terminal.output import make_table, relative_path, value_text
 
 PERIOD = 0.25
 """Time between two updates of the view, in seconds of wall time."""
@@ -49,10 +47,10 @@ PHASE_COLOURS = {
     MissionPhase.HELD: "bold magenta",
 }
 _BAR_COLOURS = {
-    Outcome.RUNNING: "blue",
-    Outcome.SUCCESS: "green",
-    Outcome.FAILURE: "red",
-    Outcome.INTERRUPTED: "bright_black",
+    GoalOutcome.RUNNING: "blue",
+    GoalOutcome.SUCCESS: "green",
+    GoalOutcome.FAILURE: "red",
+    GoalOutcome.INTERRUPTED: "bright_black",
 }
 
 
@@ -63,7 +61,7 @@ class MissionWatch:
         self.status: MissionStatus | None = None
         self.tree: TreeSnapshot | None = None
         self._system = system
-        self._present = Present()
+        self._present = LiveState()
         self._history = History(system.skillset)
         self._since = 0.0
         bus, keys = system.bus, system.keys
@@ -96,7 +94,7 @@ class MissionWatch:
         bars = self._latest_bars()
         if bars:
             parts += [self._timeline(bars), Text()]
-        parts += [Text(f"because  {in_words(switch.chain)}", "yellow") for switch in self._history.switches[-2:]]
+        parts += [Text(f"because  {chain_text(switch.chain)}", "yellow") for switch in self._history.switches[-2:]]
         return Group(*parts)
 
     def _latest_bars(self) -> list[SkillBar]:
@@ -164,7 +162,9 @@ def _last_flown(run_dir: Path | None) -> str:
     folder = reports[-1].parent
     report = read_report(folder)
     became = RESULTS.get(report.result, report.result)
-    return f"No mission flies now. The last one, `{report.mission}`, {became}; its report is in {shown(folder)}."
+    return (
+        f"No mission flies now. The last one, `{report.mission}`, {became}; its report is in {relative_path(folder)}."
+    )
 
 
 def status_line(status: MissionStatus) -> Text:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.failing_code import failure, import_failure
+from skillwing.services.user_code_errors import exception_message, import_error_message
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,5 +38,5 @@ def problem_of_exception(file: Path | None, error: BaseException, when: str) -> 
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     place = f"{file}:{frames[-1].lineno}" if frames else file and str(file)
     if isinstance(error, ImportError):
-        return MissionProblem(import_failure(error, told_at=place or ""), place)
-    return MissionProblem(failure(error, when=f" {when}"), place)
+        return MissionProblem(import_error_message(error, after=place or ""), place)
+    return MissionProblem(exception_message(error, when=f" {when}"), place)

@@ -9,7 +9,7 @@ import msgspec
 
 from skillwing.bt_missions.xml.node_type import PortError
 from skillwing.dsl.model import Type
-from skillwing.services.commands.inputs import MalformedValueError, read_value
+from skillwing.services.client.inputs import MalformedValueError, read_value
 
 
 def read_attribute(text: str, kind: Type, port: str) -> Any:

@@ -25,14 +25,13 @@ from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sa
 from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
 from skillwing.evaluation.flights.conditions import Condition, conditions_of
 from skillwing.evaluation.flights.plan import FlightPlan, Network, usual_world
-from skillwing.services.cli import INTERRUPTED
-from skillwing.services.commands.completion import missions
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.marked_page import PageError
-from skillwing.services.processes.ending import Ending, ended_by_signals
 from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
+from skillwing.services.terminal.completion import missions
+from skillwing.services.terminal.doc_sections import PageError
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
+from skillwing.services.terminal.output import make_console
 
 SEEDS = "0:10"
 """If nobody chooses any."""
@@ -119,14 +118,14 @@ def campaign(
     console = make_console()
     shown = Console(quiet=True) if as_json else console
     called_off = False
-    with closing(Ledger(folder, resume=resume)) as ledger, ended_by_signals() as ending:
+    with closing(Ledger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
         ledger.require(plans)
         flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
         state = CampaignState(ledger.results, earlier)
         try:
-            _fly(plans, ledger, flying, state.lost, at_once, record=record, console=shown, ending=ending)
-            _record_worst(ledger, flying, worst, state, at_once, shown, ending)
+            _fly(plans, ledger, flying, state.lost, at_once, record=record, console=shown, stop=stop)
+            _record_worst(ledger, flying, worst, state, at_once, shown, stop)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -217,7 +216,7 @@ def _fly(
     *,
     record: bool,
     console: Console,
-    ending: Ending,
+    stop: StopSignal,
 ) -> None:
     """Fly what has not been flown. What comes to no end is added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
@@ -229,7 +228,7 @@ def _fly(
         return begin_recording(ledger.folder, plan) if record else None
 
     with WorkerPool(jobs) as pool:
-        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, ending.look)), start=1):
+        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, stop.check)), start=1):
             if isinstance(result, LostFlight):
                 lost.append(result)
             else:
@@ -246,7 +245,7 @@ def _record_worst(
     state: CampaignState,
     jobs: int,
     console: Console,
-    ending: Ending,
+    stop: StopSignal,
 ) -> None:
     """Fly the worst flights again with the recorder. `state` gets those that were not the same again, or are lost."""
     chosen = worst_of(ledger.results, count)
@@ -256,7 +255,7 @@ def _record_worst(
     console.print(f"Flying the {len(before)} worst flights again, recorded.")
     with WorkerPool(jobs) as pool:
         plans = [each.plan for each in before.values()]
-        flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), ending.look)
+        flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
         for again in flying.kept(flights):
             told = Text(f"  {ledger.folder / again.plan.name}")
             if isinstance(again, LostFlight):

@@ -14,7 +14,7 @@ from skillwing.evaluation.campaign.outcomes import outcome_table, outcomes
 from skillwing.evaluation.campaign.rerun import Sample, end_alike, verdict
 from skillwing.evaluation.campaign.worker_pool import LostFlight
 from skillwing.evaluation.flights.result import FlightResult
-from skillwing.services.commands.output import print_json
+from skillwing.services.terminal.output import print_json
 
 
 @dataclass

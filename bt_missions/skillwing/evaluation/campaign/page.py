@@ -13,7 +13,7 @@ from skillwing.evaluation.campaign.outcomes import HEADINGS, Outcomes, worst_of
 from skillwing.evaluation.flights.conditions import Condition, conditions_of, met_from
 from skillwing.evaluation.flights.plan import FlightPlan, Network
 from skillwing.evaluation.flights.result import FlightResult
-from skillwing.services.marked_page import Marks
+from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 NAMED = 3

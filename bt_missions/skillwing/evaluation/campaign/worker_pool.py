@@ -18,7 +18,7 @@ import msgspec
 
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import FlightResult
-from skillwing.services.processes.single_threaded import SINGLE_THREADED
+from skillwing.services.processes.child import SINGLE_THREADED
 
 LONGEST = 3600.0
 """Wall seconds after which a flight's process is taken for hung and killed."""

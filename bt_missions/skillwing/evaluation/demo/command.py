@@ -26,25 +26,25 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.cli import INTERRUPTED
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.flight_reports import LAST_WORDS
-from skillwing.services.commands.observing import VIEWER_HELP, opened_viewer, shown
-from skillwing.services.commands.output import make_console
-from skillwing.services.commands.pace import PaceOption
-from skillwing.services.commands.running import ColocateOption, TopologyOption
 from skillwing.services.errors import InvalidOptionError, SkillwingError
-from skillwing.services.processes.colocation import colocated, households
-from skillwing.services.processes.ending import Ending, ended_by_signals
-from skillwing.services.processes.launcher import ROUTER, Death, Launcher, StartError
+from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.history.report import REPORT_FILE, ProcessEntry
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.colocation import colocated, process_groups
+from skillwing.services.processes.launcher import ROUTER, Launcher, StartError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.run_state import announced, reserved
+from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
 from skillwing.services.protocol import Keys
+from skillwing.services.recording.run_facts import RunFacts, write_facts
+from skillwing.services.report.rendering import summary_table
 from skillwing.services.robot import RECORDER, ProcessSpec
-from skillwing.services.telemetry.journal import TIMELINE_FILE
-from skillwing.services.telemetry.report import REPORT_FILE, ProcessEntry, summary_table
-from skillwing.services.telemetry.run_facts import RunFacts, write_facts
-from skillwing.services.telemetry.viewer import Viewer, ViewerKind, has_screen
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
+from skillwing.services.terminal.mission_reporter import LAST_WORDS
+from skillwing.services.terminal.output import make_console, relative_path
+from skillwing.services.terminal.system_options import VIEWER_HELP, ColocateOption, SpeedOption, TopologyOption
+from skillwing.services.terminal.system_runner import opened_viewer
+from skillwing.services.viewer.viewer import Viewer, ViewerKind, has_screen
 
 CLOCK_TIMEOUT = 5.0
 """Wall seconds in which the simulator's first clock tick is awaited."""
@@ -68,18 +68,18 @@ class Flight:
     processes: tuple[ProcessSpec, ...]
     wall_time: float | None = None
     ended_by: str = ""
-    deaths: list[Death] = field(default_factory=list)
+    deaths: list[ProcessExit] = field(default_factory=list)
     started: set[str] = field(default_factory=set)
     deck: FlightDeck | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the processes, some of which may host several nodes."""
-        return (ROUTER, *(each.name for each in households(self.processes)))
+        return (ROUTER, *(each.name for each in process_groups(self.processes)))
 
     @property
     def essential(self) -> frozenset[str]:
-        return frozenset({ROUTER, *(each.name for each in households(self.processes) if each.essential)})
+        return frozenset({ROUTER, *(each.name for each in process_groups(self.processes) if each.essential)})
 
     @property
     def hosts(self) -> dict[str, str]:
@@ -129,7 +129,7 @@ def demo(
         typer.Option(metavar="FILE", help="TOML or JSON: faults, wind, pilot and more, instead of the fault."),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, max=LARGEST_SEED, help="Seed of the simulated world.")] = 1,
-    speed: PaceOption = 1.0,
+    speed: SpeedOption = 1.0,
     viewer: Annotated[
         ViewerKind | None, typer.Option("--viewer", help=f"{VIEWER_HELP} Default: its window, if there is a screen.")
     ] = None,
@@ -159,24 +159,26 @@ def demo(
         write_facts(directory, _facts(story, seed))
         kind: ViewerKind = viewer or ("native" if has_screen() else "none")
         try:
-            with ended_by_signals() as ending, ExitStack() as stack:
-                with ending.at_once():
+            with stop_on_signals() as stop, ExitStack() as stack:
+                with stop.raising():
                     window = stack.enter_context(opened_viewer("none" if no_viewer else kind, directory, console))
                 if window is not None:
                     options["viewer_url"] = window.url
                 processes = _processes(story, options)
                 flight = Flight(colocated(processes) if colocate else processes)
-                _fly(flight, options["speed"], directory, console, title, topology, ending)
-                with ending.at_once():
+                _fly(flight, options["speed"], directory, console, title, topology, stop)
+                with stop.raising():
                     code = _judge(flight, story, directory, seed, console)
-                code = INTERRUPTED if ending.told else code
-                goes_on = not flight.ended_by and not ending.told
+                code = INTERRUPTED if stop.received else code
+                goes_on = not flight.ended_by and not stop.received
                 if window is not None and window.is_open and sys.stdin.isatty() and goes_on:
                     close = "Press Ctrl-C" if window.page else "Close the viewer's window, or press Ctrl-C,"
                     console.print(f"{close} to end.")
-                    _wait_for(window, ending)
+                    _wait_for(window, stop)
         except KeyboardInterrupt:
-            console.print(f"{CALLED_OFF} There is no report; what was recorded is in {shown(directory)}.", style="red")
+            console.print(
+                f"{CALLED_OFF} There is no report; what was recorded is in {relative_path(directory)}.", style="red"
+            )
             code = INTERRUPTED
         raise typer.Exit(code)
 
@@ -220,7 +222,7 @@ def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]
 
 
 def _fly(
-    flight: Flight, speed: float, run_dir: Path, console: Console, title: str, topology: Topology, ending: Ending
+    flight: Flight, speed: float, run_dir: Path, console: Console, title: str, topology: Topology, stop: StopSignal
 ) -> None:
     """Start everything, follow the mission to its end, stop everything."""
     skillset = ROBOT.load_skillset()
@@ -231,15 +233,15 @@ def _fly(
         clock=ROBOT.clock,
         topology=topology,
         restarts=True,
-        ending=ending,
-        on_death=flight.deaths.append,
+        stop=stop,
+        on_exit=flight.deaths.append,
     )
     with _ending_well(flight), launcher:
         try:
             launcher.start_router()
             with announced(ROBOT, launcher.endpoint, run_dir, topology=topology) as announcement:
                 launcher.on_change = lambda: announcement.update(launcher.states)
-                _follow(launcher, flight, skillset, console, title, speed, ending)
+                _follow(launcher, flight, skillset, console, title, speed, stop)
         finally:
             flight.started = set(launcher.pids)
 
@@ -251,25 +253,25 @@ def _follow(
     console: Console,
     title: str,
     speed: float,
-    ending: Ending,
+    stop: StopSignal,
 ) -> None:
     """Start robot and mission, and show what they do until the mission is over or cannot go on."""
     *robot, mission = flight.processes
     clock = FollowedClock()
     with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
-        with _busy(console, f"Starting {len(households(flight.processes))} processes ..."):
+        with _busy(console, f"Starting {len(process_groups(flight.processes))} processes ..."):
             launcher.start(robot)
-        ending.wait(bus, clock.has_started, CLOCK_TIMEOUT)
+        stop.wait(bus, clock.has_started, CLOCK_TIMEOUT)
         # Robot time began before anybody looked, and nothing has slowed it down by now.
         begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
-        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, ending, hosts=flight.hosts)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, stop, hosts=flight.hosts)
         with deck:
             launcher.start([mission])
             flight.ended_by = watch.follow()
             if not flight.ended_by:
                 flight.wall_time = time.monotonic() - begun
-            ending.wait(bus, lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
+            stop.wait(bus, lambda: False, FEWER_LAST_WORDS if flight.ended_by else LAST_WORDS)
 
 
 @contextmanager
@@ -284,7 +286,7 @@ def _ending_well(flight: Flight) -> Iterator[None]:
         # Rich raises it where standard output is closed, and from then on prints nowhere.
         flight.ended_by = UNREAD
     except StartError as error:
-        told = [str(death) for death in error.deaths] or [f"No sign of life from {', '.join(error.missing)}."]
+        told = [str(death) for death in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
         flight.ended_by = " ".join(["The system did not start.", *told])
     except (SkillwingError, OSError, zenoh.ZError) as error:
         fatal = [str(death) for death in flight.deaths if death.final and death.process in flight.essential]
@@ -294,7 +296,7 @@ def _ending_well(flight: Flight) -> Iterator[None]:
 def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Console) -> int:
     """Judge the run against the true world, write and print the report; returns the exit code."""
     from skillwing.evaluation.judge.evaluation import evaluate  # noqa: PLC0415 - loads physics and pictures
-    from skillwing.services.telemetry.flight_report import UNRECORDED  # noqa: PLC0415 - loads pictures
+    from skillwing.services.report.mission_report import UNRECORDED  # noqa: PLC0415 - loads pictures
 
     notes = [flight.ended_by] if flight.ended_by else []
     for note in notes:
@@ -322,7 +324,7 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
     if any(death.process == RECORDER and death.final for death in flight.deaths):
         console.print(Text(UNRECORDED, "red"))
     console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
-    console.print(f"Recording, pictures, report and logs: {shown(run_dir)}")
+    console.print(f"Recording, pictures, report and logs: {relative_path(run_dir)}")
     return OK if report.result == "success" and not flight.ended_by else FAILED
 
 
@@ -338,6 +340,6 @@ def _indented(lines: tuple[str, ...]) -> Iterator[str]:
     return (f"\n    {line}" for line in lines)
 
 
-def _wait_for(window: Viewer, ending: Ending) -> None:
-    with suppress(KeyboardInterrupt), ending.at_once():
+def _wait_for(window: Viewer, stop: StopSignal) -> None:
+    with suppress(KeyboardInterrupt), stop.raising():
         window.wait_until_closed()

@@ -19,11 +19,11 @@ from rich.text import Text
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
+from skillwing.services.history.history import GoalOutcome, History, SkillBar, is_switch
+from skillwing.services.history.wording import brief, chain_text
 from skillwing.services.protocol import GoalStatus, Keys, M, Message, MissionStatus, Record, RecordKind
-from skillwing.services.telemetry.history import History, Outcome, SkillBar, is_switch
-from skillwing.services.telemetry.journal import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
-from skillwing.services.telemetry.palette import CALM, OUTCOME_COLOURS, state_colours
-from skillwing.services.telemetry.wording import brief, in_words
+from skillwing.services.recording.palette import CALM, OUTCOME_COLOURS, state_colours
 
 REFRESH = 0.25
 """Wall seconds between two pictures of the panel."""
@@ -98,7 +98,7 @@ class FlightDeck:
         if record.kind is RecordKind.RESOURCE:
             self._states[record.subject] = record.after
         elif is_switch(record):
-            cause = in_words(self._history.chain(record.cause))
+            cause = chain_text(self._history.chain(record.cause))
             self.tell(f"{record.before} -> {record.after}" + (f"  because  {cause}" if cause else ""), "bold", record.t)
         elif record.kind in TOLD:
             self.tell(brief(record), t=record.t)
@@ -124,7 +124,9 @@ class FlightDeck:
         head = [
             Text(self._title, "bold", no_wrap=True, overflow="ellipsis"),
             Text(self._progress(), no_wrap=True, overflow="ellipsis"),
-            *_lines_of([self._bar_text(bar) for bar in self._history.bars if bar.outcome is Outcome.RUNNING], width),
+            *_lines_of(
+                [self._bar_text(bar) for bar in self._history.bars if bar.outcome is GoalOutcome.RUNNING], width
+            ),
             *_lines_of(list(self._states_worth_a_look()), width),
             Text(),
         ]

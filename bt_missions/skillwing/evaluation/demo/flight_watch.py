@@ -8,8 +8,9 @@ from types import MappingProxyType
 
 from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.services.bus import RunnableBus
-from skillwing.services.processes.ending import Ending
-from skillwing.services.processes.launcher import ROUTER, Death
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Keys
 
 STALL = 30.0
@@ -26,7 +27,7 @@ class FlightWatch:
     """Follows the mission, and whether all live that it needs.
 
     deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
-    ending: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
+    stop: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
     shares a process, the name of that.
     """
 
@@ -35,9 +36,9 @@ class FlightWatch:
         bus: RunnableBus,
         keys: Keys,
         deck: FlightDeck,
-        deaths: Sequence[Death],
+        deaths: Sequence[ProcessExit],
         essential: frozenset[str],
-        ending: Ending | None = None,
+        stop: StopSignal | None = None,
         wall: Callable[[], float] = time.monotonic,
         hosts: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
@@ -45,7 +46,7 @@ class FlightWatch:
         self._deck = deck
         self._deaths = deaths
         self._essential = essential
-        self._ending = ending or Ending()
+        self._stop = stop or StopSignal()
         self._hosts = hosts
         self._prefix = keys.alive("")
         self._present: set[str] = set()
@@ -65,7 +66,7 @@ class FlightWatch:
                 self._deck.tell(f"{reason} The flight ends here.", "red")
                 return reason
             self._bus.run_until(lambda: False, PERIOD)
-            self._ending.look()
+            self._stop.check()
         return ""
 
     def _on_alive(self, key: str, alive: bool) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.services.telemetry.report import Coverage
+from skillwing.services.history.report import MapCoverage
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
@@ -121,12 +121,12 @@ def _share(mapped: NDArray[np.bool_]) -> float | None:
     return float(mapped.mean()) if len(mapped) else None
 
 
-def judge_map(world: World, route: Sequence[Vector], saved: SavedMap | None) -> Coverage:
+def judge_map(world: World, route: Sequence[Vector], saved: SavedMap | None) -> MapCoverage:
     """Coverage of a flight's map, rounded for the report; without a map all shares are None."""
     if saved is None:
-        return Coverage()
+        return MapCoverage()
     judged = CoverageJudge(world, route).coverage(saved.centres, saved.voxel_size)
-    return Coverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
+    return MapCoverage(all=_rounded(judged.all), buildings=_rounded(judged.buildings), terrain=_rounded(judged.terrain))
 
 
 def _rounded(share: float | None) -> float | None:

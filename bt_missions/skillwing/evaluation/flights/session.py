@@ -69,7 +69,7 @@ def over_zenoh(
         essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
 
         def deaths(*, fatal: bool) -> tuple[str, ...]:
-            found = launcher.deaths
+            found = launcher.exits
             return tuple(str(each) for each in found if (each.final and each.process in essential) is fatal)
 
         def dead() -> str:

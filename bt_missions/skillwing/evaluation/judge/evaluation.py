@@ -18,10 +18,11 @@ from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_picture import draw_map
 from skillwing.evaluation.judge.ply import write_ply
-from skillwing.onboard.topics import Truth, Vector3
-from skillwing.services.telemetry.flight_report import FlownMission, Verdict, report_flight
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.report import Coverage, ProcessEntry, Report
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.truth import Truth
+from skillwing.services.history.history import History
+from skillwing.services.history.report import MapCoverage, MissionReport, ProcessEntry
+from skillwing.services.report.mission_report import FlownMission, Verdict, report_flight
 from skillwing.sim_mujoco.world.world import make_world
 
 MAP_PICTURE = "map.png"
@@ -49,7 +50,7 @@ def evaluate(
     wall_time_s: float | None = None,
     processes: Iterable[ProcessEntry] = (),
     notes: Sequence[str] = (),
-) -> Report:
+) -> MissionReport:
     """Report the one flight of `run_dir` there, with `map.png` and `map.ply`.
 
     world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. The others
@@ -104,7 +105,7 @@ def _since(begin: float, end: float, flight: Sequence[Truth]) -> list[Truth]:
     ]
 
 
-def _share(coverage: Coverage) -> str:
+def _share(coverage: MapCoverage) -> str:
     return "" if coverage.all is None else f", {100 * coverage.all:.1f} % mapped"
 
 

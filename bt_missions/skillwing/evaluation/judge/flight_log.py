@@ -12,22 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from skillwing.evaluation.flights.coverage import SavedMap
-from skillwing.onboard.topics import (
-    MAP,
-    MAP_SNAPSHOT,
-    MAPPING_STATUS,
-    TRUTH,
-    Empty,
-    MapHeader,
-    MappingStatus,
-    Truth,
-)
+from skillwing.onboard.topics.common import Empty
+from skillwing.onboard.topics.mapping import MAP, MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.errors import PassingError
+from skillwing.services.history.files import JsonLines, read_lines, repair
+from skillwing.services.history.history import OVER
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
-from skillwing.services.telemetry.history import OVER
-from skillwing.services.telemetry.journal import JsonLines, mend, read_lines
 
 FLIGHT_FILE = "flight.jsonl"
 MAP_FILE = "map.npz"
@@ -41,7 +34,7 @@ class FlightLog:
 
     def __init__(self, run_dir: Path, *, skillset: str = "m600") -> None:
         self._map_path = run_dir / MAP_FILE
-        mend(run_dir / FLIGHT_FILE)
+        repair(run_dir / FLIGHT_FILE)
         self._flight = JsonLines[Truth](run_dir / FLIGHT_FILE)
         self._keys = Keys(skillset)
         self._centres: dict[bytes, None] = {}

@@ -7,7 +7,7 @@ between the same two nodes keep their order, as they do on a network.
 
 An exception in a callback leaves `run_until` with its traceback: in a test nothing is swallowed.
 
-This network never fails. `faulty.FaultyNetwork` does to messages and nodes what a real one may do to them.
+This network never fails. `FaultyNetwork` of the tests does to messages and nodes what a real one may do to them.
 """
 
 from __future__ import annotations

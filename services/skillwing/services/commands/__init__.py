@@ -1,1 +1,1 @@
-"""The commands that talk to a running system, and those that start and stop one. One file per command."""
+"""The commands of a running system, one file each: its name is the name of the command."""

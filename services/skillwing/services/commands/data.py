@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from skillwing.services.commands.completion import data as data_names
-from skillwing.services.commands.connection import JsonOption, RobotOption, connect
-from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.protocol import DataReading, QueryData
+from skillwing.services.terminal.completion import data as data_names
+from skillwing.services.terminal.connection import JsonOption, RobotOption, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table, value_text
 
 
 def data(
@@ -20,7 +20,7 @@ def data(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the latest values of the robot's data, their age in seconds, and whether they are stale."""
+    """Show the latest values of the robot's data with their age in seconds, and mark stale ones."""
     with connect(robot, wait_for_clock=False) as system:
         items = [system.skillset.datum(name)] if name else system.skillset.data
         readings = [system.ask(system.keys.data(item.name), QueryData(), DataReading) for item in items]

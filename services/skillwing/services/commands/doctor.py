@@ -1,4 +1,4 @@
-"""`skillwing doctor`: what is wrong with the system, and what to do about it."""
+"""`skillwing doctor`: problems of the system, with remedies."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.commands.connection import JsonOption, RobotOption
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import make_console, print_json
 from skillwing.services.diagnosis.examination import examine
 from skillwing.services.diagnosis.findings import Finding, diagnose
+from skillwing.services.terminal.connection import JsonOption, RobotOption
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json
 
 
 def doctor(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Say what is wrong with the running system and this machine, and what to do about it. Changes nothing.
+    """Show problems of the running system and this machine, with remedies, and change nothing. See docs/operations.md.
 
-    Exit codes: 0 nothing serious, 1 something is wrong. docs/operations.md lists the findings.
+    Exit codes: 0 nothing serious, 1 a serious problem.
     """
     evidence = examine(robot)
     findings = diagnose(evidence)

@@ -1,4 +1,4 @@
-"""`skillwing down`: stop a running system."""
+"""`skillwing down`: the end of a running system."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import time
 import typer
 
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.connection import RobotOption
 from skillwing.services.errors import NoSystemError
 from skillwing.services.processes.launcher import STOP_TIMEOUT
 from skillwing.services.processes.run_state import read_run_state, remove_run_state, started
+from skillwing.services.terminal.connection import RobotOption
 
 PATIENCE = 3 * STOP_TIMEOUT
-"""Seconds that the system has to stop; it kills what does not stop by itself in less."""
+"""Seconds in which the system can stop; it kills its own processes earlier."""
 REPORT_PATIENCE = 60.0
-"""The same for one that has heard, and has a mission's report to write."""
+"""Seconds for a system that is stopping and writes a mission's report."""
 
 
 def down(robot: RobotOption = None) -> None:
-    """Stop the running system: all of its processes, in order. Says what that cuts short."""
+    """Stop the running system, all processes in order, and print what that cuts short."""
     target = find_target(robot)
     state = read_run_state(target.robot)
     if state is None:
@@ -37,12 +37,12 @@ def down(robot: RobotOption = None) -> None:
         _wait_for_end(state.pid, state.pid_started)
     remove_run_state(state.robot)
     typer.echo(f"{state.robot} has stopped.")
-    if state.unfinished:
-        typer.echo(state.unfinished)
+    if state.active_work:
+        typer.echo(state.active_work)
 
 
 def _wait_for_end(pid: int, pid_started: str, patience: float = PATIENCE) -> bool:
-    """Wait until a process has ended. It is not a child of ours, so that there is nothing to wait on but its id."""
+    """Wait until a process has ended. It is no child of this process, so its id is all there is to watch."""
     deadline = time.monotonic() + patience
     while started(pid) == pid_started:
         if time.monotonic() > deadline:

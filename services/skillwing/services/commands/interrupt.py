@@ -1,4 +1,4 @@
-"""`skillwing interrupt`: end a goal."""
+"""`skillwing interrupt`: interruption of a goal."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import skills
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import end_text, make_console, print_json
 from skillwing.services.errors import SkillwingError
 from skillwing.services.protocol import Ending, GoalStatus, State
+from skillwing.services.terminal.completion import skills
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import end_text, make_console, print_json
 
 MARGIN = 5.0
-"""Seconds beyond the skill's own interrupt timeout after which the manager counts as silent."""
+"""Seconds after the skill's interrupt timeout until the manager counts as silent."""
 
 
 def interrupt(
@@ -26,7 +26,7 @@ def interrupt(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Interrupt a skill's running goal, or a goal by its id, and wait until it has really ended.
+    """Interrupt a skill's running goal, or a goal by its id, and wait for its end.
 
     Exit codes: 0 the goal has been interrupted, 1 it ended otherwise or nothing was running, 2 unknown name.
     """

@@ -1,4 +1,4 @@
-"""`skillwing journal`: what the resource manager remembers, read from the file, whether it runs or not."""
+"""`skillwing journal`: contents of the resource manager's journal, of a running or an ended system."""
 
 from __future__ import annotations
 
@@ -11,18 +11,25 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.services.client.connection import find_target
-from skillwing.services.commands.connection import JsonOption
-from skillwing.services.commands.output import make_console, print_json, print_table, state_text, value_text
-from skillwing.services.commands.records import print_records, time_text
 from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.errors import NoSystemError
+from skillwing.services.history.wording import time_text
 from skillwing.services.journal.journal import look_into
 from skillwing.services.journal.schema import Identity
 from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.protocol import Ended, GoalVerdict, Lost, NotReady, Record, Terminal, Violated
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.output import (
+    make_console,
+    print_json,
+    print_records,
+    print_table,
+    state_text,
+    value_text,
+)
 
 OUTCOMES = 10
-"""Goals that are over and shown."""
+"""Number of ended goals in the output."""
 
 
 def journal(
@@ -33,7 +40,7 @@ def journal(
     last: Annotated[int, typer.Option("--last", "-n", metavar="N", min=0, help="How many changes to show.")] = 20,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a resource manager's journal: states of the resources, grants in force, goals that are over, last changes.
+    """Show a resource manager's journal: states, active grants, ended goals, last changes. See docs/journal.md.
 
     Exit codes: 0 shown, 2 no journal, or one that is damaged or too new, 3 no place given and no system running.
     """
@@ -49,7 +56,7 @@ def _file(where: Path | None) -> Path:
     if where is None:
         run_dir = find_target(None).run_dir
         if run_dir is None:
-            raise NoSystemError("Where the running system keeps its journal is not known. Name the directory.")
+            raise NoSystemError("The running system's journal is not on this machine. Name its directory.")
         where = run_dir
     return where / JOURNAL_FILE if where.is_dir() else where
 

@@ -1,4 +1,4 @@
-"""`skillwing protocol`: what goes over the wire, for people and for programs."""
+"""`skillwing protocol`: the wire protocol, for people and for programs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import load
-from skillwing.services.commands.connection import JsonOption
-from skillwing.services.commands.output import make_console, print_json, print_table
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.output import make_console, print_json, print_table
 from skillwing.services.wire.channels import CHANNELS
 from skillwing.services.wire.messages import classes_of
 from skillwing.services.wire.schema import channels_of, json_schema

@@ -1,4 +1,4 @@
-"""`skillwing replay`: whether the resource manager would answer today as it did in a run."""
+"""`skillwing replay`: a run's requests to the resource manager, answered again by the present code."""
 
 from __future__ import annotations
 
@@ -10,32 +10,33 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.commands.connection import JsonOption
-from skillwing.services.commands.exit_codes import FAILED
-from skillwing.services.commands.output import make_console, print_json, value_text
-from skillwing.services.commands.records import time_text
+from skillwing.services.history.wording import time_text
 from skillwing.services.names import STEPS_FOLDER
+from skillwing.services.recording.run_facts import missing_run_file
 from skillwing.services.replay.replaying import Divergence, Replayed, replay_folder
 from skillwing.services.replay.wording import answer_in_words, event_in_words
-from skillwing.services.telemetry.run_facts import lacking
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.exit_codes import FAILED
+from skillwing.services.terminal.output import make_console, print_json, value_text
 
 DIFFERENCES_SHOWN = 6
 LONGEST_VALUE = 70
-"""Characters of a value that are shown; words tell the rest, and JSON all of it."""
+"""Characters of a value in the output; `--json` has all of it."""
 
 
 def replay(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
     as_json: JsonOption = False,
 ) -> None:
-    """Ask the resource manager's core, as it is now, all that it was asked in a run, and compare the answers.
+    """Repeat a run's requests to the resource manager with the present code, and compare the answers
+    . See docs/recordings.md.
 
-    It needs no running system. The skillset is that of the run, which keeps its source.
+     It needs no running system. The skillset is that of the run, which has a copy of its source.
 
-    Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
+     Exit codes: 0 every answer is the same, 1 one is not, 2 no such run, or one that cannot be replayed.
     """
     if not (run / STEPS_FOLDER).is_dir():
-        raise lacking(run, STEPS_FOLDER)
+        raise missing_run_file(run, STEPS_FOLDER)
     replayed = replay_folder(run / STEPS_FOLDER)
     if as_json:
         print_json(_facts(replayed))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from skillwing.services.commands.connection import JsonOption, RobotOption, connect
-from skillwing.services.commands.output import make_console, print_json, print_table, state_text
 from skillwing.services.protocol import QueryStates, ResourceStates
+from skillwing.services.terminal.connection import JsonOption, RobotOption, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table, state_text
 
 
 def resources(robot: RobotOption = None, as_json: JsonOption = False) -> None:

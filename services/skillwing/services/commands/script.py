@@ -1,4 +1,4 @@
-"""`skillwing script`: what the mocks of the running system do, and having them do something else."""
+"""`skillwing script`: the scripts of the running system's mocks, and changes to them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ import typer
 from rich.console import Console
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import skills_and_data
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import make_console, print_json, print_table, value_text
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.mocking.script_file import read_run
 from skillwing.services.mocking.wording import plan_texts
@@ -27,6 +24,9 @@ from skillwing.services.protocol import (
     ResetMock,
     SetMockedData,
 )
+from skillwing.services.terminal.completion import skills_and_data
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import make_console, print_json, print_table, value_text
 
 When = Literal["now", "next", "always"]
 
@@ -35,7 +35,9 @@ def script(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="SKILL|DATUM", help="What to show or to change; all if left out.", autocompletion=skills_and_data
+            metavar="SKILL|DATUM",
+            help="Skill or datum to show or to change; all if left out.",
+            autocompletion=skills_and_data,
         ),
     ] = None,
     words: Annotated[
@@ -44,15 +46,15 @@ def script(
     ] = None,
     next_goal: Annotated[bool, typer.Option("--next", help="Change the next goal; the default.")] = False,
     always: Annotated[bool, typer.Option("--always", help="Change all goals from now on.")] = False,
-    now: Annotated[bool, typer.Option("--now", help="Let the goal that is running end so.")] = False,
-    reset: Annotated[bool, typer.Option("--reset", help="Start the script anew.")] = False,
+    now: Annotated[bool, typer.Option("--now", help="End the running goal so.")] = False,
+    reset: Annotated[bool, typer.Option("--reset", help="Restart the script.")] = False,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what the mocks will do, or have one of them do something else.
+    """Show what the mocks will do, or change it. See docs/mocks.md.
 
-    `script` shows all, `script goto` one skill. `script goto result=BLOCKED delay=0.2` is how its next goal goes,
-    `script battery from=90 to=0 over=60` what a datum does from now on. docs/mocks.md has all keys.
+    `script` shows all, `script goto` one skill. `script goto result=BLOCKED delay=0.2` changes its next goal, and
+    `script battery from=90 to=0 over=60` a datum from now on.
 
     Exit codes: 0 done, 1 it is not mocked, 2 unknown name or malformed value, 3 no system is running, 4 refused.
     """
@@ -61,12 +63,12 @@ def script(
     if len(chosen) + reset > 1:
         raise InvalidOptionError("next", "Give one of --next, --always, --now and --reset.")
     if (words or chosen) and name is None:
-        raise InvalidOptionError("name", "Say what to change: `skillwing script SKILL KEY=VALUE`.")
+        raise InvalidOptionError("name", "Name what to change: `skillwing script SKILL KEY=VALUE`.")
     given = _read_words(words or [])
     if chosen and not given:
-        raise InvalidOptionError("words", f"Say what --{chosen[0]} is to be, as in `result=BLOCKED`.")
+        raise InvalidOptionError("words", f"Give what --{chosen[0]} changes, as in `result=BLOCKED`.")
     if reset and given:
-        raise InvalidOptionError("reset", "--reset starts the script anew. Leave out the rest.")
+        raise InvalidOptionError("reset", "--reset restarts the script. Leave out the rest.")
     with connect(robot, wait_for_clock=False) as system:
         skills, data = _named(system, name)
         if given and skills:
@@ -113,7 +115,7 @@ def _value(text: str) -> Any:
 
 
 def _signal(given: dict[str, Any]) -> Any:
-    """What a datum does: `value=12` is a plain 12."""
+    """The signal of a datum: `value=12` is a plain 12."""
     return given["value"] if given.keys() == {"value"} else given
 
 
@@ -121,7 +123,7 @@ def _signal(given: dict[str, Any]) -> Any:
 
 
 def _named(system: System, name: str | None) -> tuple[list[str], list[str]]:
-    """The skills and the data that a name stands for; raises UnknownNameError."""
+    """The skills and the data of a name; raises UnknownNameError."""
     skills = [skill.name for skill in system.skillset.skills]
     data = [item.name for item in system.skillset.data]
     if name is None:
@@ -142,7 +144,7 @@ def _direct(system: System, skill: str, given: dict[str, Any], when: When) -> Mo
 
 
 def _ask_skill(system: System, skill: str, message: Message, name: str | None) -> MockPlan | None:
-    """The plan of a skill; None for one that is not mocked, unless it was asked for by name."""
+    """The plan of a skill; None for one that is not mocked, unless the user has named it."""
     try:
         return _ask(system, system.keys.mocked_skill(skill), message, MockPlan)
     except _NotMockedError:
@@ -161,7 +163,7 @@ def _ask_world(system: System, message: Message, name: str | None) -> MockedData
 
 
 class _NotMockedError(SkillwingError):
-    """What was asked for is no mock. key: where it was asked for, which ends with its name."""
+    """A skill or world that is no mock. key: of the request, which ends with its name."""
 
     def __init__(self, key: str) -> None:
         self.key = key
@@ -171,7 +173,7 @@ class _NotMockedError(SkillwingError):
 
 
 def _ask(system: System, key: str, message: Message, reply: type[M]) -> M:
-    """Ask a mock. A script that it cannot use is the user's slip, not its refusal."""
+    """Ask a mock. A script that it cannot use is an error of the user, not a refusal of the robot."""
     try:
         return system.ask(key, message, reply)
     except NoReplyError as error:

@@ -1,4 +1,4 @@
-"""`skillwing start`: start a skill, and follow it if asked to."""
+"""`skillwing start`: the start of a skill, with its progress on request."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from rich.console import Console
 
 from skillwing.services.bus import Loop, RunnableBus
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.commands import completion
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import OK, exit_code_of_end
-from skillwing.services.commands.inputs import parse_inputs
-from skillwing.services.commands.output import end_text, make_console, print_json, value_text
-from skillwing.services.commands.readiness import way_out_of_busy, ways_out
-from skillwing.services.commands.situation import running_skills, situation
+from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
-from skillwing.services.processes.ending import Ending
-from skillwing.services.protocol import Ending as GoalEnding
-from skillwing.services.protocol import State, Terminal
+from skillwing.services.processes.stop_signal import StopSignal
+from skillwing.services.protocol import Ending, State, Terminal
+from skillwing.services.terminal import completion
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
+from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
+from skillwing.services.terminal.start_advice import busy_advice, start_advice
+from skillwing.services.terminal.system_state import running_skills, system_state
 
 SILENCE = 2.0
-"""Seconds without a word from a manager that seems to live, after which the user is told why nothing happens."""
+"""Seconds without an answer from a live manager until the user gets a message."""
 ACCEPTED = (State.RUNNING, State.INTERRUPTING, State.TERMINATED)
 
 
@@ -48,7 +47,7 @@ def start(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Start a skill and wait until it runs, or with --follow until it has ended.
+    """Start a skill and wait until it runs, or with --follow until its end.
 
     Exit codes: 0 it runs (with --follow: it succeeded), 1 it ended otherwise or has no manager, 2 unknown name
     or malformed value, 3 no system is running, 4 the robot refused: not validated, not ready, or busy.
@@ -57,7 +56,7 @@ def start(
         values = parse_inputs(system.skillset.skill(skill), inputs or [])
         if skill_process(skill) not in system.alive():
             raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
-        # A goal that somebody follows ends with them; the other one is meant to go on without this process.
+        # A followed goal ends with this process; any other goal goes on without it.
         interface = system.make_interface(owns_goals=follow)
         goal = interface.start(skill, values)
         console = make_console()
@@ -78,20 +77,22 @@ def start(
 
 
 def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
-    """How a skill that was refused can be made to start; nothing where nobody tells how the resources are."""
+    """Advice after a refused start; none without the states of the resources."""
     try:
-        if terminal.ending is GoalEnding.NOT_READY:
-            return list(ways_out(system.skillset, system.skillset.skill(skill), terminal.failing, situation(system)))
-        if terminal.ending is GoalEnding.BUSY:
+        if terminal.ending is Ending.NOT_READY:
+            return list(
+                start_advice(system.skillset, system.skillset.skill(skill), terminal.failing, system_state(system))
+            )
+        if terminal.ending is Ending.BUSY:
             running = running_skills(system, system.alive())
-            return [way_out_of_busy(skill, running[skill])] if skill in running else []
+            return [busy_advice(skill, running[skill])] if skill in running else []
     except (NoReplyError, RefusedError):
         pass
     return []
 
 
 def wait_for(loop: Loop, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
-    """Wait for a goal, and say so on the console if its manager leaves the start unanswered."""
+    """Wait for a goal, with a message if its manager does not answer the start."""
     if not loop.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
         console.print(f"The manager of `{goal.skill}` is alive and does not answer; it is given up in half a minute.")
     loop.run_until(condition)
@@ -100,18 +101,18 @@ def wait_for(loop: Loop, goal: GoalHandle, condition: Callable[[], bool], consol
 def follow_to_end(
     bus: RunnableBus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
 ) -> None:
-    """Show what a goal does until it is over. The first Ctrl-C interrupts the goal.
+    """Show a goal's progress until its end. The first Ctrl-C interrupts the goal.
 
-    Another one, which is no repetition of the first, raises KeyboardInterrupt and leaves the goal alone.
+    Another one, which does not repeat the first, raises KeyboardInterrupt, and the goal goes on.
     """
-    ending = Ending(bus.wall)
+    stop = StopSignal(bus.wall)
 
     def on_signal(number: int, frame: object) -> None:
-        if not ending.told:
-            bus.post(stop)
-        ending.note()
+        if not stop.received:
+            bus.post(interrupt_goal)
+        stop.receive()
 
-    def stop() -> None:
+    def interrupt_goal() -> None:
         if console is not None:
             console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
         interrupt(goal)

@@ -1,4 +1,4 @@
-"""`skillwing status`: what runs, and what it does."""
+"""`skillwing status`: processes, goals and resources of the running system."""
 
 from __future__ import annotations
 
@@ -12,9 +12,17 @@ from rich.text import Text
 
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.connection import Target
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.exit_codes import FAILED, OK
-from skillwing.services.commands.output import (
+from skillwing.services.diagnosis.unattended import Unattended, unattended_states
+from skillwing.services.errors import NoReplyError, RefusedError
+from skillwing.services.names import skill_process
+from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition, running_count
+from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.live_state import LiveState
+from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
     end_text,
     make_console,
@@ -22,53 +30,45 @@ from skillwing.services.commands.output import (
     print_table,
     state_text,
 )
-from skillwing.services.commands.process_table import process_facts, process_table
-from skillwing.services.diagnosis.unattended import Unattended, left_alone
-from skillwing.services.errors import NoReplyError, RefusedError
-from skillwing.services.names import skill_process
-from skillwing.services.processes.launcher import ROUTER
-from skillwing.services.processes.process_state import Condition, headcount
-from skillwing.services.processes.roll_call import Entry
-from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
-from skillwing.services.telemetry.present import Present
+from skillwing.services.terminal.process_table import process_facts, process_table
 
 
 @dataclass(frozen=True)
-class Look:
-    """What was seen of a system.
+class SystemOverview:
+    """Overview of a system.
 
-    goals: of each skill the one that runs, else the latest. silent: the skills whose manager is there and does not
-    answer; blocked: what managers have reported of hooks that kept them, by skill. states: None if nobody tells.
-    left_alone: where the robot is that nobody should leave it, if nobody commands it.
+    goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
+    blocked: managers' reports on hooks that block them, by skill. states: None if unknown. unattended: states in which
+    nobody should leave the robot, and in which nobody commands it.
     """
 
     target: Target
-    processes: list[Entry]
+    processes: list[ProcessStatus]
     goals: list[GoalStatus]
     silent: list[str]
     blocked: Mapping[str, str]
     states: ResourceStates | None
-    left_alone: tuple[Unattended, ...]
+    unattended: tuple[Unattended, ...]
 
     @property
     def is_whole(self) -> bool:
-        """Every process runs, and answers."""
-        all_run = all(entry.condition is Condition.RUNS for entry in self.processes)
+        """True if every process runs and answers."""
+        all_run = all(entry.condition is ProcessCondition.RUNS for entry in self.processes)
         return all_run and not self.silent and self.states is not None
 
     @property
     def troubles(self) -> dict[str, str]:
-        """What is wrong with the managers of skills, by skill."""
+        """Problems of the managers of skills, by skill."""
         return {**self.blocked, **dict.fromkeys(self.silent, DOES_NOT_ANSWER)}
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the system's processes, the goals of its skills and the states of its resources.
+    """Show the system's processes, the goals of its skills and the states of its resources. See docs/operations.md.
 
     Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
     """
     with connect(robot, wait_for_clock=False) as system:
-        seen = _look(system)
+        seen = _overview(system)
     if as_json:
         print_json(_facts(seen))
     else:
@@ -76,11 +76,11 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     raise typer.Exit(OK if seen.is_whole else FAILED)
 
 
-def _look(system: System) -> Look:
-    present = Present()
-    system.bus.subscribe(system.keys.timeline, message_reader(Record, present.add_record), events=True)
+def _overview(system: System) -> SystemOverview:
+    live_state = LiveState()
+    system.bus.subscribe(system.keys.timeline, message_reader(Record, live_state.add_record), events=True)
     alive = system.alive()
-    processes = system.entries(alive)
+    processes = system.process_statuses(alive)
     goals: list[GoalStatus] = []
     silent: list[str] = []
     skills = [skill.name for skill in system.skillset.skills]
@@ -92,19 +92,19 @@ def _look(system: System) -> Look:
                 silent.append(skill)
             continue
         if goal is not None:
-            present.add_status(goal)
+            live_state.add_status(goal)
             goals.append(goal)
     states = _states(system)
     running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
-    return Look(
+    return SystemOverview(
         target=system.target,
         processes=processes,
         goals=goals,
         silent=silent,
-        # What managers have reported of their hooks has come with the history of the timeline, before their answers.
-        blocked={skill: text for skill in skills if (text := present.skill(skill).blocked)},
+        # Reports on hooks are in the timeline, whose history has arrived before the managers' answers.
+        blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
-        left_alone=left_alone(system.target, system.skillset, states.states if states else {}, alive, running),
+        unattended=unattended_states(system.target, system.skillset, states.states if states else {}, alive, running),
     )
 
 
@@ -115,7 +115,7 @@ def _states(system: System) -> ResourceStates | None:
         return None
 
 
-def _facts(seen: Look) -> dict[str, Any]:
+def _facts(seen: SystemOverview) -> dict[str, Any]:
     target, states = seen.target, seen.states
     return {
         "robot": target.robot,
@@ -131,23 +131,23 @@ def _facts(seen: Look) -> dict[str, Any]:
             for each in seen.goals
         ],
         "troubles": seen.troubles,
-        "unattended": seen.left_alone,
+        "unattended": seen.unattended,
         "resources": {} if states is None else states.states,
     }
 
 
-def _print(console: Console, seen: Look) -> None:
+def _print(console: Console, seen: SystemOverview) -> None:
     target, states = seen.target, seen.states
     traits = [*(["mock"] if target.mock else []), *(["mesh"] if target.topology == "mesh" else [])]
-    told = f" ({', '.join(traits)})" if traits else ""
+    kind = f" ({', '.join(traits)})" if traits else ""
     time = "" if states is None or target.clock == "wall" else f" at {states.t:.1f} s"
-    console.print(Text(f"{target.robot}{told}{time}", style="bold"), f"  {target.endpoint}", end="")
+    console.print(Text(f"{target.robot}{kind}{time}", style="bold"), f"  {target.endpoint}", end="")
     console.print(f"  logs in {target.run_dir}/logs" if target.run_dir else "")
-    console.print(headcount(entry.condition for entry in seen.processes if entry.state.name != ROUTER))
+    console.print(running_count(entry.condition for entry in seen.processes if entry.state.name != ROUTER))
     for entry in seen.processes:
-        if entry.condition is not Condition.RUNS and entry.state.last_words:
+        if entry.condition is not ProcessCondition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))
-    for each in seen.left_alone:
+    for each in seen.unattended:
         console.print(Text(f"{each.what} {each.remedy}", style="red"))
     console.print()
     console.print(process_table(seen.processes))

@@ -15,20 +15,8 @@ from rich.text import Text
 
 from skillwing.services.bus import Answer, Answered, NoReply
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.keyboard import when_pressed
-from skillwing.services.commands.output import (
-    DOES_NOT_ANSWER,
-    end_text,
-    make_console,
-    make_table,
-    print_json,
-    state_text,
-    value_text,
-)
-from skillwing.services.commands.process_table import duration, process_facts, process_table
-from skillwing.services.processes.process_state import Condition
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import (
     GoalProgress,
     GoalStatus,
@@ -40,15 +28,27 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.services.telemetry.present import Present, ResourceNow, SkillNow
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.live_state import LiveState, ResourceNow, SkillNow
+from skillwing.services.terminal.output import (
+    DOES_NOT_ANSWER,
+    end_text,
+    make_console,
+    make_table,
+    print_json,
+    state_text,
+    value_text,
+)
+from skillwing.services.terminal.process_table import duration, process_facts, process_table
 
 PERIOD = 1.0
-"""Wall seconds between two pictures, over which a process's share of a core is measured."""
+"""Wall seconds between two pictures, over which the load of a process is measured."""
 QUIT = "q"
 FRAME = 7
-"""Lines of the picture that are no rows: title, headings, and the lines between."""
+"""Lines of the picture without rows: title, headings, and empty lines."""
 FEWEST = 3
-"""Processes that are shown on the smallest screen."""
+"""Number of processes on the smallest screen."""
 
 
 def top(
@@ -56,19 +56,19 @@ def top(
     once: Annotated[bool, typer.Option("--once", help="Show one picture and end.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Show every process, skill and resource of the running system, live, until q or Ctrl-C.
+    """Show every process, skill and resource of the running system, live, until q or Ctrl-C. See docs/operations.md.
 
-    With --once or --json, or where nobody looks on, once. CPU is percent of one core; what processes of another
-    machine or of containers use is not known here.
+    With --once or --json, or in a pipe, it shows them once. CPU is percent of one core; it is unknown for processes of
+    another machine or of containers.
     """
     console = make_console()
     with connect(robot, wait_for_clock=False) as system:
         watch = SystemTop(system)
-        watch.look()
+        watch.update()
         system.bus.run_until(lambda: False, PERIOD)
-        watch.look()
+        watch.update()
         if as_json or once or not console.is_terminal:
-            # Who hangs is told from who is slow only by the end of the question's patience.
+            # Only the end of the question's patience shows whether a process hangs or is slow.
             system.bus.run_until(lambda: watch.heard_all)
         if as_json:
             print_json(watch.facts())
@@ -86,47 +86,47 @@ def _stay(system: System, watch: SystemTop, console: Console) -> None:
     ):
         while QUIT not in pressed:
             system.bus.run_until(lambda: QUIT in pressed, PERIOD)
-            watch.look()
+            watch.update()
             live.update(watch.picture(console.height), refresh=True)
 
 
 class SystemTop:
-    """Follows a system on the bus of a connection, which has to run in between."""
+    """Follows a system on the bus of a connection, which must run between updates."""
 
     def __init__(self, system: System) -> None:
         self._system = system
-        self._present = Present()
+        self._live_state = LiveState()
         self._states: ResourceStates | None = None
         self._alive: set[str] = set()
-        self._entries: list[Entry] = []
+        self._processes: list[ProcessStatus] = []
         self._cpu: dict[str, float] = {}
         self._used: dict[int, tuple[float, float]] = {}
         self._silent: set[str] = set()
         self._unheard = 0
-        bus, keys, present = system.bus, system.keys, self._present
+        bus, keys, live_state = system.bus, system.keys, self._live_state
         prefix = keys.alive("")
 
         def note(key: str, alive: bool) -> None:
             (self._alive.add if alive else self._alive.discard)(key.removeprefix(prefix))
 
         bus.watch_alive(keys.alive("**"), note)
-        bus.subscribe(keys.timeline, message_reader(Record, present.add_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, present.add_status), events=True)
-        bus.subscribe(keys.progress("*"), message_reader(GoalProgress, present.add_progress), latest_only=True)
+        bus.subscribe(keys.timeline, message_reader(Record, live_state.add_record), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, live_state.add_status), events=True)
+        bus.subscribe(keys.progress("*"), message_reader(GoalProgress, live_state.add_progress), latest_only=True)
 
-    def look(self) -> None:
-        """Take a look at the processes, and ask all managers; their answers come while the bus runs."""
+    def update(self) -> None:
+        """Measure the processes, and ask all managers; their answers come while the bus runs."""
         system = self._system
         system.bus.ask(system.keys.resource_states, encode(QueryStates()), self._on_states)
         for skill in system.skillset.skills:
             on_answer = partial(self._on_goal, skill.name)
             self._unheard += 1
             system.bus.ask(system.keys.goal(skill.name), encode(QueryGoal()), on_answer)
-        self._entries = system.entries(self._alive)
+        self._processes = system.process_statuses(self._alive)
         now = time.monotonic()
         shares: dict[str, float] = {}
         used: dict[int, tuple[float, float]] = {}
-        for entry in self._entries:
+        for entry in self._processes:
             pid = entry.state.pid
             if pid is None or entry.used is None:
                 continue
@@ -138,7 +138,7 @@ class SystemTop:
 
     @property
     def heard_all(self) -> bool:
-        """Every question of a look has its answer, or has waited long enough for it."""
+        """True if every question has its answer, or has waited long enough for it."""
         return self._unheard == 0
 
     def _on_states(self, answer: Answer) -> None:
@@ -146,43 +146,43 @@ class SystemTop:
             try:
                 self._states = decode(answer.payload, ResourceStates)
             except ProtocolError:
-                return  # `doctor` tells of processes that cannot be understood
+                return  # `doctor` reports such processes
 
     def _on_goal(self, skill: str, answer: Answer) -> None:
-        """Changes are heard anyway; this tells who hears, and what has been running for long."""
+        """Find silent managers, and goals that began before this subscription."""
         self._unheard -= 1
         silent = isinstance(answer, NoReply) and answer.timed_out
         (self._silent.add if silent else self._silent.discard)(skill)
         if isinstance(answer, Answered):
-            with suppress(ProtocolError):  # `doctor` tells of processes that cannot be understood
-                self._present.add_status(decode(answer.payload, GoalStatus))
+            with suppress(ProtocolError):  # `doctor` reports such processes
+                self._live_state.add_status(decode(answer.payload, GoalStatus))
 
-    # --- what is shown -----------------------------------------------------------------------------------------------
+    # --- output ------------------------------------------------------------------------------------------------------
 
     @property
     def _now(self) -> float:
         return self._system.bus.now()
 
     def _skills(self) -> Iterable[SkillNow]:
-        return (self._present.skill(skill.name) for skill in self._system.skillset.skills)
+        return (self._live_state.skill(skill.name) for skill in self._system.skillset.skills)
 
     def _resources(self) -> Iterable[ResourceNow]:
-        return [] if self._states is None else self._present.resources(self._states)
+        return [] if self._states is None else self._live_state.resources(self._states)
 
     def picture(self, height: int | None = None) -> RenderableType:
-        """Three tables, one above the other. On a screen of that height what is well and at rest gives way."""
-        skills, resources, entries = list(self._skills()), list(self._resources()), self._entries
+        """Three tables, one above the other. A low screen leaves out idle skills and healthy processes."""
+        skills, resources, entries = list(self._skills()), list(self._resources()), self._processes
         if height is not None and height < FRAME + len(skills) + len(resources) + len(entries):
             skills = [skill for skill in skills if skill.goal_id is not None or skill.last is not None]
             entries = busiest(entries, self._cpu, height - FRAME - len(skills) - len(resources))
         target = self._system.target
         time_of_robot = "" if target.clock == "wall" else f" at {self._now:.1f} s"
         title = Text.assemble((f"{target.robot}{' (mock)' if target.mock else ''}{time_of_robot}", "bold"))
-        measured = any(entry.used is not None for entry in self._entries)
+        measured = any(entry.used is not None for entry in self._processes)
         use = f"   CPU {sum(self._cpu.values()):.0f} % of a core" if measured else ""
         title.append(f"   {target.endpoint}{use}", style="dim")
-        if len(entries) < len(self._entries):
-            title.append(f"   {len(self._entries) - len(entries)} more processes", style="dim")
+        if len(entries) < len(self._processes):
+            title.append(f"   {len(self._processes) - len(entries)} more processes", style="dim")
         skill_table = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))
         for skill in skills:
             skill_table.add_row(*self._skill_row(skill))
@@ -197,7 +197,7 @@ class SystemTop:
         return Group(title, Text(), processes, Text(), skill_table, *between, Text(), resource_table)
 
     def _troubles(self) -> dict[str, str]:
-        """What is wrong with the managers of skills, by skill."""
+        """Problems of the managers of skills, by skill."""
         reports = {skill.skill: skill.blocked for skill in self._skills() if skill.blocked}
         return reports | dict.fromkeys(sorted(self._silent), DOES_NOT_ANSWER)
 
@@ -218,7 +218,7 @@ class SystemTop:
         return "" if since is None else duration(max(0.0, self._now - since))
 
     def facts(self) -> dict[str, Any]:
-        """The same for programs."""
+        """The same facts for programs."""
         return {
             "robot": self._system.target.robot,
             "t": self._now,
@@ -228,7 +228,7 @@ class SystemTop:
                     "cpu_percent": None if entry.used is None else round(self._cpu.get(entry.state.name, 0.0), 2),
                     "memory_bytes": None if entry.used is None else entry.used.memory,
                 }
-                for entry in self._entries
+                for entry in self._processes
             },
             "skills": {skill.skill: skill for skill in self._skills()},
             "silent_skills": sorted(self._silent),
@@ -236,11 +236,11 @@ class SystemTop:
         }
 
 
-def busiest(entries: Sequence[Entry], cpu: Mapping[str, float], room: int) -> list[Entry]:
-    """As many processes as there is room for, in their order: those that are not well, then those that use most."""
+def busiest(entries: Sequence[ProcessStatus], cpu: Mapping[str, float], room: int) -> list[ProcessStatus]:
+    """As many processes as fit, in their order: those with a problem first, then those with the highest load."""
 
-    def rank(entry: Entry) -> tuple[bool, float]:
-        return entry.condition is Condition.RUNS, -cpu.get(entry.state.name, 0.0)
+    def rank(entry: ProcessStatus) -> tuple[bool, float]:
+        return entry.condition is ProcessCondition.RUNS, -cpu.get(entry.state.name, 0.0)
 
     chosen = sorted(entries, key=rank)[: max(room, FEWEST)]
     return [entry for entry in entries if entry in chosen]

@@ -1,4 +1,4 @@
-"""`skillwing trigger`: drive an extern transition by hand."""
+"""`skillwing trigger`: an extern transition by hand."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.commands.completion import resources, states
-from skillwing.services.commands.connection import JsonOption, RobotOption, System, connect
-from skillwing.services.commands.output import print_json
 from skillwing.services.errors import RefusedError
 from skillwing.services.protocol import ErrorCode, FireExtern, QueryStates, ResourceStates
+from skillwing.services.terminal.completion import resources, states
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.output import print_json
 
-SECOND_THOUGHTS = 1.0
-"""Wall time in seconds that the functional layer gets to contradict."""
+UNDO_TIME = 1.0
+"""Wall seconds in which the functional layer can undo the transition."""
 READ_PERIOD = 0.1
 
 
@@ -24,14 +24,14 @@ def trigger(
         str, typer.Argument(metavar="RESOURCE", help="Resource.", show_default=False, autocompletion=resources)
     ],
     state: Annotated[
-        str, typer.Argument(metavar="STATE", help="State to bring it to.", show_default=False, autocompletion=states)
+        str, typer.Argument(metavar="STATE", help="Its new state.", show_default=False, autocompletion=states)
     ],
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Bring a resource to a state, as the functional layer or an operator may.
+    """Drive an extern transition of a resource, as the functional layer or an operator may.
 
-    What the robot itself reports counts for more: it puts such a resource back at once, and the exit code is 4.
+    Reports of the robot itself have priority: the robot undoes the transition at once, and the exit code is 4.
     """
     with connect(robot, wait_for_clock=False) as system:
         model = system.skillset.resource(resource)
@@ -54,8 +54,8 @@ def trigger(
 
 
 def _read_back(system: System, resource: str, triggered: ResourceStates) -> ResourceStates:
-    """The states once the functional layer has put the resource back, or has had the time to."""
-    deadline = time.monotonic() + SECOND_THOUGHTS
+    """The states after the functional layer has undone the transition, or has had the time to do so."""
+    deadline = time.monotonic() + UNDO_TIME
     states = triggered
     while states.states[resource] == triggered.states[resource] and time.monotonic() < deadline:
         system.bus.run_until(lambda: False, READ_PERIOD)

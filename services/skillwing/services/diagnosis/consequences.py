@@ -1,7 +1,7 @@
-"""Which skills bring a robot into a state that only the robot itself can report.
+"""Skills that bring a robot into a state which only the robot itself reports.
 
-A skillset says what skills do to the resources that are theirs. That a drone is on the ground after `land` follows from
-a postcondition, or from what a mock of the robot does.
+Effects of skills change only the resources that skills own. That a drone is on the ground after `land` follows from a
+postcondition, or from the script of the robot's mock.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def causes(
 ) -> list[str]:
     """The skills after which a resource is in one of these states.
 
-    The model says so of their success, or the mock of this robot brings it there when they begin or succeed. states: of
-    all resources now; reactions: of the mock.
+    The postcondition of their success promises it, or the robot's mock does it when they begin or succeed. states: of
+    all resources now. reactions: of the mock.
     """
     moments = [each.when for each in reactions if each.when and each.trigger.get(resource) in targets]
     return [
@@ -41,7 +41,7 @@ def causes(
 
 
 def reactions_known(file: Path, skillset: Skillset) -> tuple[Reaction, ...]:
-    """What a mock of this robot does, as the script beside its skillset file says; none where it cannot be read."""
+    """Reactions of this robot's mock, from the script beside its skillset file; none for a file that cannot be read."""
     from skillwing.services.mocking.script_file import load_scripts  # noqa: PLC0415 - needed when something is amiss
     from skillwing.services.mocking.system import scripts_for  # noqa: PLC0415
 
@@ -62,7 +62,7 @@ def _is_begin_or_success(skill: Skill, moment: When) -> bool:
 def _promises(
     skillset: Skillset, result: Result, resource: str, targets: Collection[str], states: Mapping[str, str]
 ) -> bool:
-    """Whether a success has this resource in one of these states, by its postcondition."""
+    """True for a success whose postcondition puts this resource into one of these states."""
     if not result.success or result.post is None or names_used(result.post, "data") | names_used(result.post, "input"):
         return False
     promised = wanted_states(result.post, skillset, states).get(resource, [])

@@ -1,4 +1,4 @@
-"""What was seen of a system and of the machine that it runs on; no judgement yet."""
+"""Evidence about a system and its machine, as input of the rules in findings.py."""
 
 from __future__ import annotations
 
@@ -8,17 +8,14 @@ from pathlib import Path
 
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.protocol import DataReading, ErrorReply, GoalStatus
 from skillwing.services.robot import ClockKind
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What one process said to a question. version: of the protocol that it speaks, None if that cannot be read.
-
-    refusal: the typed error, if it was one.
-    """
+    """Reply of one process. version: of its protocol, None if that cannot be read. refusal: the typed error, if any."""
 
     replier: str
     version: int | None
@@ -28,7 +25,7 @@ class Reply:
 
 @dataclass(frozen=True)
 class Probe:
-    """One process was asked something that changes nothing. replies: one for each process that answered."""
+    """A question to one process that changes nothing. replies: one for each process that answered."""
 
     process: str
     replies: tuple[Reply, ...]
@@ -36,10 +33,10 @@ class Probe:
 
 @dataclass(frozen=True)
 class ClockSeen:
-    """Robot time while it was looked at.
+    """Robot time during a measurement.
 
-    watched: wall seconds; ticks: how many came; elapsed: robot seconds between the first and the last of them, which
-    were `between` wall seconds apart; factor: robot seconds per wall second that its owner promises.
+    watched: wall seconds. ticks: their number. elapsed: robot seconds between the first and the last tick. between:
+    wall seconds between them. factor: robot seconds per wall second that the clock's owner promises.
     """
 
     watched: float
@@ -51,7 +48,7 @@ class ClockSeen:
 
 @dataclass(frozen=True)
 class Disk:
-    """Where a run writes. free: bytes; writable: somebody could write there."""
+    """Directory of a run. free: bytes. writable: a test file could be written."""
 
     path: Path
     free: int
@@ -62,11 +59,11 @@ class Disk:
 class SystemSeen:
     """A system that was found.
 
-    local: it runs on this machine, and is known by its run state. router: somebody answered there as a router does;
-    listener: who has its port, None if nobody or unknown. The rest is empty where there is no router.
-    states: of the resources, None if nobody told; resources: their names in the skillset file. clients: who owns goals.
-    published_by: of data that are published only while one of some skills runs, those skills. left_alone: where
-    nobody should leave the robot, and it is, and nobody commands it.
+    local: it runs on this machine, and has a run state. router: a router answers. listener: process at its port, None
+    if unknown. Without a router the rest is empty.
+    states: of the resources, None if unknown. resources: their names in the skillset file. clients: owners of goals.
+    published_by: skills without which a datum is not published, by datum. unattended: states in which nobody should
+    leave the robot, and in which nobody commands it.
     """
 
     robot: str
@@ -76,7 +73,7 @@ class SystemSeen:
     local: bool
     router: bool
     listener: Listener | None = None
-    entries: tuple[Entry, ...] = ()
+    processes: tuple[ProcessStatus, ...] = ()
     probes: tuple[Probe, ...] = ()
     clock_seen: ClockSeen | None = None
     data: tuple[DataReading, ...] = ()
@@ -86,15 +83,15 @@ class SystemSeen:
     clients: frozenset[str] = frozenset()
     disk: Disk | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
-    left_alone: tuple[Unattended, ...] = ()
+    unattended: tuple[Unattended, ...] = ()
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Everything that was seen.
+    """All evidence.
 
-    stale: robots with a run-state file of a process that is gone. missing: for each pip extra, the packages of it that
-    are not installed. load: runnable processes, as the kernel averages them over a minute.
+    stale: robots with a run-state file of a process that is gone. missing: packages that are not installed, by pip
+    extra. load: runnable processes, as the kernel's average over a minute.
     """
 
     system: SystemSeen | None = None

@@ -1,4 +1,4 @@
-"""Looking at a system and its machine, whatever state they are in, without changing anything."""
+"""Examination of a system and its machine in any state, without changes to them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
 from skillwing.services.client.connection import Target, find_target
 from skillwing.services.diagnosis.evidence import Disk, Evidence, Probe, SystemSeen
-from skillwing.services.diagnosis.probing import Question, alive, probe, watch_clock
-from skillwing.services.diagnosis.unattended import left_alone
+from skillwing.services.diagnosis.probing import ProbeRequest, alive, probe, watch_clock
+from skillwing.services.diagnosis.unattended import unattended_states
 from skillwing.services.errors import NoSystemError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.proc_files import Listener, listener, port_of
+from skillwing.services.processes.process_monitor import process_statuses
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.processes.roll_call import entries_of
 from skillwing.services.processes.run_state import running_systems, stale_run_states
 from skillwing.services.protocol import (
     DataReading,
@@ -44,9 +44,9 @@ M = TypeVar("M", bound=Message)
 
 CONNECT_TIMEOUT = 2.0
 CLOCK_WATCH = 1.0
-"""Wall seconds for which robot time is looked at."""
+"""Wall seconds of the measurement of robot time."""
 LONG_AGO = -1.0
-"""Robot time before which a start had to arrive that must not start anything."""
+"""Deadline in robot time of a start that must not start anything."""
 PACKAGES = {
     "sim": ("mujoco", "embreex", "numpy", "scipy"),
     "missions": ("py_trees",),
@@ -55,7 +55,7 @@ PACKAGES = {
 
 
 def examine(robot: str | None = None) -> Evidence:
-    """Look at the running system, or at that of a robot; raises NoSystemError if there are several to choose from."""
+    """Examine the running system, or that of a robot; raises NoSystemError for several systems to choose from."""
     stale = stale_run_states()
     try:
         target = find_target(robot)
@@ -73,7 +73,7 @@ def examine(robot: str | None = None) -> Evidence:
 
 
 def examine_system(target: Target) -> SystemSeen:
-    """Look at one system."""
+    """Examine one system."""
     skillset = load(target.skillset)
     keys = Keys(skillset.name)
     disk = None if target.run_dir is None else _disk(target.run_dir)
@@ -89,7 +89,7 @@ def examine_system(target: Target) -> SystemSeen:
             local=target.pid is not None,
             router=False,
             listener=None if port is None else _stranger(port, target),
-            entries=tuple(entries_of(target.processes, None)),
+            processes=tuple(process_statuses(target.processes, None)),
             disk=disk,
         )
     with session:
@@ -109,7 +109,7 @@ def examine_system(target: Target) -> SystemSeen:
         clock=target.clock,
         local=target.pid is not None,
         router=True,
-        entries=tuple(entries_of(target.processes or _expected(target), held)),
+        processes=tuple(process_statuses(target.processes or _expected(target), held)),
         probes=probes,
         clock_seen=clock,
         data=tuple(_messages(data, DataReading)),
@@ -119,42 +119,42 @@ def examine_system(target: Target) -> SystemSeen:
         clients=frozenset(name for name in held if name.startswith(CLIENT)),
         disk=disk,
         published_by={} if (table := _table(target)) is None else table.published_by,
-        left_alone=left_alone(target, skillset, states or {}, held, running),
+        unattended=unattended_states(target, skillset, states or {}, held, running),
     )
 
 
 # --- questions -------------------------------------------------------------------------------------------------------
 
 
-def _manager_questions(skillset: Skillset, keys: Keys) -> Iterable[Question]:
-    yield Question(RESOURCE_MANAGER, keys.resource_states, QueryStates())
+def _manager_questions(skillset: Skillset, keys: Keys) -> Iterable[ProbeRequest]:
+    yield ProbeRequest(RESOURCE_MANAGER, keys.resource_states, QueryStates())
     if skillset.data:
-        yield Question(DATA_MANAGER, keys.data(skillset.data[0].name), QueryData())
+        yield ProbeRequest(DATA_MANAGER, keys.data(skillset.data[0].name), QueryData())
 
 
-def _skill_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[Question]:
-    """Starts that come too late to start anything: each manager compares the schema before it looks at the clock."""
+def _skill_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[ProbeRequest]:
+    """Starts that are too late to start anything: each manager compares the schema before the deadline."""
     for skill in skillset.skills:
         if skill_process(skill.name) in alive:
             start = StartGoal(
                 goal_id=new_goal_id(), inputs={}, client="doctor", schema=skillset.schema_hash, deadline=LONG_AGO
             )
-            yield Question(skill_process(skill.name), keys.start(skill.name), start)
+            yield ProbeRequest(skill_process(skill.name), keys.start(skill.name), start)
 
 
-def _goal_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[Question]:
+def _goal_questions(skillset: Skillset, keys: Keys, alive: frozenset[str]) -> Iterable[ProbeRequest]:
     for skill in skillset.skills:
         if skill_process(skill.name) in alive:
-            yield Question(skill_process(skill.name), keys.goal(skill.name), QueryGoal())
+            yield ProbeRequest(skill_process(skill.name), keys.goal(skill.name), QueryGoal())
 
 
-def _data_questions(skillset: Skillset, keys: Keys) -> Iterable[Question]:
+def _data_questions(skillset: Skillset, keys: Keys) -> Iterable[ProbeRequest]:
     for datum in skillset.data:
-        yield Question(DATA_MANAGER, keys.data(datum.name), QueryData())
+        yield ProbeRequest(DATA_MANAGER, keys.data(datum.name), QueryData())
 
 
 def _messages(probes: Iterable[Probe], kind: type[M]) -> Iterable[M]:
-    """The answers that can be read; whoever cannot be understood is known by its version."""
+    """The answers that can be read; the version identifies all others."""
     for each in probes:
         for reply in each.replies[:1]:
             if reply.refusal is None:
@@ -168,7 +168,7 @@ def _messages(probes: Iterable[Probe], kind: type[M]) -> Iterable[M]:
 
 
 def _expected(target: Target) -> tuple[ProcessState, ...]:
-    """The processes of the robot's table, where nobody has written down which were started."""
+    """The processes of the robot's table, for a system without a run state."""
     table = _table(target)
     if table is None:
         return ()
@@ -176,7 +176,7 @@ def _expected(target: Target) -> tuple[ProcessState, ...]:
 
 
 def _table(target: Target) -> Robot | None:
-    """What is known of the robot beforehand; None for one that is not installed under its name."""
+    """The table of the robot; None for one that is not installed under its name."""
     try:
         return find_robot(target.robot)
     except UnknownNameError:

@@ -1,4 +1,4 @@
-"""From what was seen to what it means: one pure rule for each thing that can be wrong with a system."""
+"""Findings from evidence: one pure rule for each problem that a system can have."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ import msgspec
 
 from skillwing.services.diagnosis.evidence import Evidence, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER
-from skillwing.services.processes.process_state import Condition
-from skillwing.services.processes.roll_call import Entry
+from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
 
 SLOW = 0.8
-"""Share of the promised pace below which robot time counts as slow."""
+"""Share of the promised speed below which robot time counts as slow."""
 CROWD = 2.0
-"""Runnable processes per core from which on a machine counts as overloaded."""
+"""Runnable processes per core above which a machine counts as overloaded."""
 LITTLE_ROOM = 200 << 20
-"""Free bytes below which a run is about to fill its disk: a recording takes more than that."""
+"""Free bytes below which a run may fill its disk: a recording needs more."""
 
 TWO_MANAGERS = (
-    "End all but one (a `node_host` started by hand, a container, a second system?). The resource manager knows the "
-    "one that came last; any other ends at its next goal, and is started anew by `up`."
+    "End all but one (a `node_host` started by hand, a container, a second system?). The resource manager accepts the "
+    "last one; any other ends at its next goal, and `up` starts it again."
 )
-TWO_JUDGES = (
-    "Start no skill, and look again in some seconds: the one that began first ends by itself when it sees the other. "
-    "If both stay, end the one that `skillwing status` does not name: what one has granted, the other grants once more."
+TWO_RESOURCE_MANAGERS = (
+    "Start no skill, and look again in some seconds: the first one ends by itself when it sees the other. If both "
+    "stay, end the one that `skillwing status` does not name: each grants what the other has granted already."
 )
 
 
 class Finding(msgspec.Struct, frozen=True, kw_only=True):
-    """One thing that is wrong, or, unless `serious`, worth knowing. about: its name for programs.
+    """One problem, or, unless `serious`, one note. about: its name for programs.
 
-    what: one sentence what is wrong. remedy: one what to do.
+    what: a sentence on the problem. remedy: a sentence on what to do.
     """
 
     about: str
@@ -70,7 +70,7 @@ def stale_run_state(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(
             about="stale_run_state",
             what=f"The last system of `{robot}` was killed: its run-state file was left behind.",
-            remedy="Nothing has to be done; the next command removes the file.",
+            remedy="Do nothing; the next command removes the file.",
             serious=False,
         )
 
@@ -79,8 +79,8 @@ def missing_extras(evidence: Evidence) -> Iterator[Finding]:
     for extra, packages in evidence.missing.items():
         yield Finding(
             about="missing_extra",
-            what=f"What needs the extra `{extra}` cannot run here: {_listed(packages)} cannot be imported.",
-            remedy=f"Install it if you want it: pip install 'skillwing[{extra}]'",
+            what=f"The extra `{extra}` is not complete: {_listed(packages)} cannot be imported.",
+            remedy=f"Install it if you need it: pip install 'skillwing[{extra}]'",
             serious=False,
         )
 
@@ -90,7 +90,7 @@ def overload(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(
             about="overload",
             what=f"The machine is overloaded: {evidence.load:.1f} processes want to run on {evidence.cores} cores.",
-            remedy="End what else runs here (`skillwing top` shows what the system uses), or lower `up --speed`.",
+            remedy="End other programs (`skillwing top` shows the load of the system), or lower `up --speed`.",
             serious=False,
         )
 
@@ -111,53 +111,53 @@ def no_router(system: SystemSeen) -> Iterator[Finding]:
         yield Finding(
             about="no_router",
             what=f"The router of `{system.robot}` does not answer at {system.endpoint}.",
-            remedy="If it does not come back within seconds, restart: `skillwing down`, then `skillwing up`.",
+            remedy="If it does not return within seconds, restart: `skillwing down`, then `skillwing up`.",
         )
     else:
         yield Finding(
             about="no_router",
             what=f"No router answers at {system.endpoint}.",
-            remedy="Check the address in SKILLWING_CONNECT, and whether the system runs there.",
+            remedy="Check the address in SKILLWING_CONNECT, and that the system runs there.",
         )
 
 
 def processes_down(system: SystemSeen) -> Iterator[Finding]:
-    for entry in system.entries:
+    for entry in system.processes:
         state = entry.state
         match entry.condition:
-            case Condition.DOWN if system.router or state.pid is not None:
+            case ProcessCondition.DOWN if system.router or state.pid is not None:
                 yield Finding(
                     about="process_down",
                     what=f"{state.name} does not run. {state.last_words}".strip(),
-                    remedy=f"Its log tells more; restart the system to have {state.name} again."
+                    remedy=f"Look at its log; restart the system to have {state.name} again."
                     if system.local
-                    else "Start it where the system runs.",
+                    else "Start it on the machine of the system.",
                 )
-            case Condition.RESTARTS | Condition.STARTS:
+            case ProcessCondition.RESTARTS | ProcessCondition.STARTS:
                 yield Finding(
                     about="process_starting",
                     what=f"{state.name} is being started. {state.last_words}".strip(),
                     remedy="Look again in some seconds.",
                     serious=state.name == RESOURCE_MANAGER,
                 )
-            case Condition.SILENT if entry.used is not None and entry.used.stopped:
+            case ProcessCondition.SILENT if entry.used is not None and entry.used.stopped:
                 yield Finding(
                     about="process_stopped",
                     what=f"{state.name} is stopped by a signal (process {state.pid}).",
                     remedy=f"Let it go on with `kill -CONT {state.pid}`.",
                 )
-            case Condition.SILENT:
+            case ProcessCondition.SILENT:
                 yield Finding(
                     about="process_silent",
                     what=f"{state.name} lives (process {state.pid}) and has no alive token: it is cut off, or hangs.",
-                    remedy=f"Have it started anew with `kill -9 {state.pid}`; what it was doing is lost.",
+                    remedy=f"Let `up` restart it with `kill -9 {state.pid}`; its present work is lost.",
                 )
             case _:
                 pass
 
 
 def unanswered(system: SystemSeen) -> Iterator[Finding]:
-    well = {name: entry for entry in system.entries for name in _at_work(entry)}
+    well = {name: entry for entry in system.processes for name in _at_work(entry)}
     for probe in system.probes:
         if probe.replies or probe.process not in well:
             continue
@@ -165,7 +165,7 @@ def unanswered(system: SystemSeen) -> Iterator[Finding]:
         yield Finding(
             about="process_hangs",
             what=f"{probe.process} holds its alive token and answers no question: it hangs in its own code.",
-            remedy="Look at its log" + (f", or have it started anew with `kill -9 {pid}`." if pid else "."),
+            remedy="Look at its log" + (f", or let `up` restart it with `kill -9 {pid}`." if pid else "."),
         )
 
 
@@ -175,8 +175,8 @@ def two_of_a_name(system: SystemSeen) -> Iterator[Finding]:
         if len(repliers) > 1:
             yield Finding(
                 about="two_of_a_name",
-                what=f"{len(repliers)} processes are {probe.process}, and both do what is asked of one.",
-                remedy=TWO_JUDGES if probe.process == RESOURCE_MANAGER else TWO_MANAGERS,
+                what=f"{len(repliers)} processes are {probe.process}, and each answers every request.",
+                remedy=TWO_RESOURCE_MANAGERS if probe.process == RESOURCE_MANAGER else TWO_MANAGERS,
             )
 
 
@@ -184,10 +184,10 @@ def versions(system: SystemSeen) -> Iterator[Finding]:
     for probe in system.probes:
         spoken = {reply.version for reply in probe.replies} - {PROTOCOL_VERSION}
         for version in spoken:
-            told = "another protocol" if version is None else f"protocol {version}"
+            other = "another protocol" if version is None else f"protocol {version}"
             yield Finding(
                 about="protocol_version",
-                what=f"{probe.process} speaks {told}; this command speaks protocol {PROTOCOL_VERSION}.",
+                what=f"{probe.process} uses {other}; this command uses protocol {PROTOCOL_VERSION}.",
                 remedy="Use the same version of skillwing for every process.",
             )
 
@@ -203,8 +203,8 @@ def schemas(system: SystemSeen) -> Iterator[Finding]:
     if differing:
         yield Finding(
             about="schema_mismatch",
-            what=f"{_listed(differing)} run another skillset than {system.skillset} is now.",
-            remedy="Restart the system, so that all read the file as it is: `skillwing down`, then `skillwing up`.",
+            what=f"{_listed(differing)} run another version of the skillset than {system.skillset}.",
+            remedy="Restart the system, so that all read the present file: `skillwing down`, then `skillwing up`.",
         )
 
 
@@ -219,7 +219,7 @@ def resuming(system: SystemSeen) -> Iterator[Finding]:
                 )
 
 
-# --- what they do ----------------------------------------------------------------------------------------------------
+# --- the work of the processes ---------------------------------------------------------------------------------------
 
 
 def clock(system: SystemSeen) -> Iterator[Finding]:
@@ -230,20 +230,20 @@ def clock(system: SystemSeen) -> Iterator[Finding]:
         yield Finding(
             about="clock_stopped",
             what=f"Robot time stands still: no tick for {seen.watched:.1f} s, so no skill can go on.",
-            remedy="See whether the simulator runs (`skillwing status`); it cannot be restarted alone.",
+            remedy="Check the simulator with `skillwing status`; it cannot be restarted alone.",
         )
     elif seen.factor > 0.0 and seen.elapsed < SLOW * seen.factor * seen.between:
         yield Finding(
             about="clock_slow",
             what=f"Robot time passes at {seen.elapsed / seen.between:.2f} robot seconds per second, not at the "
-            f"{seen.factor:g} that were asked for.",
-            remedy="The machine is too slow for that, or too busy: lower `up --speed`, or end what else runs.",
+            f"requested {seen.factor:g}.",
+            remedy="The machine is too slow for that, or too busy: lower `up --speed`, or end other programs.",
             serious=False,
         )
 
 
 def stale_data(system: SystemSeen) -> Iterator[Finding]:
-    """Notes only: some data flow only while a skill needs them, and not every robot says which."""
+    """Notes only: some data flow only while a skill needs them, and not every robot's table has them."""
     running = {goal.skill for goal in system.goals if goal.state is not State.TERMINATED}
     at_rest = {name for name, skills in system.published_by.items() if running.isdisjoint(skills)}
     expected = [reading for reading in system.data if reading.name not in at_rest]
@@ -251,16 +251,16 @@ def stale_data(system: SystemSeen) -> Iterator[Finding]:
     if never:
         yield Finding(
             about="no_data",
-            what=f"Nobody has published {_listed(never)} yet, so nothing that skills ask of that holds.",
-            remedy="If it should be there by now, see whether the robot's bridge runs, and the sensors behind it.",
+            what=f"{_listed(never)}: never published, so that no condition on it holds.",
+            remedy="If it should exist by now, check the robot's bridge, and the sensors behind it.",
             serious=False,
         )
     for reading in expected:
         if reading.stale and reading.age is not None:
             yield Finding(
                 about="stale_data",
-                what=f"`{reading.name}` is stale, {reading.age:.1f} s old, so nothing that skills ask of it holds.",
-                remedy="If it should still come, see whether the robot's bridge runs, and the sensor behind it.",
+                what=f"`{reading.name}` is stale, {reading.age:.1f} s old, so that no condition on it holds.",
+                remedy="If it should still come, check the robot's bridge, and the sensor behind it.",
                 serious=False,
             )
 
@@ -272,31 +272,31 @@ def goals_of_nobody(system: SystemSeen) -> Iterator[Finding]:
         if goal.state is not State.TERMINATED:
             yield Finding(
                 about="goal_of_nobody",
-                what=f"`{goal.skill}` runs ({goal.state}), and no client is there that owns it.",
-                remedy=f"End it with `skillwing interrupt {goal.skill}` if nobody wants it any more.",
+                what=f"`{goal.skill}` runs ({goal.state}), and no client owns it.",
+                remedy=f"End it with `skillwing interrupt {goal.skill}` if it is not needed any more.",
                 serious=False,
             )
 
 
 def unattended(system: SystemSeen) -> Iterator[Finding]:
-    for each in system.left_alone:
+    for each in system.unattended:
         yield Finding(about="unattended", what=each.what, remedy=each.remedy)
 
 
 def disk(system: SystemSeen) -> Iterator[Finding]:
-    place = system.disk
-    if place is None:
+    run_disk = system.disk
+    if run_disk is None:
         return
-    if not place.writable:
+    if not run_disk.writable:
         yield Finding(
             about="disk_not_writable",
-            what=f"Nothing can be written to {place.path}: journal, logs and recording stop.",
+            what=f"Nothing can be written to {run_disk.path}: journal, logs and recording stop.",
             remedy="Make room there, or give its owner the right to write; then restart the system.",
         )
-    elif place.free < LITTLE_ROOM:
+    elif run_disk.free < LITTLE_ROOM:
         yield Finding(
             about="disk_full",
-            what=f"The disk of {place.path} has {place.free >> 20} MB left.",
+            what=f"The disk of {run_disk.path} has {run_disk.free >> 20} MB left.",
             remedy="Remove old runs, or start the next one elsewhere with --run-dir.",
         )
 
@@ -323,11 +323,11 @@ def _listed(names: tuple[str, ...] | list[str]) -> str:
     return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
 
 
-def _at_work(entry: Entry) -> list[str]:
-    """The names under which a process can be asked something, as far as it is well."""
+def _at_work(entry: ProcessStatus) -> list[str]:
+    """Names of the process's nodes that run, and can answer."""
     if entry.state.nodes:
-        return [node for node, how in entry.nodes.items() if how is Condition.RUNS]
-    return [entry.state.name] if entry.condition is Condition.RUNS else []
+        return [node for node, how in entry.nodes.items() if how is ProcessCondition.RUNS]
+    return [entry.state.name] if entry.condition is ProcessCondition.RUNS else []
 
 
 def _decapitalised(sentence: str) -> str:

@@ -1,4 +1,4 @@
-"""Asking all processes of a name at once, which the bus on purpose cannot: it asks whoever answers first."""
+"""Questions to all processes of a name at once. The bus takes only the first answer to a question."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from skillwing.services.diagnosis.evidence import ClockSeen, Probe, Reply
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorReply, Message, ProtocolError, decode, encode
 
 TIMEOUT = 1.5
-"""Seconds that a process has for its answer."""
+"""Seconds in which a process can answer."""
 
 
 @dataclass(frozen=True)
-class Question:
-    """What to ask a process, by its name, so that it changes nothing."""
+class ProbeRequest:
+    """A question to a process, by its name, that changes nothing."""
 
     process: str
     key: str
     message: Message
 
 
-def probe(session: zenoh.Session, questions: tuple[Question, ...], timeout: float = TIMEOUT) -> tuple[Probe, ...]:
-    """Ask everything at once and wait for all answers, at most `timeout` seconds."""
+def probe(session: zenoh.Session, questions: tuple[ProbeRequest, ...], timeout: float = TIMEOUT) -> tuple[Probe, ...]:
+    """Ask all questions at once and wait for all answers, at most `timeout` seconds."""
     calls = [_Call(question) for question in questions]
     for call in calls:
         session.get(
@@ -46,7 +46,7 @@ def probe(session: zenoh.Session, questions: tuple[Question, ...], timeout: floa
 
 
 def alive(session: zenoh.Session, key_expression: str) -> frozenset[str]:
-    """The liveliness keys that are held now."""
+    """The liveliness keys that exist now."""
     replies = session.liveliness().get(key_expression, timeout=TIMEOUT)
     return frozenset(str(reply.ok.key_expr) for reply in replies if reply.ok is not None)
 
@@ -60,8 +60,7 @@ def watch_clock(session: zenoh.Session, seconds: float) -> ClockSeen:
         try:
             seen.append((received, decode(sample.payload.to_bytes(), ClockTick)))
         except ProtocolError:
-            # A clock that nobody can read is no clock.
-            return
+            return  # a clock that cannot be read is no clock
 
     subscriber = session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
     time.sleep(seconds)
@@ -74,7 +73,7 @@ def watch_clock(session: zenoh.Session, seconds: float) -> ClockSeen:
 
 @dataclass
 class _Call:
-    question: Question
+    question: ProbeRequest
     replies: list[Reply] = field(default_factory=list[Reply])
     done: threading.Event = field(default_factory=threading.Event)
 

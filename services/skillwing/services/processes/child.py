@@ -1,4 +1,4 @@
-"""One process of a system through all its lives: how it is started, how it ends, and what is left of it."""
+"""One process of a system through all its lives: start, exit, log and restart."""
 
 from __future__ import annotations
 
@@ -16,21 +16,23 @@ from pathlib import Path
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import Restart, RestartPolicy
-from skillwing.services.processes.single_threaded import SINGLE_THREADED
 
 LOG_LINES = 8
 RESTARTED = "--- restarted"
-"""What the line begins with that divides the lives of a process in its log."""
+"""Begin of the log line that divides two lives of a process."""
 STAMP = "%H:%M:%S"
+SINGLE_THREADED = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Environment of each process. The libraries below numpy would share each product of matrices among all cores. With the
+small matrices of a filter that gains no time, and takes the cores from other processes."""
 _PLACE = re.compile(r'^\s*File "(?P<file>[^"<>]+)", line (?P<line>\d+)')
-"""What a traceback says about where it happened."""
+"""A place in a traceback."""
 
 
 @dataclass(frozen=True, slots=True)
-class Death:
-    """A process that ended without being told to. Either exit_code or signal is set; log: its last lines.
+class ProcessExit:
+    """Exit of a process that was not told to end. Either exit_code or signal is set. log: its last lines.
 
-    pause: seconds until it is started again, None if it stays down. outlook: the same in a sentence.
+    pause: seconds until the restart, None for a process that stays down. outlook: the same in a sentence.
     """
 
     process: str
@@ -43,7 +45,7 @@ class Death:
 
     @property
     def final(self) -> bool:
-        """It stays down."""
+        """True for a process that stays down."""
         return self.pause is None
 
     def __str__(self) -> str:
@@ -55,9 +57,9 @@ class Death:
 class Child:
     """A Python module run as a child of this process, with its log.
 
-    command: the module and its words; restart, essential: as its `ProcessSpec` says; talks: it holds an alive token;
-    nodes: those that share it.
-    `process` is its present or last life, from the first `start` on. To be used under the launcher's lock.
+    command: the module and its arguments. restart, essential: as in its `ProcessSpec`. talks: it holds an alive token.
+    nodes: those that share it. `process`: its present or last life, from the first `start` on.
+    Use it under the launcher's lock.
     """
 
     def __init__(
@@ -78,20 +80,20 @@ class Child:
         self._policy = RestartPolicy(restart)
         self._started = 0.0
         self._lives = 0
-        self._death: Death | None = None
+        self._last_exit: ProcessExit | None = None
         self._essential = essential
         self._talks = talks
         self._nodes = nodes
 
     def start(self, now: float, stdout: int | None = None) -> None:
-        """Begin a life at second `now`; the log is continued, with a line that says so."""
+        """Begin a life at second `now`; a line in the log marks the restart."""
         self.log.parent.mkdir(parents=True, exist_ok=True)
         if self._lives:
             self._close_pipes()
         with self.log.open("ab", buffering=0) as file:
             if self._lives:
                 line = f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n"
-                with suppress(OSError):  # a full disk keeps nobody from being started again
+                with suppress(OSError):  # a full disk must not prevent the restart
                     file.write(line.encode())
             self.process = subprocess.Popen(
                 [sys.executable, "-m", *self.command],
@@ -103,24 +105,24 @@ class Child:
             )
         self._lives += 1
         self._started = now
-        self._death = None
+        self._last_exit = None
 
-    def died(self, now: float) -> Death:
-        """Take note of the end of a life, which has to have come."""
+    def died(self, now: float) -> ProcessExit:
+        """Record the end of a life; the process has ended already."""
         code = self.process.returncode
         hopeless = code == EXIT_CONFIGURATION
         pause = self._policy.died(now, self._started, hopeless=hopeless)
         exit_code, number = (code, None) if code >= 0 else (None, -code)
         log = self.last_lines()
         outlook = self._outlook(pause, hopeless, log)
-        self._death = Death(self.name, self.process.pid, exit_code, number, log, pause, outlook)
-        return self._death
+        self._last_exit = ProcessExit(self.name, self.process.pid, exit_code, number, log, pause, outlook)
+        return self._last_exit
 
     def _outlook(self, pause: float | None, hopeless: bool, log: Sequence[str]) -> str:
         if pause is not None:
             return f"It is started again in {pause:g} s."
         if self._restart == "never":
-            return "It is not started again, for a new one could not go on where it ended."
+            return "It is not started again: a new one could not continue from its end."
         words = f"its last words: {_last_words(log)}" if log else "it logged nothing in its last life"
         if hopeless:
             return f"It cannot do what it was told; {words}. It stays down. Its log: {self.log}"
@@ -128,7 +130,7 @@ class Child:
         return f"It died {policy.deaths} times in {policy.span:.0f} s; {words}; it stays down. Its log: {self.log}"
 
     def last_lines(self) -> tuple[str, ...]:
-        """What it has logged last, in this life."""
+        """The last log lines of this life."""
         try:
             text = self.log.read_text(encoding="utf-8", errors="replace")
         except OSError:
@@ -138,20 +140,20 @@ class Child:
         return tuple(lines[-LOG_LINES:])
 
     def state(self) -> ProcessState:
-        death = self._death
+        last_exit = self._last_exit
         return ProcessState(
             name=self.name,
             pid=self.process.pid,
-            life="lives" if death is None else "given up" if death.final else "waits",
+            life="lives" if last_exit is None else "given up" if last_exit.final else "waits",
             restarts=max(0, self._lives - 1),
-            last_words="" if death is None else f"{death} {death.outlook}",
+            last_words="" if last_exit is None else f"{last_exit} {last_exit.outlook}",
             essential=self._essential,
             talks=self._talks,
             nodes=self._nodes,
         )
 
     def kill(self) -> None:
-        """End it now, if it has not ended, and let go of it."""
+        """Kill the process if it still runs, and close its pipes."""
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
@@ -164,7 +166,7 @@ class Child:
 
 
 def _last_words(log: Sequence[str]) -> str:
-    """The last line of a log, with file and line if it ends a traceback."""
+    """The last line of a log, with file and line at the end of a traceback."""
     *before, last = log
     last = last.strip().rstrip(".")
     for line in reversed(before):

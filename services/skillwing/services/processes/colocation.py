@@ -1,4 +1,4 @@
-"""Which nodes of a system share a process."""
+"""Groups of nodes that share a process."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from skillwing.services.processes.restart_policy import Restart
 from skillwing.services.robot import ProcessSpec
 
 MANAGERS = "managers"
-"""Name of the process that hosts managers which do not have one of their own."""
+"""Name of the process that hosts managers without a process of their own."""
 
 
 @dataclass(frozen=True)
-class Household:
-    """The nodes of one process. name: the process's, which is that of a node that lives alone."""
+class ProcessGroup:
+    """The nodes of one process. name: of the process; a single node gives it its name."""
 
     name: str
     nodes: tuple[ProcessSpec, ...]
 
     @property
     def shared(self) -> bool:
-        """It goes by a name that is none of its nodes'."""
+        """True for a process with a name of its own."""
         return self.nodes[0].host is not None
 
     @property
@@ -31,24 +31,24 @@ class Household:
 
     @property
     def restart(self) -> Restart:
-        """All of them begin again, or none."""
+        """The policy of all nodes together: one `never` holds for all."""
         return "never" if any(node.restart == "never" for node in self.nodes) else "always"
 
 
-def households(specs: Iterable[ProcessSpec]) -> tuple[Household, ...]:
-    """The processes of a table, in its order; nodes with the same host share one."""
+def process_groups(specs: Iterable[ProcessSpec]) -> tuple[ProcessGroup, ...]:
+    """The processes of a table, in its order; nodes with the same host share a process."""
     found: dict[str, list[ProcessSpec]] = {}
     for spec in specs:
         found.setdefault(spec.host or spec.name, []).append(spec)
-    return tuple(Household(name, tuple(nodes)) for name, nodes in found.items())
+    return tuple(ProcessGroup(name, tuple(nodes)) for name, nodes in found.items())
 
 
 def colocated(specs: Iterable[ProcessSpec]) -> tuple[ProcessSpec, ...]:
     """The same table with the data manager and all skill managers in one process.
 
-    The resource manager keeps its own. It judges the others: when their process dies it has to be there to call their
-    goals lost and to free what they hold, and no hook may keep it from that. Whatever is no manager keeps its own, too.
-    A robot can do without one of its skills, but not without the process that hosts them all.
+    The resource manager keeps its own: when the shared process dies, it ends their goals as lost and frees their
+    resources, and no hook may block that. All other nodes keep their processes, too. The robot can go on without one
+    skill, but not without the process that hosts them all.
     """
     return tuple(replace(spec, host=MANAGERS, essential=True) if _may_share(spec) else spec for spec in specs)
 

@@ -1,7 +1,7 @@
-"""The life of nodes in this process: a bus for each, and an end in good order for all.
+"""Nodes in this process: a bus for each, and an orderly end for all.
 
-A node alone lives on the main thread. Several live on a thread of their own each, so that none of them notices the
-others; they end together, because whoever supervises the process can only start all of them again.
+A single node runs on the main thread. Several nodes run on a thread each, independent of each other. They end together,
+because their supervisor can only restart the whole process.
 """
 
 from __future__ import annotations
@@ -33,15 +33,14 @@ from skillwing.services.processes.lifetime import (
 
 HEARTBEAT_PERIOD = 1.0
 ENDING_GRACE = 3.0
-"""Seconds that the nodes of a process have for their end when one of them has come to its own; a launcher's patience
-with the process is longer."""
+"""Seconds that the other nodes have to end after the first one has ended. The launcher waits longer for a process."""
 
 logger = logging.getLogger("skillwing.node_host")
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where nodes live: the robot whose namespace it is, its router, and how processes meet there."""
+class NetworkAddress:
+    """Address of a robot's network: namespace, router and topology."""
 
     robot: str
     endpoint: str
@@ -49,8 +48,8 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Tenant:
-    """A node with its clock. alive: the key of the liveliness token that it holds while it runs, None for none."""
+class HostedNode:
+    """A node with its clock. alive: key of its liveliness token, None for none."""
 
     name: str
     node: Node
@@ -59,7 +58,7 @@ class Tenant:
 
 
 class Heartbeat:
-    """Touches a file once a second while every node runs: an old one tells a crash and a hang of any of them alike."""
+    """Touches a file once a second while every node runs. An old file means that one of them has crashed or hangs."""
 
     def __init__(self, file: Path, nodes: Iterable[str]) -> None:
         self._file = file
@@ -68,7 +67,7 @@ class Heartbeat:
         self._lock = threading.Lock()
 
     def keep(self, bus: Bus) -> None:
-        """Beat on a node's own thread from now on."""
+        """Take part on a node's own thread from now on."""
         with self._lock:
             self._awaited.discard(bus.name)
             if not self._awaited:
@@ -77,33 +76,33 @@ class Heartbeat:
         bus.after(HEARTBEAT_PERIOD, lambda: self.keep(bus), wall=True)
 
 
-def live(tenant: Tenant, place: Place, lifetime: Lifetime, heartbeat: Heartbeat | None = None) -> int:
-    """Run a node on this thread until the process has to end; returns the exit code that this gives it.
+def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartbeat: Heartbeat | None = None) -> int:
+    """Run a node on this thread until the process has to end; returns the exit code.
 
-    One that is told to end while it still looks for the router has ended well.
+    A request to end during the search for the router is a good end.
     """
     try:
-        bus = ZenohBus(tenant.name, place.robot, place.endpoint, tenant.clock, topology=place.topology)
+        bus = ZenohBus(hosted.name, address.robot, address.endpoint, hosted.clock, topology=address.topology)
     except RouterUnreachableError as error:
-        return EXIT_OK if lifetime.over else give_up(error, EXIT_UNREACHABLE, who=tenant.name)
+        return EXIT_OK if lifetime.over else give_up(error, EXIT_UNREACHABLE, who=hosted.name)
     except Exception:
-        logger.exception("%s could not join the others", tenant.name)
+        logger.exception("%s could not join the others", hosted.name)
         return EXIT_CRASHED
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
-        tenant.node.attach(bus)
-        if tenant.alive is not None:
-            appear(tenant.node, bus, tenant.alive)
+        hosted.node.attach(bus)
+        if hosted.alive is not None:
+            appear(hosted.node, bus, hosted.alive)
         if heartbeat is not None:
             heartbeat.keep(bus)
         logger.info("%s runs", bus.name)
         bus.run_until(lambda: lifetime.over)
         if bus.closed:
             return EXIT_REPLACED
-        tenant.node.detach()
+        hosted.node.detach()
     except (WrongSkillsetError, PassingError) as error:
         code = EXIT_PASSING if isinstance(error, PassingError) else EXIT_CONFIGURATION
-        return give_up(error, code, who=tenant.name)
+        return give_up(error, code, who=hosted.name)
     except Exception:
         logger.exception("%s crashed", bus.name)
         return EXIT_CRASHED
@@ -114,36 +113,36 @@ def live(tenant: Tenant, place: Place, lifetime: Lifetime, heartbeat: Heartbeat 
 
 
 def live_together(
-    tenants: Sequence[Tenant], place: Place, lifetime: Lifetime, heartbeat: Heartbeat | None = None
+    nodes: Sequence[HostedNode], address: NetworkAddress, lifetime: Lifetime, heartbeat: Heartbeat | None = None
 ) -> int:
-    """Run each node on a thread of its own until the process has to end, or one of them has come to its end.
+    """Run each node on a thread of its own until the process has to end, or one of the nodes ends.
 
-    Returns the exit code of the first that did not end well. To be called on the main thread. Where a node keeps its
-    thread from ending, which no thread can be made to do, the process ends without it, at once and for all.
+    Returns the exit code of the first node that did not end well. Call it on the main thread. No thread can be made to
+    end: if a node blocks its thread, the process exits without it.
     """
     ends: SimpleQueue[tuple[str, int]] = SimpleQueue()
 
-    def run(tenant: Tenant) -> None:
+    def run(node: HostedNode) -> None:
         code = EXIT_CRASHED
         try:
-            code = live(tenant, place, lifetime, heartbeat)
+            code = live(node, address, lifetime, heartbeat)
         finally:
-            ends.put((tenant.name, code))
+            ends.put((node.name, code))
             lifetime.end()
 
-    for tenant in tenants:
-        threading.Thread(target=run, args=(tenant,), name=tenant.name, daemon=True).start()
+    for node in nodes:
+        threading.Thread(target=run, args=(node,), name=node.name, daemon=True).start()
     lifetime.wait()
     deadline = time.monotonic() + ENDING_GRACE
     codes: dict[str, int] = {}
-    while len(codes) < len(tenants):
+    while len(codes) < len(nodes):
         try:
             name, code = ends.get(timeout=max(0.0, deadline - time.monotonic()))
         except Empty:
             break
         codes[name] = code
     result = next((code for code in codes.values() if code != EXIT_OK), EXIT_OK)
-    hanging = [tenant.name for tenant in tenants if tenant.name not in codes]
+    hanging = [node.name for node in nodes if node.name not in codes]
     if hanging:
         logger.error("%s did not end in time, and the process ends without that", ", ".join(hanging))
         logging.shutdown()
@@ -152,12 +151,12 @@ def live_together(
 
 
 def appear(node: Node, bus: Bus, alive: str) -> None:
-    """Declare the liveliness token of a node that has been attached, unless it is one that `tells_when_ready`."""
+    """Declare the liveliness token of an attached node, except for a node with `tells_when_ready`."""
     if not getattr(node, "tells_when_ready", False):
         bus.declare_alive(alive)
 
 
 def give_up(error: Exception, code: int, who: str = "") -> int:
-    """Say why there is no going on, for one node of several with its name, and return the exit code."""
+    """Print why the process cannot go on, with the node's name if it is one of several; returns the exit code."""
     sys.stderr.write(f"{who}: {error}\n" if who else f"{error}\n")
     return code

@@ -1,4 +1,4 @@
-"""A robot's processes without processes: every node of its table on one in-process network, in virtual time."""
+"""All nodes of a robot's table in this process: on one in-process network, in virtual time."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from skillwing.services.robot import ProcessSpec, Robot
 
 
 class RobotInProcess:
-    """What `Launcher` is for real processes: it starts those of a table, one after the other, and ends them.
+    """The counterpart of `Launcher` without real processes: starts the nodes of a table one by one, and ends them.
 
-    robot: whose table it is. network: where its nodes live; by default a new one without jitter, on which the same
-    table is the same run, bit by bit.
+    robot: owner of the table. network: network of the nodes. The default is a new one without jitter, on which the same
+    table gives the same run, bit by bit.
     """
 
     def __init__(self, robot: Robot, network: InProcessNetwork | None = None) -> None:
@@ -31,12 +31,12 @@ class RobotInProcess:
         self._running: dict[str, tuple[Node, Bus]] = {}
 
     def start(self, specs: Iterable[ProcessSpec]) -> None:
-        """Make each node and attach it. Raises as `make_node` does, and ValueError for a name that is there already."""
+        """Make each node and attach it. Raises as `make_node` does, and ValueError for a name that runs already."""
         for spec in specs:
             self.attach(make_node(_uncontended(spec)))
 
     def attach(self, node: Node) -> Bus:
-        """Have a node live among the others, with the liveliness token of a process as soon as it is ready."""
+        """Attach a node to the network; it gets the liveliness token of a process as soon as it is ready."""
         bus = self.network.bus(node.name, self._robot.name)
         node.attach(bus)
         appear(node, bus, self._keys.alive(node.name))
@@ -44,13 +44,13 @@ class RobotInProcess:
         return bus
 
     def kill(self, process: str) -> None:
-        """End a process at once, as kill -9 does. Raises UnknownNameError for one that does not run."""
+        """End a process at once, as kill -9 does. Raises UnknownNameError for a process that does not run."""
         if process not in self._running:
             raise UnknownNameError("process", process, self._running)
         self._running.pop(process)[1].close()
 
     def close(self) -> None:
-        """End all processes in good order, the last one first. Idempotent."""
+        """End all processes in order, the last one first. Idempotent."""
         while self._running:
             node, bus = self._running.popitem()[1]
             node.detach()
@@ -64,7 +64,7 @@ class RobotInProcess:
 
 
 def _uncontended(spec: ProcessSpec) -> ProcessSpec:
-    """The resource manager without its question whether anybody judges: on this network a name is given once."""
+    """The resource manager without its leader election: names on this network are unique."""
     if spec.name != RESOURCE_MANAGER:
         return spec
     return replace(spec, options={**spec.options, "contended": False})

@@ -1,4 +1,4 @@
-"""When a process has to end: on SIGTERM or SIGINT, or when the process that started it is gone."""
+"""Lifetime of a process: it ends on SIGTERM or SIGINT, or when its parent is gone."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from queue import SimpleQueue
 
 EXIT_OK = 0
 EXIT_UNREACHABLE = 69
-"""There is no router where the process was told to look for one, or the router's port is taken."""
+"""No router answers at the given address, or the router's port is taken."""
 EXIT_CRASHED = 70
-"""An exception that nobody expected; the log has its traceback."""
+"""An unexpected exception; the log has its traceback."""
 EXIT_PASSING = 74
-"""What it needs cannot be read or written just now; the next one may be luckier."""
+"""A file cannot be read or written now; another try may succeed."""
 EXIT_REPLACED = 76
 """Another process of its name has taken its place."""
 EXIT_CONFIGURATION = 78
-"""The process was told to do something it cannot; it said what."""
+"""The options of the process are wrong; it has printed which."""
 EXIT_ORPHANED = 75
-"""Its parent was gone, and it did not come to its end in time."""
+"""The parent is gone, and the process did not end in time."""
 ORPHAN_GRACE = 5.0
-"""Seconds that an orphan has for its end in good order."""
+"""Seconds that an orphan has to end in order."""
 
 
 class Lifetime:
-    """Takes over the ends of a process; to be made on its main thread, once, before anything that takes time.
+    """Handles the signals that end a process. Make it once, on the main thread, before anything that takes time.
 
-    A parent that is killed cannot tell anyone, but its end of the pipe to our standard input closes with it.
+    parent_pipe: also end when standard input closes. A killed parent cannot signal, but its end of the pipe closes.
     """
 
     def __init__(self, *, parent_pipe: bool) -> None:
@@ -43,14 +43,14 @@ class Lifetime:
             threading.Thread(target=self._follow_parent, name="parent", daemon=True).start()
 
     def end(self) -> None:
-        """The process has to end. May be called on any thread, more than once."""
+        """Ask the process to end. Any thread may call it, more than once."""
         self.over = True
         self._end.put(None)
         for wake in tuple(self._wakes):
             wake()
 
     def on_end(self, wake: Callable[[], None]) -> None:
-        """Have `wake` called at the end, besides whatever else is, on whatever thread notices it."""
+        """Call `wake` at the end, too, on the thread that notices it."""
         self._wakes.append(wake)
         if self.over:
             wake()
@@ -65,6 +65,6 @@ class Lifetime:
         while os.read(sys.stdin.fileno(), 4096):
             pass
         self.end()
-        # Whoever hangs in a callback does not notice. Nobody is left to kill it, so it does that itself.
+        # A callback that hangs does not notice. No parent is left to kill the process, so it exits by itself.
         time.sleep(ORPHAN_GRACE)
         os._exit(EXIT_ORPHANED)

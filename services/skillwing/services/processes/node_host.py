@@ -1,16 +1,14 @@
-"""The process around one node, or around several: buses, liveliness, signals, log.
+"""Host process of one node or several: buses, liveliness, signals, log.
 
     python -m skillwing.services.processes.node_host --process skill/takeoff --robot m600 --connect tcp/127.0.0.1:7447
     python -m skillwing.services.processes.node_host --name echo --factory package.module:function --options '{}' ...
 
-The first form looks a process up in the robot's table, the second names it outright. Given again, `--process`, or
-`--name` with its own `--factory`, `--options` and `--alive`, names one more node of the same process. What is not given
-is taken from the environment: SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_HEARTBEAT, and for the
-run those that run_options.py tells of.
+The first form takes a process from the robot's table, the second describes it. Repeat `--process`, or `--name` with
+`--factory`, `--options` and `--alive`, for further nodes of the same process. Defaults come from the environment:
+SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_HEARTBEAT, and the run's options of run_options.py.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends, or until one of its nodes ends.
-Exit codes: 0 it was told to end, 69 no router answers, 70 a node crashed (the log has the traceback), 74 what it needs
-cannot be read or written just now, 76 another process has taken its place, 78 it was told to do something it cannot.
+lifetime.py has its exit codes.
 """
 
 from __future__ import annotations
@@ -29,25 +27,24 @@ from skillwing.services.bus import Node, Topology
 from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
-from skillwing.services.processes.hosting import Heartbeat, Place, Tenant, give_up, live, live_together
+from skillwing.services.processes.hosting import Heartbeat, HostedNode, NetworkAddress, give_up, live, live_together
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_PASSING, Lifetime
 from skillwing.services.processes.run_options import run_options
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 
 SWITCH_INTERVAL = 0.0005
-"""Seconds that one thread may keep the interpreter: with the default of 5 ms Zenoh's callbacks wait for it too long."""
+"""Seconds that one thread may keep the interpreter. With the default of 5 ms, Zenoh's callbacks wait too long."""
 LAG = 0.1
-"""Robot seconds by which a process may be behind where time runs as fast as its followers keep up: one period of the
-fastest data."""
+"""Robot seconds by which a process may lag when time runs as fast as possible: one period of the fastest data."""
 LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s %(name)s: %(message)s"
 SHARED_LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s [%(threadName)s] %(name)s: %(message)s"
-"""Where several nodes write into one log each line names its thread, which is called after the node."""
+"""Format for several nodes in one log: each line names its thread, which has the name of the node."""
 logger = logging.getLogger("skillwing.node_host")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Host nodes until their end; returns the process's exit code."""
+    """Host nodes until their end; returns the exit code."""
     options = _parse(arguments)
     nodes = len(options.process or options.name)
     lifetime = Lifetime(parent_pipe=options.parent_pipe)
@@ -58,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
         datefmt="%H:%M:%S",
     )
     sys.setswitchinterval(SWITCH_INTERVAL)
-    tenants: list[Tenant] = []
+    hosted: list[HostedNode] = []
     who = ""
     try:
         robot, clock_kind, specs = _resolve(options)
@@ -66,7 +63,7 @@ def main(arguments: list[str] | None = None) -> int:
             who = spec.name if nodes > 1 else ""
             node = make_node(spec)
             clock = make_clock(node, clock_kind, spec.options, options.unix_offset)
-            tenants.append(Tenant(spec.name, node, clock, alive))
+            hosted.append(HostedNode(spec.name, node, clock, alive))
     except PassingError as error:
         return give_up(error, EXIT_PASSING, who)
     except (SkillwingError, SkillsetError, UnknownNameError, OSError) as error:
@@ -74,18 +71,17 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception:
         logger.exception("The node %scould not be made.", f"{who} " if who else "")
         return EXIT_CRASHED
-    place = Place(robot, options.connect, options.topology)
-    beat = Heartbeat(options.heartbeat, [tenant.name for tenant in tenants]) if options.heartbeat else None
+    address = NetworkAddress(robot, options.connect, options.topology)
+    heartbeat = Heartbeat(options.heartbeat, [node.name for node in hosted]) if options.heartbeat else None
     if nodes == 1:
-        return live(tenants[0], place, lifetime, beat)
-    return live_together(tenants, place, lifetime, beat)
+        return live(hosted[0], address, lifetime, heartbeat)
+    return live_together(hosted, address, lifetime, heartbeat)
 
 
 def make_node(spec: ProcessSpec) -> Node:
     """Call the factory that the spec names.
 
-    Raises InvalidOptionError where there is no such factory, a package that it needs is not installed, or an option
-    means nothing to it.
+    Raises InvalidOptionError for a factory that does not exist, a missing package, or an option that does not fit.
     """
     factory = imported({"factory": spec.factory}, "factory")
     try:
@@ -95,10 +91,10 @@ def make_node(spec: ProcessSpec) -> Node:
 
 
 def make_clock(node: Node, kind: ClockKind, options: dict[str, Any], unix_offset: float | None = None) -> Clock:
-    """The owner of robot time makes it, at `factor` of its options; everybody else follows it, or the wall clock.
+    """The clock of a node. The owner of robot time sets it, with `factor` of its options; other nodes follow.
 
-    A factor of 0 is as fast as the followers keep up. Those whose node has an attribute `closes_loop` that is true keep
-    up step by step, all others within `LAG`. unix_offset: see `WallClock`.
+    A factor of 0 is as fast as the followers keep up: step by step for nodes with a true `closes_loop`, within `LAG`
+    for all others. unix_offset: see `WallClock`.
     """
     if node.owns_clock:
         factor = float(options.get("factor", 1.0))
@@ -107,7 +103,7 @@ def make_clock(node: Node, kind: ClockKind, options: dict[str, Any], unix_offset
     return FollowedClock(lag=lag) if kind == "robot" else WallClock(offset=unix_offset)
 
 
-# --- what the command line says --------------------------------------------------------------------------------------
+# --- command line ----------------------------------------------------------------------------------------------------
 
 
 def _parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -117,8 +113,8 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--process", action="append", metavar="NAME", help="a process of the robot's table")
     parser.add_argument("--name", action="append", help="the node's name, if it is not in the table")
-    parser.add_argument("--factory", action="append", metavar="MODULE:FUNCTION", help="what makes the node")
-    parser.add_argument("--options", action="append", metavar="JSON", help="what the factory is called with")
+    parser.add_argument("--factory", action="append", metavar="MODULE:FUNCTION", help="factory of the node")
+    parser.add_argument("--options", action="append", metavar="JSON", help="arguments of the factory")
     parser.add_argument("--alive", action="append", metavar="KEY", help="liveliness token to hold while the node runs")
     parser.add_argument("--connect", metavar="tcp/HOST:PORT", default=environment("SKILLWING_CONNECT"))
     parser.add_argument(
@@ -128,7 +124,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         "--topology",
         default=environment("SKILLWING_TOPOLOGY") or "router",
         metavar="router|mesh",
-        help="how to meet the others: all at the router, or each with each on this machine",
+        help="processes meet at the router, or each connects to each on this machine",
     )
     parser.add_argument("--clock", choices=("wall", "robot"), help="default: wall, or as the table says")
     parser.add_argument(
@@ -148,7 +144,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
 
 
 def _require_as_many(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
-    """Several nodes are told apart by the order of their words, so that none of them may leave any out."""
+    """Require as many of these options as nodes: their order assigns them."""
     nodes = options.process or options.name
     if len(set(nodes)) < len(nodes):
         parser.error("each node of a process has a name of its own")
@@ -159,12 +155,12 @@ def _require_as_many(parser: argparse.ArgumentParser, options: argparse.Namespac
 
 
 def _resolve(options: argparse.Namespace) -> tuple[str, ClockKind, Sequence[tuple[ProcessSpec, str | None]]]:
-    """In whose namespace to run, by which clock, and what: each node with its liveliness key."""
+    """The namespace, the clock, and each node with its liveliness key."""
     if options.process:
         robot = find_robot(options.robot)
         run = run_options(os.environ)
         specs = [robot.process(name, run) for name in options.process]
-        # The skillset's file is called after it; reading the file for its name would cost every process a parser.
+        # The file name is the skillset's name. Reading the file would cost every process a parser.
         keys = Keys(robot.skillset.stem)
         alive = options.alive or [keys.alive(spec.name) for spec in specs]
         return robot.name, options.clock or robot.clock, list(zip(specs, alive, strict=True))

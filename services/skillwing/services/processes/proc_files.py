@@ -1,4 +1,4 @@
-"""What Linux tells about processes under /proc: when they were started, what they use, who listens at a port."""
+"""Facts about processes from /proc: start time, usage, and the listener of a port."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ PROC = Path("/proc")
 TICKS_PER_SECOND = os.sysconf("SC_CLK_TCK")
 BYTES_PER_PAGE = os.sysconf("SC_PAGE_SIZE")
 LISTENING = "0A"
-"""The state of a socket that listens, as /proc/net/tcp writes it."""
+"""State of a listening socket in /proc/net/tcp."""
 
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What a process has used. cpu: seconds of all its threads since its start; memory: resident bytes.
+    """Usage of a process. cpu: seconds of all its threads since its start. memory: resident bytes.
 
-    uptime: seconds since its start; stopped: it is held by SIGSTOP or a debugger.
+    uptime: seconds since its start. stopped: SIGSTOP or a debugger holds it.
     """
 
     cpu: float
@@ -31,7 +31,7 @@ class Usage:
 
 @dataclass(frozen=True, slots=True)
 class Listener:
-    """Who listens at a port. pid and name are None where the process belongs to somebody else."""
+    """The process that listens at a port. pid and name are None for a process of another user."""
 
     port: int
     pid: int | None
@@ -39,18 +39,18 @@ class Listener:
 
     @property
     def who(self) -> str:
-        """It, as the first words of a sentence."""
+        """The process, as the first words of a sentence."""
         return f"Process {self.pid} (`{self.name}`)" if self.pid is not None else "A process of another user"
 
 
 def started(pid: int) -> str | None:
-    """When the process of that id was started, in the kernel's ticks since boot; None if there is none."""
+    """Start time of a process in the kernel's ticks since boot; None without such a process."""
     found = _stat(pid)
     return None if found is None else found[19]
 
 
 def usage(pid: int) -> Usage | None:
-    """What a process uses; None if there is none of that id."""
+    """Usage of a process; None without such a process."""
     found = _stat(pid)
     if found is None:
         return None
@@ -64,7 +64,7 @@ def usage(pid: int) -> Usage | None:
 
 
 def listener(port: int) -> Listener | None:
-    """Who listens at a TCP port of this machine; None if nobody does."""
+    """The process that listens at a TCP port of this machine; None if none does."""
     inodes = set(_listening_sockets(port))
     if not inodes:
         return None
@@ -75,25 +75,25 @@ def listener(port: int) -> Listener | None:
 
 
 def port_of(endpoint: str) -> int | None:
-    """The port in `tcp/HOST:PORT`, None if the host is not this machine, or the text is no such endpoint."""
+    """The port in `tcp/HOST:PORT`; None for another machine, or a text of another form."""
     host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
     here = {"localhost", "127.0.0.1", "[::1]", "0.0.0.0", "[::]", socket.gethostname()}
     return int(port) if host in here and port.isdecimal() else None
 
 
 def _stat(pid: int) -> list[str] | None:
-    """The fields of /proc/PID/stat from the state on (`man 5 proc`, number 3); None for a process that is no more."""
+    """The fields of /proc/PID/stat from the state on (`man 5 proc`, number 3); None for a process that has ended."""
     try:
         text = (PROC / str(pid) / "stat").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return None
-    # The name stands in brackets, and may hold spaces and brackets itself.
+    # The name is in brackets, and may contain spaces and brackets.
     fields = text.rpartition(")")[2].split()
     return None if fields[0] in "ZX" else fields
 
 
 def _listening_sockets(port: int) -> Iterator[str]:
-    """The inodes of the sockets that listen at a port."""
+    """Inodes of the sockets that listen at a port."""
     for table in ("tcp", "tcp6"):
         with contextlib.suppress(OSError):
             for line in (PROC / "net" / table).read_text(encoding="ascii").splitlines()[1:]:
@@ -112,7 +112,7 @@ def _sockets_of(pid: int) -> Iterator[str]:
 
 
 def _name_of(pid: int) -> str:
-    """The program's name, for Python with the module that it runs."""
+    """The program's name; for Python with its module."""
     try:
         words = (PROC / str(pid) / "cmdline").read_bytes().decode(errors="replace").split("\0")
     except OSError:

@@ -1,4 +1,4 @@
-"""What has become of a system's processes, as whoever runs them knows it and everybody else reads it."""
+"""State of a system's processes: written by the process that runs them, read by all commands."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import msgspec
 from skillwing.services.processes.proc_files import Usage
 
 STARTING_TIME = 10.0
-"""Seconds that a process may take until it says that it is there; after that it counts as silent."""
+"""Seconds from the start of a process to its alive token; after that it counts as silent."""
 
 
 class ProcessState(msgspec.Struct, frozen=True, kw_only=True):
-    """One process. pid: None where only its alive token is known.
+    """One process. pid: None if only its alive token is known.
 
-    life: it has one, waits for the next one, or is given up. restarts: how often it was started again; last_words: how
-    it ended last, if it did. talks: it holds an alive token while it is well, which only the router does not. nodes:
-    those that share it, each with an alive token of its own; none for a process of one node, which has its name.
+    life: it runs, waits for its restart, or is given up. restarts: their number. last_words: sentences on its last
+    exit, if it had one. talks: it holds an alive token while it is well; only the router does not. nodes: those that
+    share it, each with an alive token; empty for a process of one node, which has its name.
     """
 
     name: str
@@ -33,42 +33,41 @@ class ProcessState(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def tokens(self) -> tuple[str, ...]:
-        """Whose alive tokens it holds."""
+        """Names of the alive tokens that it holds."""
         return self.nodes or (self.name,)
 
 
-class Condition(StrEnum):
-    """How a process is, seen from outside."""
+class ProcessCondition(StrEnum):
+    """Condition of a process, seen from outside."""
 
     RUNS = "runs"
     STARTS = "starts"
     SILENT = "silent"
-    """It lives, and an alive token of it is gone: stopped, hung or cut off."""
+    """It lives without one of its alive tokens: stopped, hung or cut off."""
     RESTARTS = "restarts"
     DOWN = "down"
 
 
-def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | None) -> Condition:
-    """How a process is.
+def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | None) -> ProcessCondition:
+    """Condition of a process.
 
-    used: what its process id uses, None if there is no such process; alive: who holds an alive token, None if nobody
-    could be asked.
+    used: usage of its process id, None without such a process. alive: holders of alive tokens, None if unknown.
     """
     here = alive is not None and all(token in alive for token in state.tokens)
     if state.pid is None:
-        return Condition.RUNS if here else Condition.DOWN
+        return ProcessCondition.RUNS if here else ProcessCondition.DOWN
     if state.life == "waits":
-        return Condition.RESTARTS
+        return ProcessCondition.RESTARTS
     if state.life == "given up" or used is None:
-        return Condition.DOWN
+        return ProcessCondition.DOWN
     if used.stopped:
-        return Condition.SILENT
+        return ProcessCondition.SILENT
     if here or alive is None or not state.talks:
-        return Condition.RUNS
-    return Condition.STARTS if used.uptime < STARTING_TIME else Condition.SILENT
+        return ProcessCondition.RUNS
+    return ProcessCondition.STARTS if used.uptime < STARTING_TIME else ProcessCondition.SILENT
 
 
-def headcount(conditions: Iterable[Condition]) -> str:
-    """`19 of 20 processes run, besides the router.`, at which they meet."""
+def running_count(conditions: Iterable[ProcessCondition]) -> str:
+    """`3 of 4 processes run, besides the router.`"""
     found = list(conditions)
-    return f"{found.count(Condition.RUNS)} of {len(found)} processes run, besides the router."
+    return f"{found.count(ProcessCondition.RUNS)} of {len(found)} processes run, besides the router."

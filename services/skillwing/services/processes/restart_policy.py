@@ -1,4 +1,4 @@
-"""When a process that has died is started again, and when it is given up. Pure: it is told what time it is."""
+"""Restart policy of a process: the pause before the next start, and the end of all tries. Pure: without a clock."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ Restart = Literal["always", "never"]
 FIRST_PAUSE = 0.2
 LONGEST_PAUSE = 5.0
 DEATHS_IN_A_ROW = 5
-"""After that many a process is given up."""
+"""Number of deaths after which a process is given up."""
 LONG_LIFE = 30.0
-"""Seconds after which a process counts as healthy: its next death is the first of a new row."""
+"""Seconds after which a process counts as healthy; its next death begins a new row."""
 
 
 class RestartPolicy:
-    """One process's deaths, judged one after another. Times are seconds of one clock that never goes back.
+    """The deaths of one process. Times are seconds of one clock that never goes back.
 
-    The pause before a restart is 0.2 s, and doubles with each further death in a row, up to 5 s. There is no jitter:
-    the processes of one system have nothing to fight over when they come back together.
+    The pause before a restart is 0.2 s, and doubles with each further death in a row, up to 5 s. It has no jitter:
+    processes that come back together do not compete for anything.
     """
 
     def __init__(self, restart: Restart = "always", deaths_in_a_row: int = DEATHS_IN_A_ROW) -> None:
@@ -27,7 +27,7 @@ class RestartPolicy:
 
     @property
     def deaths(self) -> int:
-        """How many there are in the row."""
+        """Number of deaths in the row."""
         return len(self._row)
 
     @property
@@ -36,9 +36,9 @@ class RestartPolicy:
         return self._row[-1] - self._row[0] if self._row else 0.0
 
     def died(self, now: float, started: float, *, hopeless: bool = False) -> float | None:
-        """Take note of a death; returns the pause before the next start, None if there is none any more.
+        """Record a death; returns the pause before the next start, None if there is no next one.
 
-        started: when the life began that has just ended. hopeless: the process said that it would fail again.
+        started: begin of the life that has ended. hopeless: the exit code of the process says that it will fail again.
         """
         if now - started >= LONG_LIFE:
             self._row.clear()

@@ -1,9 +1,9 @@
-"""The router process: all that the processes of a system have in common on the network.
+"""The router process, at which the processes of a system meet.
 
     python -m skillwing.services.processes.router --listen tcp/127.0.0.1:0
 
-Its first line on standard output is the endpoint that it listens at. It ends on SIGTERM and SIGINT, and with
-`--parent-pipe` when its standard input ends, that is, when the process that started it is gone.
+Its first line on standard output is its endpoint. It ends on SIGTERM and SIGINT. With `--parent-pipe` it also ends with
+its standard input, that is, when its parent is gone.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ ATTEMPTS = 20
 
 
 def start_router(listen: str = LOOPBACK) -> tuple[zenoh.Session, str]:
-    """Open a router at `tcp/HOST:PORT` and return it with its endpoint; port 0 stands for any that is free.
+    """Open a router at `tcp/HOST:PORT` and return it with its endpoint; port 0 means any free port.
 
-    Raises EndpointError if it cannot listen there.
+    Raises EndpointError for an endpoint at which it cannot listen.
     """
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
@@ -34,7 +34,7 @@ def start_router(listen: str = LOOPBACK) -> tuple[zenoh.Session, str]:
     if port != "0":
         return open_router(listen), listen
     for attempt in range(1, ATTEMPTS + 1):
-        # Between finding a port and listening there somebody else may take it: then look for another.
+        # Another process may take the port before this one listens there. Then try the next port.
         endpoint = f"tcp/{host}:{_free_port(host, listen)}"
         try:
             return open_router(endpoint), endpoint
@@ -55,7 +55,7 @@ def _free_port(host: str, listen: str) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a router until it is told to end; returns the process's exit code."""
+    """Run a router until the process has to end; returns the exit code."""
     parser = argparse.ArgumentParser(prog="router", description="Route a system's messages.")
     parser.add_argument("--listen", default=LOOPBACK, metavar="tcp/HOST:PORT", help="default: %(default)s")
     parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
@@ -67,7 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
         port = port_of(options.listen)
         taken = listener(port) if port else None
         sys.stderr.write(f"{error}\n" if taken is None else f"{error} {taken.who} listens there.\n")
-        # A port that is taken may be free again the next time.
+        # A taken port may be free at the next start.
         return EXIT_CONFIGURATION if taken is None else EXIT_UNREACHABLE
     with session:
         sys.stdout.write(f"{endpoint}\n")

@@ -1,7 +1,7 @@
-"""Options of a run from the environment, for processes that nobody starts with a command line: containers.
+"""Options of a run from the environment, for processes without a command line: containers.
 
 SKILLWING_SEED, SKILLWING_WORLD, SKILLWING_SPEED, SKILLWING_FAULTS and SKILLWING_LINK (both JSON), SKILLWING_SCENARIO (a
-file), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0), SKILLWING_VIEWER_URL. An empty one counts for nothing.
+file), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0), SKILLWING_VIEWER_URL. An empty variable has no effect.
 """
 
 from __future__ import annotations
@@ -13,28 +13,28 @@ from typing import Any
 
 from skillwing.services.errors import InvalidOptionError
 
-MAX_PACE = "max"
+MAX_SPEED = "max"
 AS_FAST_AS_POSSIBLE = 0.0
 SLOWEST = 0.05
 LARGEST_SEED = 2**32 - 1
-"""Of a simulated world; the least is 0."""
+"""Largest seed of a simulated world; the smallest is 0."""
 
 
-def pace(text: str | float) -> float:
-    """Robot seconds per second, or AS_FAST_AS_POSSIBLE. Raises ValueError, whose text says what to give."""
-    if str(text).strip().lower() == MAX_PACE:
+def speed(text: str | float) -> float:
+    """Robot seconds per second, or AS_FAST_AS_POSSIBLE. Raises ValueError with the accepted values."""
+    if str(text).strip().lower() == MAX_SPEED:
         return AS_FAST_AS_POSSIBLE
     try:
         found = float(text)
     except ValueError:
         found = math.nan
     if not SLOWEST <= found < math.inf:
-        raise ValueError(f"give a number of {SLOWEST:g} or more, or `{MAX_PACE}`")
+        raise ValueError(f"give a number of {SLOWEST:g} or more, or `{MAX_SPEED}`")
     return found
 
 
 def seed(text: str) -> int:
-    """Raises ValueError, whose text says what to give."""
+    """The seed of a world. Raises ValueError with the accepted values."""
     if not text.isdecimal() or len(text) > len(str(LARGEST_SEED)) or int(text) > LARGEST_SEED:
         raise ValueError(f"give a whole number from 0 to {LARGEST_SEED}")
     return int(text)
@@ -43,7 +43,7 @@ def seed(text: str) -> int:
 RUN_OPTIONS = {
     "seed": seed,
     "world": str,
-    "speed": pace,
+    "speed": speed,
     "faults": json.loads,
     "link": json.loads,
     "scenario": str,
@@ -54,7 +54,7 @@ RUN_OPTIONS = {
 
 
 def run_options(environment: Mapping[str, str]) -> dict[str, Any]:
-    """The options of the run that SKILLWING_* variables give; raises InvalidOptionError for one that means nothing."""
+    """The options of the run in SKILLWING_* variables; raises InvalidOptionError for a value that cannot be read."""
     found: dict[str, Any] = {}
     for option, convert in RUN_OPTIONS.items():
         variable = f"SKILLWING_{option.upper()}"

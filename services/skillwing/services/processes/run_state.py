@@ -1,7 +1,7 @@
-"""Where a running system is to be found: one small file per robot, written by whoever runs it.
+"""Run state: one small file per robot, by which other commands find a running system.
 
-The files live in a directory that only the user can read. A file whose process is gone, or whose process id now
-belongs to another process, counts for nothing and is removed.
+The files are in a directory that only the user can read. A file is stale, and is removed, if its process is gone or its
+process id belongs to another process.
 """
 
 from __future__ import annotations
@@ -29,12 +29,11 @@ from skillwing.services.robot import ClockKind, Robot
 class RunState(msgspec.Struct, frozen=True, kw_only=True):
     """A running system.
 
-    robot: its name and namespace; endpoint: of the router; skillset: path of the `.skillset` file; clock: who tells
-    robot time; pid and pid_started: of the process that runs it; run_dir: where its logs are; mock: nothing in it is
-    real; topology: how its processes meet; processes: those that were started, and what has become of them; briefing:
-    what missions are told of the place, by mission; viewer: the page on which browsers see it, None for none;
-    unfinished: what to say of what it would cut short if it ended now, empty if nothing; not_to_be_left: as in the
-    robot's table.
+    robot: its name and namespace. endpoint: of the router. skillset: path of the `.skillset` file. clock: owner of
+    robot time. pid, pid_started: the process that runs it. run_dir: directory of its logs. mock: nothing in it is real.
+    topology: way in which processes meet. processes: state of those that were started. mission_context: facts about the
+    site for missions, by mission. viewer: page for browsers, None for none. active_work: sentences on what its end
+    would cut short, empty for nothing. not_to_be_left: as in the robot's table.
     """
 
     robot: str
@@ -47,14 +46,14 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     mock: bool = False
     topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
-    briefing: dict[str, dict[str, Any]] = {}
+    mission_context: dict[str, dict[str, Any]] = {}
     viewer: str | None = None
-    unfinished: str = ""
+    active_work: str = ""
     not_to_be_left: dict[str, dict[str, str]] = {}
 
 
 def runtime_dir() -> Path:
-    """The user's own directory for such files; made if need be."""
+    """The user's own directory for such files; made if it is missing."""
     base = os.environ.get("XDG_RUNTIME_DIR")
     root = Path(base) / "skillwing" if base else Path(tempfile.gettempdir()) / f"skillwing-{os.getuid()}"
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -62,7 +61,7 @@ def runtime_dir() -> Path:
 
 
 def write_run_state(state: RunState) -> None:
-    """Make a system known."""
+    """Announce a system."""
     path = _path(state.robot)
     fresh = path.with_suffix(".new")
     fresh.write_bytes(msgspec.json.format(msgspec.json.encode(state)))
@@ -70,20 +69,20 @@ def write_run_state(state: RunState) -> None:
 
 
 def read_run_state(robot: str) -> RunState | None:
-    """The running system of a robot; None if there is none."""
+    """The running system of a robot; None without one."""
     path = _path(robot)
     content = _content(path)
     state = _decoded(content)
     if _is_current(state):
         return state
-    # Nothing was there, or what is stale; but somebody may be just about to make a new system known.
+    # The file is missing or stale. Another process may announce a new system at this moment.
     if content is not None and _content(path) == content:
         path.unlink(missing_ok=True)
     return None
 
 
 def remove_run_state(robot: str) -> None:
-    """A system has stopped."""
+    """Withdraw a system that has stopped."""
     _path(robot).unlink(missing_ok=True)
 
 
@@ -91,7 +90,7 @@ def remove_run_state(robot: str) -> None:
 def reserved(robot: str) -> Iterator[None]:
     """Be the only process of this user that runs the robot; raises SkillwingError if another one does.
 
-    The kernel gives the lock back when this process ends, however it ends.
+    The kernel releases the lock at every end of this process.
     """
     with (runtime_dir() / f"{robot}.lock").open("w", encoding="utf-8") as file:
         try:
@@ -104,7 +103,7 @@ def reserved(robot: str) -> Iterator[None]:
 
 
 class Announcement:
-    """What a system that this process runs has made known of itself. `update` may be called on any thread."""
+    """The run state of a system that this process runs. `update` may be called on any thread."""
 
     def __init__(self, state: RunState) -> None:
         self._state = state
@@ -112,10 +111,10 @@ class Announcement:
         self._lock = threading.Lock()
         write_run_state(state)
 
-    def update(self, processes: Iterable[ProcessState], unfinished: str = "") -> None:
-        """Make known what has become of the processes, and what is under way; all of it, where the file is gone."""
+    def update(self, processes: Iterable[ProcessState], active_work: str = "") -> None:
+        """Announce the state of the processes and the active work; a missing file is written again."""
         with self._lock:
-            state = msgspec.structs.replace(self._state, processes=tuple(processes), unfinished=unfinished)
+            state = msgspec.structs.replace(self._state, processes=tuple(processes), active_work=active_work)
             if not self._over and (self._state != state or not _path(state.robot).exists()):
                 self._state = state
                 with contextlib.suppress(OSError):  # a full disk must not end the system
@@ -137,7 +136,7 @@ def announced(
     mock: bool = False,
     topology: Topology = "router",
     processes: Iterable[ProcessState] = (),
-    briefing: Mapping[str, dict[str, Any]] = MappingProxyType({}),
+    mission_context: Mapping[str, dict[str, Any]] = MappingProxyType({}),
     viewer: str | None = None,
 ) -> Iterator[Announcement]:
     """Let other commands find the system that this process runs, for as long as the context lasts."""
@@ -154,7 +153,7 @@ def announced(
             mock=mock,
             topology=topology,
             processes=tuple(processes),
-            briefing=dict(briefing),
+            mission_context=dict(mission_context),
             viewer=viewer,
             not_to_be_left={resource: dict(states) for resource, states in robot.not_to_be_left.items()},
         )
@@ -172,7 +171,7 @@ def running_systems() -> tuple[RunState, ...]:
 
 
 def stale_run_states() -> tuple[str, ...]:
-    """Robots whose file was left behind by a process that was killed. To be asked before anybody removes it."""
+    """Robots whose file was left by a killed process. Call it before `read_run_state`, which removes such files."""
     found = sorted(runtime_dir().glob("*.json"))
     return tuple(path.stem for path in found if not _is_current(_decoded(_content(path))))
 

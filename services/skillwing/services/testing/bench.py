@@ -16,10 +16,10 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus, Sample
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.history.history import History
+from skillwing.services.history.wording import headlines
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.protocol import DataReading, Keys, Record, State, decode
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.wording import headlines
 from skillwing.services.testing.context import ContextError, checked_states, extern_way
 from skillwing.services.testing.data_feed import DataFeed
 from skillwing.services.testing.fake_layer import FakeLayer

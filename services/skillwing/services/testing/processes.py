@@ -16,7 +16,7 @@ from skillwing.services.journal.journal import set_aside
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.options import imported
-from skillwing.services.processes.colocation import colocated, households
+from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing.bench import CLIENT, Bench
@@ -64,7 +64,7 @@ class SkillsetProcesses(Bench):
         self.launcher = Launcher(robot.name, model.name, run_dir, clock=robot.clock, topology=topology)
         # A robot can do without some of them, a test without none.
         needed = tuple(replace(spec, essential=True) for spec in (colocated(specs) if colocate else specs))
-        self._processes = {each.name: each.nodes for each in households(needed)}
+        self._processes = {each.name: each.nodes for each in process_groups(needed)}
         with ExitStack() as undoing:
             undoing.callback(self.launcher.stop)
             self.launcher.start(needed)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from skillwing.services.history.history import History
+from skillwing.services.history.wording import headline
 from skillwing.services.protocol import DataReading, Record
-from skillwing.services.telemetry.history import History
-from skillwing.services.telemetry.wording import headline
 from skillwing.services.testing.fake_layer import FakeLayer
 
 MOST_RECORDS = 40

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.physics.battery import CELLS
 
 NAVIGATION_REGAINED = 2.0

@@ -5,8 +5,8 @@ Guidance keeps its setpoints inside. The guard watches the motion itself, whatev
 
 from __future__ import annotations
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 
 REACTION = 0.25
 """Time until the drone begins to brake [s]."""

@@ -47,9 +47,9 @@ class RotorWatch:
         """The rotor (0 to 5) that has failed, once the angular rate (FLU) has shown it for long enough."""
         if self._steps == 0:
             return None
-        told = [s / self._steps for s in self._sum]
+        commanded = [s / self._steps for s in self._sum]
         self._sum, self._steps = [0.0] * ROTORS, 0
-        after = [k * self._keep + (1.0 - self._keep) * u for k, u in zip(self._thrusts, told, strict=True)]
+        after = [k * self._keep + (1.0 - self._keep) * u for k, u in zip(self._thrusts, commanded, strict=True)]
         given = [0.5 * (a + b) for a, b in zip(self._thrusts, after, strict=True)]
         before, self._thrusts, self._rate = self._rate, after, rate
         if before is None:
@@ -61,7 +61,7 @@ class RotorWatch:
         """Missing torque about x and y [N m]: commanded less measured, smoothed."""
         ix, iy, iz = self._inertia
         p, q, r = (0.5 * (a + b) for a, b in zip(before, rate, strict=True))
-        felt = (
+        measured = (
             ix * (rate[0] - before[0]) / PERIOD + (iz - iy) * q * r,
             iy * (rate[1] - before[1]) / PERIOD + (ix - iz) * r * p,
         )
@@ -71,7 +71,7 @@ class RotorWatch:
         )
         k = PERIOD / (PERIOD + _SMOOTHING)
         x, y = self._missing
-        self._missing = x + k * (wanted[0] - felt[0] - x), y + k * (wanted[1] - felt[1] - y)
+        self._missing = x + k * (wanted[0] - measured[0] - x), y + k * (wanted[1] - measured[1] - y)
 
     def _withholding(self, given: list[float]) -> int | None:
         """The single rotor that explains the missing torque, if there is one."""

@@ -8,10 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import rotations
-from skillwing.onboard.frames.vectors import add, to_world
-from skillwing.onboard.topics import CameraHeader
+from skillwing.onboard.frames.pose_history import rotations
+from skillwing.onboard.frames.vectors import Motion, add, to_world
+from skillwing.onboard.topics.video import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
 from skillwing.sim_mujoco.world.rays import RayScene

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY

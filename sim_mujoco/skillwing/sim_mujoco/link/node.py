@@ -9,13 +9,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import RefusedError
-from skillwing.onboard.messaging import answer_with
-from skillwing.onboard.options import OptionsError, read_options
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
+from skillwing.onboard.topics import link, video
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.link.packet_queue import Packet, PacketQueue
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, occlusion_zones
@@ -52,30 +53,30 @@ class LinkNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._ends = (
-            (self._down, bus.advertise(topics.VIDEO_RECEIVED)),
-            (self._up, bus.advertise(topics.VIDEO_STATUS)),
+            (self._down, bus.advertise(video.VIDEO_RECEIVED)),
+            (self._up, bus.advertise(video.VIDEO_STATUS)),
         )
-        self._status = bus.advertise(topics.LINK_STATUS)
-        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self._on_truth), latest_only=True)
-        bus.subscribe(topics.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
-        bus.subscribe(topics.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
-        bus.serve(topics.LINK_FAULT, answer_with(topics.SetLinkFault, self._set_fault))
+        self._status = bus.advertise(link.LINK_STATUS)
+        bus.subscribe(TRUTH, message_reader(Truth, self._on_truth), latest_only=True)
+        bus.subscribe(video.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
+        bus.subscribe(video.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
+        bus.serve(LINK_FAULT, answer_with(SetLinkFault, self._set_fault))
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
         """Lose all packets under way, as a modem does that is switched off."""
 
-    def _on_truth(self, truth: topics.Truth) -> None:
+    def _on_truth(self, truth: Truth) -> None:
         self._position = truth.position
 
-    def _set_fault(self, wanted: topics.SetLinkFault) -> str:
+    def _set_fault(self, wanted: SetLinkFault) -> str:
         assert self._bus is not None
         try:
             self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
-            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
+            raise CommandRefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
+            raise CommandRefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         self._publish_status()
         return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
 
@@ -119,7 +120,7 @@ class LinkNode:
         self._told_at = now
         while self._sent and self._sent[0][0] <= now - _AVERAGED:
             self._sent.popleft()
-        status = topics.LinkStatus(
+        status = link.LinkStatus(
             t=now,
             bandwidth=conditions.bandwidth,
             latency=conditions.latency,
@@ -170,5 +171,5 @@ def make_link(options: dict[str, Any]) -> LinkNode:
 def _occlusion(chosen: SiteOptions) -> tuple[RadioZone, ...]:
     target = chosen.site().target
     if target is None:
-        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to shadow the link; `inspection` has one")
+        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to occlude the link; `inspection` has one")
     return occlusion_zones(target)

@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector, norm
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.frames.vectors import Motion, Vector, norm
 from skillwing.sim_mujoco.physics.hexacopter import BODY, GEAR_HEIGHT, Airframe, airframe, attach_to
 from skillwing.sim_mujoco.world.world import World
 

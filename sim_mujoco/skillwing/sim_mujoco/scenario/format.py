@@ -10,8 +10,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from skillwing.onboard.options import Poses
-from skillwing.onboard.topics import Magnitude
+from skillwing.onboard.topics.faults import Magnitude
+from skillwing.onboard.topics.mapping import Poses
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.sensors.faults import Seconds
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.faults import KINDS, check_kind
 
 Data = NDArray[np.float32]

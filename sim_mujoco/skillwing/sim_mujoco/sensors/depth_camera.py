@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector, add, axes, to_world
+from skillwing.onboard.frames.vectors import Motion, Vector, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
-from skillwing.onboard.topics import DepthHeader
+from skillwing.onboard.topics.sensors import DepthHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]

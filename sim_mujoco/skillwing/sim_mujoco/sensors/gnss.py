@@ -12,16 +12,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
+from skillwing.onboard.topics import common, sensors
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.receivers import Receiver
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0
 """Largest possible distance of a fix from the home pad [m]."""
-LARGEST_ERROR = 0.1 * topics.LARGEST_COMPONENT
+LARGEST_ERROR = 0.1 * common.LARGEST_COMPONENT
 """Largest noise and bias of a fault [m]. Both together, and navigation that accepts them, stay within the bounds of
 messages."""
 
@@ -48,4 +47,4 @@ class Gnss:
 def publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
     """Message of a fix."""
     x, y, z, vx, vy, vz, heading = data.tolist()
-    return encode(topics.Gnss(t=end, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)), b""
+    return encode(sensors.Gnss(t=end, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)), b""

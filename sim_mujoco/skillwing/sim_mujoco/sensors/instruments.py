@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
+from skillwing.onboard.topics import sensors
 from skillwing.services.protocol import encode
 
 if TYPE_CHECKING:
@@ -95,10 +94,10 @@ def imu_publication(start: float, end: float, data: NDArray[np.float32]) -> tupl
     """Array and header of a batch: times since the first sample, specific force and angular rate (n, 7)."""
     times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
     rows = np.column_stack([times, data])
-    return rows.tobytes(), encode(topics.ImuHeader(t0=start, count=len(rows)))
+    return rows.tobytes(), encode(sensors.ImuHeader(t0=start, count=len(rows)))
 
 
 def range_publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
     """Message of a distance."""
     distance = float(data[0])
-    return encode(topics.Range(t=end, distance=distance if distance != 0.0 else None)), b""
+    return encode(sensors.Range(t=end, distance=distance if distance != 0.0 else None)), b""

@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import interpolate, rotations
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.pose_history import interpolate, rotations
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.directions import lidar_directions
-from skillwing.onboard.topics import LidarHeader
+from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.topics.common import Vector3
 
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 Level = tuple[float, float]

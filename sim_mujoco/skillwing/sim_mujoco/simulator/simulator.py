@@ -12,9 +12,8 @@ from operator import add
 
 import numpy as np
 
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.names import CAMERA, GNSS, RANGE
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE

@@ -8,7 +8,7 @@ from typing import Final
 
 import msgspec
 
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.world.layouts.courtyard import courtyard_site, courtyard_terrain, make_courtyard
 from skillwing.sim_mujoco.world.layouts.ground import Ground
 from skillwing.sim_mujoco.world.layouts.industrial import industrial_site, make_industrial

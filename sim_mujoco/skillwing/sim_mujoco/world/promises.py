@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.layouts.industrial import WIRE_CLEARANCE
 from skillwing.sim_mujoco.world.layouts.inspection import FREE

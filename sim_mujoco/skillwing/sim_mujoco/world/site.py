@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 
 LARGEST_SEED = 2**32 - 1

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 AMPLITUDE = 0.45
-"""Largest height above or depth below the home pad, unless another is asked for [m]."""
+"""Largest height above or depth below the home pad, unless another is given [m]."""
 _PAD_RADIUS, _BLEND = 3.0, 6.0
 
 

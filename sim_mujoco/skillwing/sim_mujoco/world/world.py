@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.ground import Strip

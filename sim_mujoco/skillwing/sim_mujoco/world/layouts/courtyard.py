@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Site

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Area, Site, Target

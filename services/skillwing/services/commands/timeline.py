@@ -1,0 +1,109 @@
+"""`skillwing timeline`: the changes in a run with their causes, or their picture, from the run's files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from skillwing.dsl import SkillsetError, UnknownNameError, load
+from skillwing.dsl.model import Resource, Skillset
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.history.files import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.history.history import History
+from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.recording.run_facts import missing_run_file, read_facts, version_note
+from skillwing.services.terminal.connection import JsonOption
+from skillwing.services.terminal.output import make_console, print_json, print_records
+
+KINDS = tuple(kind.value for kind in RecordKind)
+LONGEST_FLIGHT = 1e8
+"""Seconds; robot time that is larger counts from 1970."""
+DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
+"""Kinds of records by default. Data become stale and fresh by the dozen when a process starts."""
+PICTURE = ".png"
+
+
+def timeline(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
+    about: Annotated[
+        list[str] | None, typer.Option("--about", metavar="NAME", help="Only this skill, resource, ...; repeatable.")
+    ] = None,
+    kinds: Annotated[
+        list[str] | None,
+        typer.Option("--kind", metavar="KIND", help=f"Of {', '.join(KINDS)}; repeatable. Default: all but data."),
+    ] = None,
+    causes: Annotated[bool, typer.Option("--causes", help="Show the causes of those records, too.")] = False,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the run into a picture instead.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show the changes in a run, in order, with their causes; or draw them.
+
+    The cause of a refused goal is the change that made its precondition fail. JSON has the records as they were
+    published; there it is the request.
+
+    Exit codes: 0 shown, 2 no such run, an unknown name, or a file that cannot be written.
+    """
+    if png is not None and png.suffix.lower() != PICTURE:
+        raise typer.BadParameter(f"`{png}` is no picture that can be drawn. End it with {PICTURE}.")
+    skillset = _skillset_of(run)
+    history = History.of(read_records(run), read_goals(run), skillset)
+    records = [history.explained(record) for record in history.records]
+    if not records:
+        raise missing_run_file(run, TIMELINE_FILE)
+    if png is not None:
+        _draw(history, run, png, () if skillset is None else skillset.resources)
+        return
+    known = {record.id: record for record in records}
+    shown = _chosen(records, about or [], kinds or [])
+    if causes:
+        wanted = {each.id for record in shown for each in history.chain(record.id)}
+        shown = [record for record in records if record.id in wanted]
+    if as_json:
+        wanted = {record.id for record in shown}
+        print_json([record for record in history.records if record.id in wanted])
+    else:
+        print_records(make_console(), shown, known)
+
+
+def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[Record]:
+    subjects = {record.subject for record in records}
+    for name in about:
+        if name not in subjects:
+            raise UnknownNameError("subject", name, sorted(subjects))
+    for kind in kinds:
+        if kind not in KINDS:
+            raise UnknownNameError("kind", kind, KINDS)
+    wanted = kinds or (KINDS if about else DEFAULT_KINDS)
+    return [record for record in records if record.kind in wanted and (not about or record.subject in about)]
+
+
+def _skillset_of(run: Path) -> Skillset | None:
+    """The skillset of a run, for the causes of refused goals; None if it is unknown, or gone."""
+    try:
+        facts = read_facts(run)
+        skillset = load(Path(facts.skillset))
+    except (InvalidOptionError, SkillsetError, OSError):
+        return None
+    if (remark := version_note(facts, skillset)) is not None:
+        typer.echo(remark, err=True)
+    return skillset
+
+
+def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
+    try:
+        from skillwing.services.report.timeline_picture import (  # noqa: PLC0415 - drawing is optional
+            ROBOT_TIME,
+            RUN_TIME,
+            draw_timeline,
+        )
+    except ModuleNotFoundError as missing:
+        text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
+        raise InvalidOptionError("--png", text) from missing
+    # Unix time is unreadable on an axis.
+    long = history.first > LONGEST_FLIGHT
+    shown, clock = (history.part(history.first), RUN_TIME) if long else (history, ROBOT_TIME)
+    draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)
+    typer.echo(f"The timeline is drawn: {png}")

@@ -1,0 +1,135 @@
+"""Report of a mission: its figures, its switches with their causes, and every goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import msgspec
+
+from skillwing.services.history.history import PHASES, History
+from skillwing.services.protocol import Record, RecordKind
+
+REPORT_FILE = "report.json"
+
+RESULTS = {"SUCCEEDED": "success", "FAILED": "failure", "ABORTED": "aborted"}
+"""Result of a mission by its last phase; any other phase is `unfinished`."""
+
+
+class MapCoverage(msgspec.Struct, frozen=True, kw_only=True):
+    """Mapped shares of the observable surface, 0 to 1; None without a map or without truth."""
+
+    all: float | None = None
+    buildings: float | None = None
+    terrain: float | None = None
+
+
+class SwitchEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """A change of branch at `t`. cause: the records from the root cause to the switch itself."""
+
+    t: float
+    cause: tuple[Record, ...]
+
+
+class SkillEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """One goal; `t_end` and `terminal` are None for one that never ended."""
+
+    skill: str
+    goal_id: str
+    t_start: float
+    t_end: float | None
+    terminal: str | None
+    reason: str
+
+
+class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
+    """State of a process at the end: `runs`, `stopped` in order, `died` or `not started`. detail: sentences on it."""
+
+    name: str
+    state: str
+    detail: str = ""
+
+
+class OperatorFacts(msgspec.Struct, frozen=True, kw_only=True):
+    """Facts about the last mission of a system that only the command which ran it has."""
+
+    wall_time_s: float | None = None
+    processes: tuple[ProcessEntry, ...] = ()
+
+
+class MissionReport(msgspec.Struct, frozen=True, kw_only=True):
+    """The report. result: success, failure, aborted or unfinished.
+
+    Clearance is the distance from the nearest obstacle to the sphere around the vehicle. Clearance and collisions are
+    None without recorded truth.
+    """
+
+    mission: str
+    result: str
+    seed: int | None
+    sim_time_s: float
+    wall_time_s: float | None
+    real_time_factor: float | None
+    collisions: int | None
+    min_clearance_m: float | None
+    coverage: MapCoverage
+    switches: tuple[SwitchEntry, ...]
+    skills: tuple[SkillEntry, ...]
+    processes: tuple[ProcessEntry, ...]
+
+
+def make_report(
+    history: History,
+    *,
+    mission: str,
+    seed: int | None = None,
+    wall_time_s: float | None = None,
+    collisions: int | None = None,
+    min_clearance_m: float | None = None,
+    coverage: MapCoverage | None = None,
+    processes: Iterable[ProcessEntry] = (),
+) -> MissionReport:
+    """The report of `history`, with facts from outside of it. Times are rounded to milliseconds.
+
+    wall_time_s: until the mission's end, or until the last record of a mission without one; so is robot time.
+    """
+    end = last_phase(history, mission)
+    sim_time = end.t if end is not None and end.after in RESULTS else history.end
+    return MissionReport(
+        mission=mission,
+        result=RESULTS.get(end.after, "unfinished") if end else "unfinished",
+        seed=seed,
+        sim_time_s=round(sim_time, 3),
+        wall_time_s=None if wall_time_s is None else round(wall_time_s, 3),
+        real_time_factor=round(sim_time / wall_time_s, 3) if wall_time_s else None,
+        collisions=collisions,
+        min_clearance_m=None if min_clearance_m is None else round(min_clearance_m, 3),
+        coverage=coverage or MapCoverage(),
+        switches=tuple(SwitchEntry(t=round(switch.t, 3), cause=switch.chain) for switch in history.switches),
+        skills=tuple(
+            SkillEntry(
+                skill=bar.skill,
+                goal_id=bar.goal_id,
+                t_start=round(bar.t_start, 3),
+                t_end=None if bar.t_end is None else round(bar.t_end, 3),
+                terminal=bar.terminal,
+                reason=bar.reason,
+            )
+            for bar in history.bars
+        ),
+        processes=tuple(processes),
+    )
+
+
+def read_report(run_dir: Path) -> MissionReport:
+    return msgspec.json.decode((run_dir / REPORT_FILE).read_bytes(), type=MissionReport)
+
+
+def last_phase(history: History, mission: str) -> Record | None:
+    """The mission's latest phase record."""
+    phases = (
+        record
+        for record in reversed(history.records)
+        if record.kind is RecordKind.MISSION and record.subject == mission and record.after in PHASES
+    )
+    return next(phases, None)

@@ -1,0 +1,1 @@
+"""Reports and pictures of the missions of a run, made from its files."""

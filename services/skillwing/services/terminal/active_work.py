@@ -1,0 +1,83 @@
+"""Active work, which the end of a system cuts short: a mission, goals, and a robot that is not to be left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.names import MISSION
+from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
+from skillwing.services.terminal.live_state import LiveState
+
+SIMULATED = "It was simulated, and is gone with its simulator."
+REAL = "Nobody commands it any more."
+
+
+class ActiveWork:
+    """Follows goals and missions on the bus. `text` may be read on any thread.
+
+    robot: its name. not_to_be_left: as in its table. simulated: the robot ends with its processes.
+    """
+
+    def __init__(
+        self, robot: str, skillset: Skillset, not_to_be_left: Mapping[str, Mapping[str, str]], *, simulated: bool
+    ) -> None:
+        self._robot = robot
+        self._skillset = skillset
+        self._not_to_be_left = not_to_be_left
+        self._fate = SIMULATED if simulated else REAL
+        self._live_state = LiveState()
+        self._changes: dict[str, Record] = {}
+        self._mission: str | None = None
+        self._last_text = ""
+        self._on_change: Callable[[], None] = lambda: None
+
+    def attach(self, bus: Bus, on_change: Callable[[], None]) -> None:
+        """on_change: called by the bus after each change of `text`."""
+        self._on_change = on_change
+        keys = Keys(self._skillset.name)
+        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
+        bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
+        bus.watch_alive(keys.alive(MISSION), self._on_alive)
+
+    @property
+    def text(self) -> str:
+        """`Cut short: mission patrol, goto. m600 was in the air. ...`; empty without active work."""
+        live = self._live_state
+        running = [skill.name for skill in self._skillset.skills if live.skill(skill.name).goal_id is not None]
+        cut_short = [*([] if self._mission is None else [f"mission {self._mission}"]), *running]
+        warnings = [
+            f"{self._robot} was {states[change.after]}."
+            for resource, states in self._not_to_be_left.items()
+            if (change := self._changes.get(resource)) is not None and change.after in states
+        ]
+        sentences = [f"Cut short: {', '.join(cut_short)}."] if cut_short else []
+        return " ".join([*sentences, *warnings, *([self._fate] if warnings else [])])
+
+    def _on_record(self, record: Record) -> None:
+        self._live_state.add_record(record)
+        known = self._changes.get(record.subject)
+        if record.kind is RecordKind.RESOURCE and (known is None or record.t >= known.t):
+            self._changes[record.subject] = record
+        self._notify()
+
+    def _on_status(self, status: GoalStatus) -> None:
+        self._live_state.add_status(status)
+        self._notify()
+
+    def _on_mission(self, status: MissionStatus) -> None:
+        self._mission = None if status.phase.over or status.phase == "IDLE" else status.mission
+        self._notify()
+
+    def _on_alive(self, _key: str, alive: bool) -> None:
+        if not alive:
+            self._mission = None
+            self._notify()
+
+    def _notify(self) -> None:
+        if self.text != self._last_text:
+            self._last_text = self.text
+            self._on_change()

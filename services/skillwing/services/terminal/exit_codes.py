@@ -1,0 +1,69 @@
+"""Exit codes, the same for every command, and messages for a user's mistakes."""
+
+from __future__ import annotations
+
+from skillwing.dsl import SkillsetError, UnknownNameError
+from skillwing.services.errors import (
+    BadRecordingError,
+    InvalidInputError,
+    InvalidOptionError,
+    NoSystemError,
+    RefusedError,
+    SkillwingError,
+)
+from skillwing.services.journal.errors import JournalError
+from skillwing.services.protocol import Ending, Terminal
+
+OK = 0
+FAILED = 1
+"""Done without success: a goal ended in failure, a process died, no process answered."""
+USAGE = 2
+"""Not done: an unknown name, a malformed value, a broken file, a directory that is not writable."""
+NO_SYSTEM = 3
+"""No running system."""
+REFUSED = 4
+"""Refused by the robot: not validated, not ready, busy, or a transition that is not allowed."""
+INTERRUPTED = 130
+"""Ended by Ctrl-C or `kill`, as shells expect."""
+
+_REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
+
+
+def user_message(error: Exception) -> str | None:
+    """The message for an error of the user or the robot; None for a fault of the program."""
+    match error:
+        case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError():
+            return str(error)
+        case OSError():
+            where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
+            return f"{where} cannot be used: {error.strerror or error}. Name one that can."
+        case _:
+            return None
+
+
+def exit_code_of(error: Exception) -> int:
+    """The exit code of a command that ended with this error."""
+    match error:
+        case NoSystemError():
+            return NO_SYSTEM
+        case RefusedError():
+            return REFUSED
+        case (
+            UnknownNameError()
+            | InvalidInputError()
+            | InvalidOptionError()
+            | SkillsetError()
+            | JournalError()
+            | BadRecordingError()
+            | OSError()
+        ):
+            return USAGE
+        case _:
+            return FAILED
+
+
+def exit_code_of_end(terminal: Terminal) -> int:
+    """The exit code of a command that waited for the end of a goal."""
+    if terminal.ending in _REFUSALS:
+        return REFUSED
+    return OK if terminal.ending is Ending.SUCCEEDED and terminal.success else FAILED

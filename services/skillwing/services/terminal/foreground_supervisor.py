@@ -1,0 +1,121 @@
+"""Supervision of a system in the foreground: a live table of processes, or in a pipe a line for each event."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack, closing
+from queue import SimpleQueue
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.process_monitor import ProcessMonitor, process_statuses
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.run_state import Announcement
+from skillwing.services.processes.stop_signal import StopSignal
+from skillwing.services.protocol import Keys
+from skillwing.services.terminal.active_work import ActiveWork
+from skillwing.services.terminal.exit_codes import FAILED
+from skillwing.services.terminal.mission_reporter import MissionReporter
+from skillwing.services.terminal.process_table import process_table
+
+PERIOD = 0.5
+"""Seconds between two checks of the processes; an exit is reported at once."""
+
+
+class ForegroundSupervisor:
+    """Watches a launcher's processes, prints their events, and keeps the system's announcement up to date.
+
+    exits: filled by the launcher. stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system.
+    active_work: goals and mission under way. Use it as a context manager, in which the table is shown.
+    """
+
+    def __init__(
+        self,
+        console: Console,
+        launcher: Launcher,
+        announcement: Announcement,
+        exits: SimpleQueue[ProcessExit],
+        skillset: str,
+        stop: StopSignal,
+        reporter: MissionReporter | None = None,
+        active_work: ActiveWork | None = None,
+    ) -> None:
+        self._console = console
+        self._launcher = launcher
+        self._announcement = announcement
+        self._exits = exits
+        self._stop = stop
+        self._reporter = reporter
+        self._active_work = active_work
+        self._prefix = Keys(skillset).alive("")
+        self._monitor = ProcessMonitor()
+        self._alive: set[str] = set()
+        self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
+
+    def __enter__(self) -> Self:
+        # A second Ctrl-C may come before this returns. Then nobody calls `__exit__`.
+        with ExitStack() as stack:
+            bus = ZenohBus("supervisor", self._launcher.robot, self._launcher.endpoint)
+            self._bus = stack.enter_context(closing(bus))
+            bus.watch_alive(f"{self._prefix}**", self._on_alive)
+            if self._reporter is not None:
+                self._reporter.attach(bus, self._print)
+            if self._active_work is not None:
+                self._active_work.attach(bus, lambda: self._announce(self._launcher.states))
+            # An empty message wakes the bus to look at the exits.
+            self._launcher.on_change = lambda: bus.post(lambda: None)
+            if self._live is not None:
+                stack.enter_context(self._live)
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def follow(self) -> int:
+        """Stay until an essential process is given up; returns the exit code of that."""
+        self._check_processes()
+        while True:
+            self._stop.wait(self._bus, lambda: not self._exits.empty(), PERIOD)
+            while not self._exits.empty():
+                ended = self._exits.get()
+                self._print(f"{ended} {ended.outlook}", "red")
+                if ended.final and self._is_essential(ended.process):
+                    self._print("The system cannot go on without it.", "bold red")
+                    for line in ended.log:
+                        self._print(f"    {line}")
+                    return FAILED
+            self._check_processes()
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        name = key.removeprefix(self._prefix)
+        (self._alive.add if alive else self._alive.discard)(name)
+
+    def _is_essential(self, process: str) -> bool:
+        return any(state.essential for state in self._launcher.states if state.name == process)
+
+    def _check_processes(self) -> None:
+        states = self._launcher.states
+        self._announce(states)
+        # Without a connection to the router, missing tokens mean nothing.
+        statuses = process_statuses(states, self._alive if self._bus.connected else None)
+        for sentence in self._monitor.changes(statuses, time.monotonic()):
+            self._print(sentence, "green" if sentence.endswith("again.") else "red")
+        if self._live is not None:
+            self._live.update(process_table(statuses), refresh=True)
+
+    def _announce(self, states: tuple[ProcessState, ...]) -> None:
+        """Called between two checks, too, when other work begins: `down` prints what it cuts short."""
+        self._announcement.update(states, "" if self._active_work is None else self._active_work.text)
+
+    def _print(self, sentence: str, style: str = "") -> None:
+        self._console.print(Text(sentence, style=style))

@@ -1,0 +1,167 @@
+"""Live state of a system, folded from its managers' messages, in bounded memory.
+
+Pure: messages may come in any order, and repeatedly. Times are robot time in seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.history.wording import headline
+from skillwing.services.names import BLOCKED, skill_process
+from skillwing.services.protocol import (
+    Ending,
+    GoalProgress,
+    GoalStatus,
+    Record,
+    RecordKind,
+    ResourceStates,
+    State,
+    Terminal,
+)
+
+RECORDS_REMEMBERED = 2000
+"""Number of records that can be named as the cause of a later one."""
+
+
+@dataclass(frozen=True, slots=True)
+class SkillNow:
+    """One skill. goal_id, state, since: of the running goal, None and IDLE without one. feedback: its latest.
+
+    last: terminal answer of the latest ended goal. ended: its robot time. blocked: report of a hook that did not return
+    in time, in the running or the latest goal, or later.
+    """
+
+    skill: str
+    goal_id: str | None = None
+    state: str = "IDLE"
+    since: float | None = None
+    feedback: Mapping[str, Any] | None = None
+    last: Terminal | None = None
+    ended: float | None = None
+    blocked: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ResourceNow:
+    """One resource. since: time of its last change, None if unknown. by: the cause of that change."""
+
+    resource: str
+    state: str
+    since: float | None = None
+    by: str = ""
+
+
+class LiveState:
+    """Follows goals, their progress, and records. States of resources come from the resource manager's answers."""
+
+    def __init__(self) -> None:
+        self._running: dict[str, GoalStatus] = {}
+        self._began: dict[str, float] = {}
+        self._ended: dict[str, GoalStatus] = {}
+        self._ended_own: dict[str, GoalStatus] = {}
+        self._progress: dict[str, GoalProgress] = {}
+        self._changes: dict[str, Record] = {}
+        self._blocked: dict[str, Record] = {}
+        self._lost: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
+        self._records: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
+
+    def add_status(self, status: GoalStatus) -> None:
+        skill = status.skill
+        if status.state is State.TERMINATED:
+            _keep_last(self._ended, status)
+            if not _left_another_running(status):
+                _keep_last(self._ended_own, status)
+            running = self._running.get(skill)
+            if running is not None and running.goal_id == status.goal_id:
+                del self._running[skill]
+            return
+        ended, running = self._ended_own.get(skill), self._running.get(skill)
+        if ended is not None and (ended.goal_id == status.goal_id or ended.t > status.t):
+            return
+        if running is None or running.goal_id != status.goal_id:
+            if running is not None and running.t > status.t:
+                return
+            self._began[skill] = status.t
+            self._running[skill] = status
+            self._end_if_lost(status)
+            return
+        self._began[skill] = min(self._began[skill], status.t)
+        if status.t >= running.t:
+            self._running[skill] = status
+
+    def add_progress(self, progress: GoalProgress) -> None:
+        self._progress[progress.skill] = progress
+
+    def add_record(self, record: Record) -> None:
+        self._records[record.id] = record
+        if record.kind is RecordKind.GOAL and record.after == Ending.LOST and record.goal_id is not None:
+            self._lost[record.goal_id] = record
+            for running in list(self._running.values()):
+                self._end_if_lost(running)
+        if record.kind is RecordKind.RESOURCE:
+            _keep_latest(self._changes, record)
+        if record.kind is RecordKind.PROCESS and record.after == BLOCKED:
+            _keep_latest(self._blocked, record)
+
+    def _end_if_lost(self, running: GoalStatus) -> None:
+        """End a goal whose manager died before it published the end."""
+        record = self._lost.get(running.goal_id)
+        if record is not None:
+            terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
+            self.add_status(msgspec.structs.replace(running, state=State.TERMINATED, t=record.t, terminal=terminal))
+
+    def skill(self, name: str) -> SkillNow:
+        """The present state of a skill."""
+        running, ended = self._running.get(name), self._ended.get(name)
+        last = None if ended is None else ended.terminal
+        ended_at = None if ended is None else ended.t
+        blocked = self._report_on_hooks(name, running or ended)
+        if running is None:
+            return SkillNow(name, last=last, ended=ended_at, blocked=blocked)
+        progress = self._progress.get(name)
+        feedback = progress.feedback if progress is not None and progress.goal_id == running.goal_id else None
+        began = self._began[name]
+        return SkillNow(name, running.goal_id, running.state, began, feedback, last, ended_at, blocked)
+
+    def _report_on_hooks(self, name: str, latest: GoalStatus | None) -> str:
+        report = self._blocked.get(skill_process(name))
+        if report is None:
+            return ""
+        is_news = latest is None or report.goal_id == latest.goal_id or report.t >= latest.t
+        return report.text if is_news else ""
+
+    def resources(self, states: ResourceStates) -> list[ResourceNow]:
+        """All resources, in the order of the skillset."""
+        return [self._resource(name, state) for name, state in states.states.items()]
+
+    def _resource(self, name: str, state: str) -> ResourceNow:
+        change = self._changes.get(name)
+        if change is None or change.after != state:
+            return ResourceNow(name, state)
+        cause = None if change.cause is None else self._records.get(change.cause)
+        return ResourceNow(
+            name, state, change.t, headline(cause) if cause is not None else change.text or change.source
+        )
+
+
+def _left_another_running(status: GoalStatus) -> bool:
+    """True for the end of a goal that was refused as BUSY: the earlier goal goes on."""
+    return status.terminal is not None and status.terminal.ending is Ending.BUSY
+
+
+def _keep_last(ends: dict[str, GoalStatus], status: GoalStatus) -> None:
+    known = ends.get(status.skill)
+    if known is None or status.t >= known.t:
+        ends[status.skill] = status
+
+
+def _keep_latest(records: dict[str, Record], record: Record) -> None:
+    known = records.get(record.subject)
+    if known is None or record.t >= known.t:
+        records[record.subject] = record

@@ -1,0 +1,157 @@
+"""Reports of the missions that fly with a running system, each written when its mission is over."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from rich.console import Console
+
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.history.report import OperatorFacts, ProcessEntry
+from skillwing.services.names import MISSION
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.protocol import Keys, MissionStatus
+from skillwing.services.terminal.exit_codes import OK
+from skillwing.services.terminal.output import relative_path
+
+LAST_WORDS = 5.0
+"""Wall seconds in which the recorder receives the map and the last records."""
+LATE_STATUS = 1.0
+"""Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
+Print = Callable[[str, str], None]
+"""Prints a sentence in a style, on the bus's thread."""
+
+
+class MissionReporter:
+    """Follows the missions of a system, and has another process write their reports: drawing would block supervision.
+
+    states: state of the system's processes. Call `attach` while the system runs, and `finish` after its end.
+    """
+
+    def __init__(self, run_dir: Path, skillset: str, states: Callable[[], Iterable[ProcessState]]) -> None:
+        self._run_dir = run_dir
+        self._keys = Keys(skillset)
+        self._states = states
+        self._last_status: float | None = None
+        """Robot time of the flying mission's last status; None without a mission."""
+        self._begun: float | None = None
+        """Wall time of the mission's begin; None if unknown."""
+        self._present = False
+        self._wall_time: float | None = None
+        self._over_at = math.inf
+        self._waiting: Handle | None = None
+        self._writing: threading.Thread | None = None
+        self._writer: subprocess.Popen[bytes] | None = None
+
+    def attach(self, bus: Bus, print_: Print) -> None:
+        self._bus, self._print = bus, print_
+        bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
+        bus.watch_alive(self._keys.alive(MISSION), self._on_alive)
+
+    def finish(self, console: Console) -> None:
+        """Wait for the report that is being written, and report a mission whose end was not seen."""
+        pending = self._last_status is not None or self._waiting is not None
+        if self._writing is None and not pending:
+            return
+        try:
+            with console.status("Writing the report ..."):
+                if self._writing is not None:
+                    self._writing.join()
+                if pending:
+                    if self._last_status is not None:
+                        self._stop_watch()
+                    console.print(self._write(self._facts(), math.inf))
+        except KeyboardInterrupt:
+            if self._writer is not None:
+                self._writer.kill()
+            command = f"skillwing report {relative_path(self._run_dir)}"
+            console.print(f"No report. `{command}` writes it.", style="red")
+
+    def _on_status(self, status: MissionStatus) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._start()
+        if status.phase.over:
+            self._stop_watch()
+            self._last_status, self._over_at = None, status.t
+            self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)
+        elif status.phase != "IDLE":
+            if self._last_status is None:
+                self._begun = self._bus.wall()
+            self._last_status = status.t
+
+    def _on_alive(self, key: str, alive: bool) -> None:
+        """A mission without token was killed, unless the router is away, or its last status is late."""
+        self._present = alive
+        if not alive and self._last_status is not None:
+            begun = self._begun
+            self._bus.after(LATE_STATUS, lambda: self._forget_begin(begun), wall=True)
+            self._bus.after(LAST_WORDS, self._end_if_gone, wall=True)
+
+    def _forget_begin(self, begun: float | None) -> None:
+        """A mission that appears after this may be the same or another one."""
+        if self._begun == begun:
+            self._begun = None
+
+    def _end_if_gone(self) -> None:
+        if not self._present and self._last_status is not None:
+            self._stop_watch()
+            self._last_status, self._over_at = None, self._last_status
+            self._start()
+
+    def _stop_watch(self) -> None:
+        self._wall_time = None if self._begun is None else self._bus.wall() - self._begun
+        self._begun = None
+
+    def _start(self) -> None:
+        self._waiting = None
+        before, facts, until = self._writing, self._facts(), self._over_at
+
+        def write() -> None:
+            if before is not None:
+                before.join()
+            text = self._write(facts, until)
+            self._bus.post(lambda: self._print(text, ""))
+
+        self._writing = threading.Thread(target=write, name="report", daemon=True)
+        self._writing.start()
+
+    def _facts(self) -> bytes:
+        processes = tuple(map(_entry, self._states()))
+        return msgspec.json.encode(OperatorFacts(wall_time_s=self._wall_time, processes=processes))
+
+    def _write(self, facts: bytes, until: float) -> str:
+        """Report the last mission that had begun by then, and others without a report; returns a sentence for each."""
+        words = ["report", str(self._run_dir), "--json", "--facts", "/dev/stdin", "--until", str(until)]
+        self._writer = subprocess.Popen(
+            [sys.executable, "-m", "skillwing.services.terminal.cli", *words],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        out, error = self._writer.communicate(facts)
+        if self._writer.returncode != OK:
+            return f"There is no report of the mission. {error.decode(errors='replace').strip()}"
+        return "\n".join(_sentence(each["report"], Path(each["folder"])) for each in json.loads(out))
+
+
+def _sentence(report: dict[str, Any], folder: Path) -> str:
+    return f"Mission {report['mission']}: {report['result']}. Its report is in {relative_path(folder)}."
+
+
+def _entry(state: ProcessState) -> ProcessEntry:
+    details = [state.last_words] if state.last_words else []
+    if state.restarts:
+        details.append(f"It was started again {state.restarts} time{'s' if state.restarts > 1 else ''}.")
+    result = "died" if state.life == "given up" else "runs"
+    return ProcessEntry(name=state.name, state=result, detail=" ".join(details))

@@ -1,0 +1,122 @@
+"""Options of the commands that run a system: `up`, `mock` and `demo`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+from skillwing.services.bus import Topology
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.run_options import MAX_SPEED, speed
+from skillwing.services.robot import ClockKind
+from skillwing.services.viewer.viewer import ViewerKind
+
+DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")]
+ListenOption = Annotated[str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Address of the router.")]
+RunDirOption = Annotated[
+    Path | None,
+    typer.Option("--run-dir", metavar="DIR", help="Directory for logs; default runs/TIME.", show_default=False),
+]
+TopologyOption = Annotated[
+    Topology,
+    typer.Option(
+        "--topology",
+        help="Processes meet at the router, or each connects to each, for the lowest latency on one host.",
+    ),
+]
+ColocateOption = Annotated[
+    bool, typer.Option("--colocate", help="All managers but the resource manager in one process, for small machines.")
+]
+RouterOption = Annotated[
+    str | None,
+    typer.Option("--router", metavar="tcp/HOST:PORT", help="Use the router of a system that runs; start none."),
+]
+RobotNameOption = Annotated[
+    str | None, typer.Option("--robot-name", metavar="NAME", help="Name of this robot, if others run here.")
+]
+ResumeOption = Annotated[bool, typer.Option("--resume", help="Continue from the journal in --run-dir.")]
+DurableOption = Annotated[
+    bool, typer.Option("--durable", help="Keep the journal safe from power loss: an fsync for each change.")
+]
+RecordOption = Annotated[
+    bool, typer.Option("--record/--no-record", help="Record the run, and write a report of each mission.")
+]
+VIEWER_HELP = "Show the run in the Rerun viewer: in its window, or in a browser."
+ViewerOption = Annotated[ViewerKind, typer.Option("--viewer", help=VIEWER_HELP)]
+
+
+def read_speed(text: str | float) -> float:
+    """Robot seconds per second, 0 for as fast as possible. Raises BadParameter."""
+    try:
+        return speed(text)
+    except ValueError as error:
+        raise typer.BadParameter(f"`{text}` is no speed: {error}.") from error
+
+
+SpeedOption: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        "--speed",
+        metavar="FACTOR|max",
+        parser=read_speed,
+        help="Robot seconds per second; max is the highest speed at which no process falls behind.",
+    ),
+]
+
+
+def speed_word(factor: float) -> str:
+    """A speed in the form that `read_speed` accepts."""
+    return str(factor) if factor > 0.0 else MAX_SPEED
+
+
+def require_robot_name(name: str) -> None:
+    """Raise InvalidOptionError for a name that cannot be a part of keys and file names."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
+        raise InvalidOptionError("robot-name", f"A robot cannot be called `{name}`. Use letters, digits, `_` and `-`.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunSettings:
+    """Settings of a run. clock: owner of robot time. listen: address of the own router. mock: nothing in it is real.
+
+    topology: way in which processes meet. colocate: managers share a process. router: address of another system's
+    router. mission_context: facts about the site for missions, by mission. resume, durable: of the journal.
+    record: the run is recorded, with these options. viewer: way to show it.
+    """
+
+    clock: ClockKind
+    listen: str
+    mock: bool
+    topology: Topology = "router"
+    colocate: bool = False
+    router: str | None = None
+    mission_context: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    resume: bool = False
+    durable: bool = False
+    record: bool = False
+    options: dict[str, Any] = field(default_factory=dict[str, Any])
+    viewer: ViewerKind = "none"
+
+    def __post_init__(self) -> None:
+        if self.router is not None and self.listen != LOOPBACK:
+            text = "The router of another system has its address already. Leave out `--listen`."
+            raise InvalidOptionError("listen", text)
+        if self.viewer != "none" and not self.record:
+            raise InvalidOptionError("viewer", "A viewer shows what is recorded. Leave out `--no-record`.")
+
+    def words(self) -> list[str]:
+        """The options of a command line that give the same settings."""
+        words = ["--listen", self.listen, "--topology", self.topology, "--viewer", self.viewer]
+        words += [] if self.router is None else ["--router", self.router]
+        flags = {
+            "--colocate": self.colocate,
+            "--resume": self.resume,
+            "--durable": self.durable,
+            "--no-record": not self.record,
+        }
+        return [*words, *(flag for flag, given in flags.items() if given)]

@@ -1,0 +1,209 @@
+"""A system run by a command: in the foreground until it is told to stop, or detached."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+from queue import SimpleQueue
+
+import typer
+from rich.console import Console
+
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.journal.journal import set_aside
+from skillwing.services.names import JOURNAL_FILE
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.colocation import colocated, process_groups
+from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Launcher
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.run_state import announced, read_run_state, reserved
+from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
+from skillwing.services.recording.run_facts import RunFacts, write_facts
+from skillwing.services.robot import ProcessSpec, Robot
+from skillwing.services.terminal.active_work import ActiveWork
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.foreground_supervisor import ForegroundSupervisor
+from skillwing.services.terminal.mission_reporter import MissionReporter
+from skillwing.services.terminal.output import make_console, relative_path
+from skillwing.services.terminal.system_options import RunSettings
+from skillwing.services.viewer.viewer import Viewer, ViewerKind
+
+
+def make_run_dir(given: Path | None, command: str) -> Path:
+    """The directory of a run; its default name has the time and the command."""
+    return (given or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{command}").absolute()
+
+
+def require_not_running(robot: str, otherwise: str = "") -> None:
+    """Raise SkillwingError for a system of the robot that runs. otherwise: an alternative to stopping it."""
+    running = read_run_state(robot)
+    if running is not None:
+        stop = f"Stop it first with `skillwing down --robot {robot}`{otherwise}."
+        raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
+
+
+def prepare_run(robot: str, run_dir: Path, settings: RunSettings, *, detach: bool) -> None:
+    """Check that a system can run in a directory, and set the journal of an earlier run there aside.
+
+    detach: another process runs it, and moves the journal. Raises SkillwingError and InvalidOptionError.
+    """
+    require_not_running(robot, ", or give this one a name of its own with `--robot-name`")
+    if settings.record and not settings.resume and (run_dir / TIMELINE_FILE).exists():
+        text = f"{relative_path(run_dir)} holds the recording of a run. Choose another directory, or `--no-record`."
+        raise InvalidOptionError("run-dir", text)
+    if detach:
+        return
+    journal = run_dir / JOURNAL_FILE
+    if not settings.resume:
+        set_aside(journal)
+    elif not journal.is_file():
+        text = f"There is no journal in {run_dir} to continue from. Name the directory of a run with --run-dir."
+        raise InvalidOptionError("resume", text)
+
+
+def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settings: RunSettings) -> int:
+    """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
+    laid_out = colocated(specs) if settings.colocate else tuple(specs)
+    with stop_on_signals() as stop, reserved(robot.name):
+        return _run(robot, laid_out, run_dir, settings, stop)
+
+
+def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: RunSettings, stop: StopSignal) -> int:
+    console = make_console()
+    exits: SimpleQueue[ProcessExit] = SimpleQueue()
+    skillset = robot.load_skillset()
+    active_work = ActiveWork(robot.name, skillset, robot.not_to_be_left, simulated=settings.clock == "robot")
+    launcher = Launcher(
+        robot.name,
+        skillset.name,
+        run_dir,
+        clock=settings.clock,
+        topology=settings.topology,
+        router=settings.router,
+        restarts=True,
+        stop=stop,
+        on_exit=exits.put,
+    )
+    reporter = None
+    try:
+        with ExitStack() as stack:
+            with stop.raising():
+                viewer = stack.enter_context(opened_viewer(settings.viewer, run_dir, console))
+            observers = _observers(robot, run_dir, settings, None if viewer is None else viewer.url)
+            stack.enter_context(launcher)
+            begun = time.monotonic()
+            with console.status(f"Starting {len(process_groups((*observers, *specs)))} processes ..."):
+                if settings.router is None:
+                    launcher.start_router(settings.listen)
+                launcher.start((*observers, *specs))
+            with announced(
+                robot,
+                launcher.endpoint,
+                run_dir,
+                clock=settings.clock,
+                mock=settings.mock,
+                topology=settings.topology,
+                processes=launcher.states,
+                mission_context=settings.mission_context,
+                viewer=None if viewer is None else viewer.page,
+            ) as announcement:
+                count, seconds = running_processes(launcher.states), time.monotonic() - begun
+                console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
+                console.print(f"Router at {launcher.endpoint}, {'recording' if observers else 'logs'} in {run_dir}.")
+                console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
+                reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
+                supervisor = ForegroundSupervisor(
+                    console, launcher, announcement, exits, skillset.name, stop, reporter, active_work
+                )
+                with supervisor:
+                    code = supervisor.follow()
+    except KeyboardInterrupt:
+        code = OK
+    console.print(f"{robot.name} has stopped.")
+    if active_work.text:
+        console.print(active_work.text, style="red", highlight=False)
+    if reporter is not None:
+        with stop.raising():
+            reporter.finish(console)
+    return code
+
+
+@contextmanager
+def opened_viewer(kind: ViewerKind, run_dir: Path, console: Console) -> Iterator[Viewer | None]:
+    """A viewer of that kind; None for none, and with a sentence for one that does not open."""
+    if kind == "none":
+        yield None
+        return
+    if kind == "native":
+        console.print("Opening the viewer ...")
+    with Viewer(kind, run_dir / "logs" / "viewer.log") as viewer:
+        if not viewer.is_open:
+            log = relative_path(viewer.log)
+            console.print(f"The viewer did not open; {log} has the reason. The run is recorded anyway.", style="red")
+        elif viewer.page is not None:
+            console.print(f"Watch it in a browser: {viewer.page}", soft_wrap=True, highlight=False)
+        yield viewer if viewer.is_open else None
+
+
+def _observers(robot: Robot, run_dir: Path, settings: RunSettings, viewer_url: str | None) -> tuple[ProcessSpec, ...]:
+    """The recorder of a run that is recorded; the facts of the run are written at once."""
+    if not settings.record:
+        return ()
+    facts = RunFacts(robot=robot.name, skillset=str(robot.skillset), judge=robot.judge, options=settings.options)
+    write_facts(run_dir, facts)
+    return robot.observers({**settings.options, "run_dir": str(run_dir), "viewer_url": viewer_url})
+
+
+def running_processes(states: Sequence[ProcessState]) -> str:
+    """`7`, or `6 of 7` after an exit; the router does not count."""
+    lives = [state.life == "lives" for state in states if state.name != ROUTER]
+    return f"{len(lives)}" if all(lives) else f"{sum(lives)} of {len(lives)}"
+
+
+def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
+    """Run a command line in a session of its own, and return when its system is up. It must not detach itself.
+
+    robot: name under which the system announces itself. Returns the exit code: FAILED for a system that runs without
+    one of its processes, with what is known of that process on standard error. Raises SkillwingError with the output of
+    a command that ends before, or with the log file of one that takes too long.
+    """
+    log = run_dir / "logs" / "up.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("ab") as file:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "skillwing.services.terminal.cli", *words, "--run-dir", str(run_dir)],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+    deadline = time.monotonic() + START_TIMEOUT + ROUTER_TIMEOUT
+    while time.monotonic() < deadline:
+        state = read_run_state(robot)
+        if state is not None and state.pid == process.pid:
+            typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs. `skillwing down` stops it.")
+            if state.viewer is not None:
+                typer.echo(f"Watch it in a browser: {state.viewer}")
+            return _report_failed_processes(state.processes)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(0.05)
+            raise SkillwingError(log.read_text(encoding="utf-8", errors="replace").strip())
+    process.terminate()
+    raise SkillwingError(f"`{robot}` did not come up in time. Look at {log}.")
+
+
+def _report_failed_processes(processes: Sequence[ProcessState]) -> int:
+    down = [process for process in processes if process.life != "lives"]
+    if not down:
+        return OK
+    typer.echo(f"{running_processes(processes)} processes run.", err=True)
+    for process in down:
+        typer.echo(process.last_words, err=True)
+    return FAILED

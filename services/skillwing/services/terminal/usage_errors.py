@@ -1,0 +1,78 @@
+"""Usage errors: a mistyped command line, in sentences like those of all other errors."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from skillwing.dsl.suggest import closest, listed
+from skillwing.services.errors import InvalidOptionError
+
+_QUOTED = r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*\""""
+"""A word as the parser quotes it: in Python's notation, with quotes that the word does not contain."""
+_NO_COMMAND = re.compile(f"No such command ({_QUOTED})")
+_QUOTED_PLACE = re.compile(rf"`[^`]*`|(?<!\w)({_QUOTED})(?!\w)")
+"""A quoted word. Text in backticks stays, and an apostrophe within a word is no quote."""
+
+
+def usage_error(error: Exception, command: str) -> Exception:
+    """The error to raise in place of a parser's: InvalidOptionError, or the same error for a request for help.
+
+    command: name of the command, for an error without it. The names of their classes distinguish the parser's errors:
+    typer does not export the classes.
+    """
+    kind = type(error).__name__
+    if kind == "NoArgsIsHelpError":
+        return error
+    context: Any = getattr(error, "ctx", None)
+    parameter: Any = getattr(error, "param", None)
+    command = command if context is None else context.command_path
+    option = str(getattr(error, "option_name", ""))
+    message = str(getattr(error, "message", ""))
+    said = _plain(message)
+    if kind == "MissingParameter" and parameter is not None:
+        text = f"`{command}` lacks {_described(parameter)}."
+    elif kind == "BadParameter" and parameter is not None:
+        text = f"`{_name(parameter)}` of `{command}` does not fit: {said}."
+    elif kind == "NoSuchOption" and context is not None:
+        text = f"`{command}` has no option `{option}`{_guess(option, _options(context))}"
+    elif kind == "BadOptionUsage":
+        text = f"`{option}` of `{command}` does not fit: {said}."
+    elif (unknown := _NO_COMMAND.match(message)) and context is not None:
+        word, known = unknown[1][1:-1], context.command.list_commands(context)
+        exists = f"What exists: {listed(known, limit=len(known))}."
+        text = f"There is no command `{word}` of `{command}`{_guess(word, known)} {exists}"
+    else:
+        text = f"`{command}` does not fit: {said}."
+    return InvalidOptionError(option or str(getattr(parameter, "name", "")), f"{text} See `{command} -h`.")
+
+
+def _plain(said: str) -> str:
+    """The parser's message without details for its developers."""
+    said = said.removeprefix("Value error, ").partition(", unable to parse")[0]
+    return _QUOTED_PLACE.sub(lambda found: f"`{found[1][1:-1]}`" if found[1] else found[0], said).rstrip(".")
+
+
+def _described(parameter: Any) -> str:
+    """`--skillset FILE` (skillset file)."""
+    is_option = parameter.param_type_name == "option"
+    value = f" {parameter.metavar}" if is_option and parameter.metavar else ""
+    said = str(getattr(parameter, "help", None) or "").rstrip(".")
+    return f"`{_name(parameter)}{value}`" + (f" ({said[0].lower()}{said[1:]})" if said else "")
+
+
+def _name(parameter: Any) -> str:
+    """`--speed`, or the metavar of an argument."""
+    if parameter.param_type_name == "option":
+        return max(parameter.opts, key=len)
+    return str(parameter.metavar or parameter.name.upper())
+
+
+def _options(context: Any) -> list[str]:
+    """Long names of the options of a command."""
+    return [name for each in context.command.params for name in each.opts if name.startswith("--")]
+
+
+def _guess(word: str, known: list[str]) -> str:
+    guess = closest(word, known)
+    return f"; did you mean `{guess}`?" if guess else "."

@@ -1,0 +1,1 @@
+"""The Rerun viewer: its program on this machine, and its page for browsers."""

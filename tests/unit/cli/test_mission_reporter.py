@@ -1,0 +1,214 @@
+"""A mission that is flown with a running system leaves a report, also when it is cut short."""
+
+from __future__ import annotations
+
+import io
+import threading
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from skillwing.m600.robot import SKILLSET
+from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines
+from skillwing.services.history.report import read_report
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
+from skillwing.services.recording.run_facts import RunFacts, write_facts
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import USAGE
+from skillwing.services.terminal.mission_reporter import LAST_WORDS, MissionReporter
+
+STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
+
+
+class System:
+    """A run directory, as a recorder fills it, and a bus on which a mission tells what it does."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self.run_dir = run_dir
+        write_facts(run_dir, RunFacts(robot="m600", skillset=str(SKILLSET)))
+        self.network = InProcessNetwork()
+        self.told: list[str] = []
+        self.reports = MissionReporter(run_dir, "m600", lambda: STATES)
+        self.bus: Bus = self.network.bus("supervisor")
+        self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
+        self._mission = self.network.bus("mission")
+        self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
+        self._number = 0
+
+    def enter(self, before: str, after: str) -> None:
+        self._number += 1
+        t = self.bus.now()
+        record = Record(
+            id=f"mission#{self._number}",
+            t=t,
+            source="mission",
+            kind=RecordKind.MISSION,
+            subject="patrol",
+            before=before,
+            after=after,
+        )
+        with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
+            file.write(record)
+        self._out.put(encode(MissionStatus(mission="patrol", phase=MissionPhase(after), t=t, text="")))
+
+    def begin(self) -> Handle:
+        """A mission takes off; cancelling what is returned kills its process."""
+        alive = self._mission.declare_alive(Keys("m600").alive("mission"))
+        self.enter("IDLE", "RUNNING")
+        return alive
+
+    def results(self) -> dict[str, tuple[str, float, float | None]]:
+        """What the reports tell that there are: result, duration and wall time."""
+        read = {folder.parent.name: read_report(folder.parent) for folder in self.run_dir.glob("*/report.json")}
+        return {name: (each.result, each.sim_time_s, each.wall_time_s) for name, each in read.items()}
+
+    def wait_for_report(self) -> None:
+        for thread in threading.enumerate():
+            if thread.name == "report":
+                thread.join()
+        self.network.run_for(0.1)
+
+    def finish(self) -> str:
+        console = Console(file=io.StringIO(), width=300)
+        self.reports.finish(console)
+        assert isinstance(console.file, io.StringIO)
+        return console.file.getvalue()
+
+
+@pytest.fixture
+def system(tmp_path: Path) -> System:
+    return System(tmp_path / "run")
+
+
+def test_a_mission_that_is_over_is_reported_and_the_next_one_beside_it(system: System) -> None:
+    system.network.run_for(1.0)
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.told[0].startswith("Mission patrol: success. Its report is in ")
+    report = read_report(system.run_dir / "1-patrol")
+    assert (report.result, report.sim_time_s) == ("success", 20.0)
+    assert report.wall_time_s == pytest.approx(20.0, abs=0.5)
+    assert [(each.name, each.state) for each in report.processes] == [("router", "runs"), ("recorder", "runs")]
+    assert "started again 1 time." in report.processes[1].detail
+    assert (system.run_dir / "1-patrol" / "timeline.png").exists()
+
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(5.0)
+    assert "Mission patrol: unfinished." in system.finish()
+    assert read_report(system.run_dir / "2-patrol").result == "unfinished"
+    assert read_report(system.run_dir / "1-patrol") == report
+
+
+def test_one_that_is_followed_at_once_by_the_next_is_reported_all_the_same(system: System) -> None:
+    system.network.run_for(1.0)
+    first = system.begin()
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    first.cancel()
+    system.network.run_for(LAST_WORDS / 2)
+    system.begin()
+    system.network.run_for(10.0)
+    system.wait_for_report()
+    (told,) = system.told
+    assert "1-patrol" in told
+    assert system.results() == {"1-patrol": ("success", 20.0, pytest.approx(20.0, abs=0.1))}
+    system.enter("RUNNING", "FAILED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results()["2-patrol"] == ("failure", 10.1, pytest.approx(10.1, abs=0.1))
+    assert len(system.told) == 2
+
+
+def test_a_last_word_that_comes_after_the_end_of_the_process_is_measured_all_the_same(system: System) -> None:
+    system.network.run_for(1.0)
+    ended = system.begin()
+    system.network.run_for(20.0)
+    ended.cancel()
+    system.network.run_for(0.1)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results() == {"1-patrol": ("success", 20.1, pytest.approx(20.1, abs=0.1))}
+    assert len(system.told) == 1
+
+
+def test_one_whose_process_is_killed_is_reported_as_unfinished(system: System) -> None:
+    system.network.run_for(1.0)
+    killed = system.begin()
+    system.network.run_for(20.0)
+    killed.cancel()
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
+    assert list(system.results()) == ["1-patrol"]
+    assert system.finish().count("Mission") == 0
+
+
+def test_one_that_is_killed_just_before_the_next_is_given_up_is_reported_with_that(system: System) -> None:
+    system.network.run_for(1.0)
+    killed = system.begin()
+    system.network.run_for(20.0)
+    killed.cancel()
+    system.network.run_for(LAST_WORDS / 2)
+    system.enter("IDLE", "ABORTED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert {name: (result, wall) for name, (result, _, wall) in system.results().items()} == {
+        "1-patrol": ("unfinished", None),
+        "2-patrol": ("aborted", None),
+    }
+
+
+def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:
+    assert system.finish() == ""
+    assert [path.name for path in system.run_dir.iterdir()] == ["run.json"]
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [(None, "holds no `run.json`"), (b"{", "cannot be read"), (b'{"robot":"r","skillset":"%s"}', "No mission was")],
+)
+def test_a_run_that_cannot_be_reported_gets_a_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    content: bytes | None,
+    sentence: str,
+) -> None:
+    if content is not None:
+        (tmp_path / "run.json").write_bytes(content.replace(b"%s", str(SKILLSET).encode()))
+    monkeypatch.setattr("sys.argv", ["skillwing", "report", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--no-record", "--viewer", "web"], "Leave out `--no-record`."),
+        ([], "holds the recording of a run"),
+    ],
+)
+def test_what_cannot_be_shown_or_recorded_starts_nothing(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    sentence: str,
+) -> None:
+    (tmp_path / TIMELINE_FILE).touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", "--mock", "--run-dir", str(tmp_path), *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert sentence in capsys.readouterr().err

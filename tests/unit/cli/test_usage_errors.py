@@ -1,0 +1,67 @@
+"""A mistyped command line is answered in sentences as every other mistake: what is wrong, and what to do."""
+
+from __future__ import annotations
+
+import pytest
+from typer.testing import CliRunner
+
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        (
+            "new-skill wave",
+            "`skillwing new-skill` lacks `--skillset FILE` (skillset file). See `skillwing new-skill -h`.",
+        ),
+        ("trigger a", "`skillwing trigger` lacks `STATE` (its new state). See `skillwing trigger -h`."),
+        ("up --roboter a", "`skillwing up` has no option `--roboter`; did you mean `--robot`? See `skillwing up -h`."),
+        ("down -z", "`skillwing down` has no option `-z`. See `skillwing down -h`."),
+        ("--nope", "`skillwing` has no option `--nope`. See `skillwing -h`."),
+        ("up --speed", "`--speed` of `skillwing up` does not fit: Option `--speed` requires an argument."),
+        ("up --viewer foo", "`--viewer` of `skillwing up` does not fit: `foo` is not one of `none`, `native`, `web`."),
+        (
+            "up --seed 4294967296",
+            "`--seed` of `skillwing up` does not fit: Input should be less than or equal to 4294967295.",
+        ),
+        ("replay a b", "`skillwing replay` does not fit: Got unexpected extra argument"),
+        (
+            "mission chek",
+            "There is no command `chek` of `skillwing mission`; did you mean `check`? What exists: `list`",
+        ),
+        ("mission it's", "There is no command `it's` of `skillwing mission`. What exists: `list`"),
+        ("mission a`b", "There is no command `a`b` of `skillwing mission`. What exists: `list`"),
+        (
+            "up --viewer it's",
+            "`--viewer` of `skillwing up` does not fit: `it's` is not one of `none`, `native`, `web`.",
+        ),
+        ("up --speed it's", "`--speed` of `skillwing up` does not fit: `it's` is no speed: give a number"),
+    ],
+)
+def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        CliRunner().invoke(cli.app, line.split(), prog_name="skillwing", catch_exceptions=False)
+    assert str(caught.value).startswith(sentence)
+    assert exit_code_of(caught.value) == USAGE
+
+
+def test_an_apostrophe_is_no_quote() -> None:
+    with pytest.raises(InvalidOptionError, match=r"\(it's isn't\)"):
+        CliRunner().invoke(cli.app, ["replay", "a", "it's", "isn't"], prog_name="skillwing", catch_exceptions=False)
+
+
+def test_a_number_is_asked_for_in_plain_words() -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        CliRunner().invoke(cli.app, ["up", "--seed", "x"], prog_name="skillwing", catch_exceptions=False)
+    assert str(caught.value).startswith("`--seed` of `skillwing up` does not fit: ")
+    assert "parse" not in str(caught.value)
+
+
+@pytest.mark.parametrize("line", ["", "mission"])
+def test_who_names_no_command_gets_the_help(line: str) -> None:
+    result = CliRunner().invoke(cli.app, line.split(), prog_name="skillwing")
+    assert "Usage: skillwing" in result.output
+    assert result.exit_code == USAGE

@@ -1,0 +1,209 @@
+"""The history is a function of the set of messages: not of their order, nor of repetitions."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from random import Random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from synthetic_mission import SKILLSET, tell
+
+from skillwing.dsl import parse
+from skillwing.dsl.model import Resource, Skillset
+from skillwing.services.history import history as folding
+from skillwing.services.history.history import GoalOutcome, History, StateSpan
+from skillwing.services.history.wording import NEAREST, abridge, chain_text
+from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+
+STORY = tell()
+
+
+def outcomes(history: History) -> dict[str, GoalOutcome]:
+    return {bar.goal_id: bar.outcome for bar in history.bars}
+
+
+@given(st.data())
+def test_order_and_repetition_change_nothing(data: st.DataObject) -> None:
+    expected = History.of(STORY.records, STORY.statuses, SKILLSET)
+    records = data.draw(st.permutations(STORY.records)) + data.draw(st.lists(st.sampled_from(STORY.records)))
+    statuses = data.draw(st.permutations(STORY.statuses)) + data.draw(st.lists(st.sampled_from(STORY.statuses)))
+    history = History.of(records, statuses, SKILLSET)
+    assert history.bars == expected.bars
+    assert history.lanes == expected.lanes
+    assert history.switches == expected.switches
+    assert history.records == expected.records
+
+
+def test_bars_have_the_colours_of_their_endings() -> None:
+    history = History.of(STORY.records, STORY.statuses)
+    assert outcomes(history) == {
+        "g1": GoalOutcome.SUCCESS,
+        "g2": GoalOutcome.FAILURE,
+        "g3": GoalOutcome.FAILURE,
+        "g4": GoalOutcome.INTERRUPTED,
+        "g5": GoalOutcome.FAILURE,
+        "g6": GoalOutcome.INTERRUPTED,
+        "g7": GoalOutcome.SUCCESS,
+        "g8": GoalOutcome.SUCCESS,
+    }
+    bar = history.bar("g3")
+    assert (bar.t_start, bar.t_end, bar.terminal) == (6.4, 12.0, "S_BLOCKED")
+    assert [bar.goal_id for bar in history.bars if bar.refused] == ["g5"]
+
+
+@pytest.mark.parametrize("ending", list(Ending))
+def test_only_a_success_that_held_is_green(ending: Ending) -> None:
+    for success in (True, False):
+        terminal = Terminal(ending=ending, reason="", result="R", success=success)
+        status = GoalStatus(goal_id="g", skill="s", state=State.TERMINATED, t=1.0, terminal=terminal)
+        green = History.of([], [status]).bar("g").outcome is GoalOutcome.SUCCESS
+        assert green == (ending is Ending.SUCCEEDED and success)
+
+
+def test_a_goal_whose_manager_died_is_ended_by_whoever_noticed() -> None:
+    running = GoalStatus(goal_id="g", skill="goto", state=State.RUNNING, t=3.0)
+    noticed = Record(
+        id="resource_manager#1",
+        t=5.0,
+        source="resource_manager",
+        kind=RecordKind.GOAL,
+        subject="goto",
+        before="RUNNING",
+        after="LOST",
+        text="the manager of goto is gone",
+        goal_id="g",
+    )
+    assert History.of([], [running]).bar("g").outcome is GoalOutcome.RUNNING
+    bar = History.of([noticed], [running]).bar("g")
+    assert (bar.t_end, bar.terminal, bar.outcome, bar.reason) == (5.0, "LOST", GoalOutcome.FAILURE, noticed.text)
+
+
+def test_the_manager_knows_better_than_whoever_noticed() -> None:
+    terminal = Terminal(ending=Ending.SUCCEEDED, result="ARRIVED", success=True, reason="arrived")
+    ended = GoalStatus(goal_id="g", skill="goto", state=State.TERMINATED, t=4.0, terminal=terminal)
+    noticed = Record(
+        id="m#1", t=5.0, source="m", kind=RecordKind.GOAL, subject="goto", before=None, after="LOST", goal_id="g"
+    )
+    assert History.of([noticed], [ended]).bar("g").terminal == "S_ARRIVED"
+
+
+def test_one_failure_reads_as_one_chain() -> None:
+    (switch,) = History.of(STORY.records).switches
+    assert (switch.t, switch.before, switch.after) == (20.54, "ZED branch", "LiDAR branch")
+    assert chain_text(switch.chain) == (
+        "zed blackout ON -> zed FAILED -> zed_status FAILED -> zed_depthmap RI -> branch LiDAR branch"
+    )
+
+
+def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
+    steps = [("zed", RecordKind.FAULT, "blackout"), ("zed", RecordKind.HEALTH, "FAILED")]
+    steps += [("goto", RecordKind.GOAL, after) for after in ("GRANTED", "RUNNING", "LOST")]
+    chain = [
+        Record(id=f"p#{n}", t=0.0, source="p", kind=kind, subject=subject, before=None, after=after)
+        for n, (subject, kind, after) in enumerate(steps)
+    ]
+    assert chain_text(chain) == "zed blackout -> zed FAILED -> goto LOST"
+    assert chain_text([]) == ""
+
+
+def test_of_a_long_chain_the_root_and_the_nearest_causes_are_told() -> None:
+    """Nothing is left out where saying so would take as much room."""
+    for length in range(20):
+        causes = [f"cause {number}" for number in range(length)]
+        told = abridge(causes)
+        left_out = [cause for cause in causes if cause not in told]
+        assert told[:1] == causes[:1]
+        assert told[-NEAREST:] == causes[-NEAREST:]
+        assert (f"... {len(left_out)} more" in told) == bool(left_out)
+        assert len(left_out) != 1
+
+
+def test_a_chain_ends_at_what_was_not_seen_and_in_a_circle() -> None:
+    def record(name: str, cause: str) -> Record:
+        return Record(
+            id=name, t=0.0, source="p", kind=RecordKind.DATA, subject=name, before=None, after="x", cause=cause
+        )
+
+    assert [r.id for r in History.of([record("a", "never seen")]).chain("a")] == ["a"]
+    assert {r.id for r in History.of([record("a", "b"), record("b", "a")]).chain("a")} == {"a", "b"}
+    assert History().chain(None) == ()
+
+
+def test_unchanged_resources_keep_their_initial_state() -> None:
+    lanes = History.of(STORY.records, (), SKILLSET).lanes
+    assert lanes["battery_status"] == (StateSpan("NORMAL", 0.0, None),)
+    assert [span.state for span in lanes["zed_status"]] == ["UNKNOWN", "OK", "FAILED"]
+
+
+@given(st.lists(st.tuples(st.floats(0, 100), st.sampled_from(["A", "B", "C"])), max_size=20))
+def test_lanes_have_no_gaps_and_no_overlaps(changes: list[tuple[float, str]]) -> None:
+    before, records = "A", list[Record]()
+    for number, (t, state) in enumerate(sorted(changes, key=lambda change: change[0])):
+        records.append(
+            Record(id=f"m#{number}", t=t, source="m", kind=RecordKind.RESOURCE, subject="r", before=before, after=state)
+        )
+        before = state
+    spans = History.of(records, (), Skillset("s", resources=(Resource("r", ("A", "B", "C"), "A", ()),))).lanes["r"]
+    assert spans[0].t_start == 0.0
+    assert spans[-1].t_end is None
+    assert spans[-1].state == before
+    assert all(a.t_end == b.t_start for a, b in pairwise(spans))
+
+
+WATCH = parse(
+    """
+    skillset watch {
+        resource eye { initial OPEN  extern * -> SHUT  extern * -> OPEN }
+        resource lamp { initial ON  extern * -> OFF  extern * -> ON }
+        skill look {
+            precondition { open: resource=(eye == OPEN)  lit: resource=(lamp == ON) }
+            result { success SEEN }
+        }
+    }
+    """
+)
+BETTER = {"eye": "OPEN", "lamp": "ON"}
+CHANGES = st.tuples(st.just(RecordKind.RESOURCE), st.sampled_from([("eye", "OPEN"), ("eye", "SHUT"), ("lamp", "OFF")]))
+REFUSALS = st.just((RecordKind.GOAL, ("look", folding.NOT_READY)))
+
+
+def watched(number: int, t: float, kind: RecordKind, subject: str, after: str) -> Record:
+    return Record(
+        id=f"m#{number}", t=t, source="m", kind=kind, subject=subject, before=None, after=after, cause="who asked"
+    )
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), CHANGES | REFUSALS), max_size=12), st.integers(0, 5), st.randoms())
+def test_a_refusal_comes_from_the_latest_change_before_it(
+    told: list[tuple[int, tuple[RecordKind, tuple[str, str]]]], begin: int, order: Random
+) -> None:
+    """In whatever order it is heard, and also where what is looked at begins after that change."""
+    told.sort(key=lambda each: each[0])
+    records = [watched(number, float(t), kind, *change) for number, (t, (kind, change)) in enumerate(told)]
+    expected = dict[str, str | None]()
+    latest = dict[str, Record]()
+    for record in records:
+        if record.kind is RecordKind.RESOURCE:
+            latest[record.subject] = record
+            continue
+        lacked = [each.id for subject, each in latest.items() if each.after != BETTER[subject]]
+        expected[record.id] = max(lacked, key=lambda name: int(name[2:]), default=record.cause)
+    heard = order.sample(records, len(records))
+    for history in (whole := History.of(heard, (), WATCH), whole.part(float(begin))):
+        for record in history.records:
+            if record.kind is RecordKind.GOAL:
+                assert history.explained(record).cause == expected[record.id]
+
+
+def test_a_refusal_is_explained_without_a_look_at_the_whole_history(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A client that asks again and again would make each answer dearer than the one before."""
+    changes = [watched(n, n * 0.1, RecordKind.RESOURCE, "eye", "OPEN" if n % 2 else "SHUT") for n in range(1001)]
+    refusal = watched(1001, 1000.0, RecordKind.GOAL, "look", folding.NOT_READY)
+    history = History.of([*changes, refusal], (), WATCH)
+    looked_at: list[str] = []
+    moment = folding._moment  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(folding, "_moment", lambda record: looked_at.append(record.id) or moment(record))
+    assert history.explained(refusal).cause == changes[-1].id
+    assert len(looked_at) < 50

@@ -1,0 +1,222 @@
+"""A recorder on the in-process bus: what it writes can be read back, by people's tools and by ours."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+import rerun as rr
+from hypothesis import given
+from hypothesis import strategies as st
+from rerun.chunk import RrdReader
+from synthetic_mission import MISSION, SKILLSET, Story, Teller, tell
+
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.errors import (
+    BadRecordingError,
+    PassingError,
+)
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines, read_goals, read_records
+from skillwing.services.history.history import History
+from skillwing.services.protocol import PROTOCOL_VERSION, Keys, MissionPhase, MissionStatus, Record, RecordKind
+from skillwing.services.recording.mission_view import causes_in_words, in_lines
+from skillwing.services.recording.options import RecorderOptions
+from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
+
+
+def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Recorder:
+    network = InProcessNetwork()
+    recorder = Recorder(RecorderOptions(run_dir=str(run_dir), skillset="m600.skillset"), SKILLSET)
+    network.attach(recorder)
+    network.attach(Teller(story))
+    if extra is not None:
+        network.bus("stranger").advertise(Keys(SKILLSET.name).timeline).put(extra)
+    network.run_for(40.0)
+    recorder.detach()
+    return recorder
+
+
+def states_of(run_dir: Path, lane: str, file: str = RECORDING_FILE) -> dict[float, str]:
+    """What a lane shows from each moment on: of several rows at one time the latest wins."""
+    chunks = RrdReader(str(run_dir / file)).stream().filter(content=lane).to_chunks()
+    rows: list[tuple[float, bytes, str]] = []
+    for chunk in chunks:
+        batch = chunk.to_record_batch()
+        columns = {name: batch.column(name) for name in batch.schema.names}
+        state = next((name for name in columns if name.endswith("StateChange:state")), None)
+        if state is None:
+            continue
+        for row in range(batch.num_rows):
+            t = columns["mission_time"][row].value / 1e9
+            rows.append((t, columns["rerun.controls.RowId"][row].as_py(), columns[state][row].as_py()[0]))
+    return {t: state for t, _, state in sorted(rows)}
+
+
+def logged(run_dir: Path, content: str) -> list[str]:
+    """Lines of the recording's log."""
+    chunks = RrdReader(str(run_dir / RECORDING_FILE)).stream().filter(content=content).to_chunks()
+    return [
+        text
+        for batch in (chunk.to_record_batch() for chunk in chunks)
+        for name in batch.schema.names
+        if name.endswith("TextLog:text")
+        for row in batch.column(name).to_pylist()
+        for text in row
+    ]
+
+
+def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
+    story = tell()
+    recorder = record(story, tmp_path)
+    assert sorted(r.id for r in read_records(tmp_path)) == sorted(r.id for r in story.records)
+    read = History.of(read_records(tmp_path), read_goals(tmp_path), SKILLSET)
+    assert read.bars == recorder.history.bars == History.of(story.records, story.statuses).bars
+
+
+def test_bars_of_the_recording_take_the_colour_of_their_ending(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/skills/03_goto_straight") == {
+        6.4: "S_BLOCKED",
+        12.0: "",
+        12.2: "IT",
+        21.5: "",
+    }
+    assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
+
+
+def test_a_refused_goal_has_no_bar(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/skills/05_goto") == {21.6: "S_ARRIVED", 29.8: ""}
+
+
+def test_resources_begin_in_their_initial_state(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert states_of(tmp_path, "/resources/01_zed_status") == {0.0: "UNKNOWN", 0.5: "OK", 20.51: "FAILED"}
+    assert states_of(tmp_path, "/resources/02_depthmap_source") == {0.0: "NONE", 6.2: "ZED", 20.52: "NONE"}
+
+
+def test_tree_and_causes_are_in_the_recording(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    assert RrdReader(str(tmp_path / RECORDING_FILE)).stream().filter(content="/tree/**").to_chunks()
+    texts = logged(tmp_path, "/log/mission")
+    switch = next(row for row, text in enumerate(texts) if text.startswith("SWITCH"))
+    assert texts[switch : switch + 3] == [
+        "SWITCH ZED branch -> LiDAR branch",
+        "    <- zed_depthmap RI <- zed_status FAILED",
+        "    <- zed FAILED <- zed blackout ON",
+    ]
+    ended = logged(tmp_path, "/log/goal")
+    assert ended[ended.index("zed_depthmap RI") + 1] == "    <- zed_status FAILED <- zed FAILED", "not its own steps"
+
+
+def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_waits_for(tmp_path: Path) -> None:
+    story = tell()
+    for t, lacking in ((0.1, "home"), (0.2, "home"), (0.3, "GNSS")):
+        status = MissionStatus(
+            mission=MISSION, phase=MissionPhase.IDLE, t=t, text=f"waiting: {lacking}", waypoint=0, waypoints=0
+        )
+        story.messages.append((t, status))
+    record(story, tmp_path)
+    texts = logged(tmp_path, "/log/**")
+    for phase in ("RUNNING", "SUCCEEDED"):
+        assert sum(text.startswith(f"{MISSION} {phase}") for text in texts) == 1
+    assert sorted(text for text in texts if "waiting" in text) == [f"{MISSION} waiting: {x}" for x in ("GNSS", "home")]
+
+
+def test_of_a_long_chain_the_nearest_causes_and_the_root_are_told() -> None:
+    def told(length: int) -> list[str]:
+        words = causes_in_words([f"cause {number}" for number in range(length)])
+        return [line.strip() for line in in_lines(words, 12)]
+
+    assert told(7) == [f"<- cause {number}" for number in (6, 5, 4, 3, 2, 1, 0)]
+    assert told(9) == [
+        "<- cause 8",
+        "<- cause 7",
+        "<- cause 6",
+        "<- cause 5",
+        "<- cause 4",
+        "<- ... 3 more",
+        "<- cause 0",
+    ]
+
+
+@given(st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), min_size=1, max_size=300))
+def test_a_line_of_the_log_that_does_not_fit_goes_on_below(text: str) -> None:
+    lines = in_lines(text, 40)
+    assert " ".join(lines).split() == text.split()
+    assert all(len(line) <= 40 or " " not in line.strip() for line in lines)
+    assert all(line.startswith("    ") for line in lines[1:])
+
+
+def test_a_message_that_is_none_is_left_out(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    story = tell()
+    record(story, tmp_path, extra=b"\xc1 not a record")
+    assert len(read_records(tmp_path)) == len(story.records)
+    assert "Left out a message" in caplog.text
+
+
+def test_a_viewer_that_is_gone_at_the_end_is_no_failure(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def flush(stream: rr.RecordingStream, *, timeout_sec: float) -> None:
+        raise RuntimeError("gRPC has been unable to connect")
+
+    monkeypatch.setattr(rr.RecordingStream, "flush", flush)
+    record(tell(), tmp_path)
+    assert "did not receive the end" in caplog.text
+    assert states_of(tmp_path, "/skills/02_zed_depthmap") == {6.2: "RI", 20.53: ""}
+
+
+def test_without_rerun_the_timeline_is_still_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    for module in ("rerun_stream", "mission_view"):
+        monkeypatch.delitem(sys.modules, f"skillwing.services.recording.{module}", raising=False)
+    story = tell()
+    record(story, tmp_path)
+    assert len(read_records(tmp_path)) == len(story.records)
+    assert not (tmp_path / RECORDING_FILE).exists()
+    assert "skillwing[viewer]" in caplog.text
+
+
+def test_a_journal_that_was_cut_off_is_read_up_to_the_cut(tmp_path: Path) -> None:
+    story = tell()
+    record(story, tmp_path)
+    file = tmp_path / TIMELINE_FILE
+    file.write_bytes(file.read_bytes()[:-20])
+    assert len(read_records(tmp_path)) == len(story.records) - 1
+
+
+def test_a_recording_of_another_protocol_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    with JsonLines[Record](tmp_path / TIMELINE_FILE) as lines:
+        for version in (PROTOCOL_VERSION, 1):
+            lines.write(
+                Record(v=version, id="a", t=0.0, source="x", kind=RecordKind.GOAL, subject="x", before=None, after="y")
+            )
+    sentence = rf"was recorded with protocol 1, .* reads protocol {PROTOCOL_VERSION}\. Read it with the version that"
+    with pytest.raises(BadRecordingError, match=sentence):
+        read_records(tmp_path)
+
+
+def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_path: Path) -> None:
+    story = tell()
+    record(story, tmp_path / "whole")
+    shutil.copytree(tmp_path / "whole", tmp_path / "run")
+    file = tmp_path / "run" / TIMELINE_FILE
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    again = record(story, tmp_path / "run")
+    written = read_records(tmp_path / "run")
+    assert sorted(each.id for each in written) == sorted(each.id for each in story.records)
+    assert read_goals(tmp_path / "run") == read_goals(tmp_path / "whole")
+    assert again.history.bars == History.of(story.records, story.statuses).bars
+    assert (tmp_path / "run" / RECORDING_FILE).read_bytes() == (tmp_path / "whole" / RECORDING_FILE).read_bytes()
+    shown = states_of(tmp_path / "run", "/skills/02_zed_depthmap", file="recording-2.rrd")
+    assert shown == {6.2: "RI", 20.53: ""}
+
+
+def test_a_full_disk_is_told_in_a_sentence() -> None:
+    with JsonLines[Record](Path("/dev/full")) as file, pytest.raises(PassingError, match="No space left on device"):
+        file.write(tell().records[0])
