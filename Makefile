@@ -6,17 +6,23 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
+	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
 
+# A step is repeated only if the content of its file has changed: a checkout that touches the files costs nothing.
+PIP := $(BIN)/python -m pip install --disable-pip-version-check
+UNCHANGED = cmp --silent $(1) $(VENV)/.$(notdir $(1)) ||
 $(READY): requirements.lock pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit("Skillwing needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'
-	@echo "Setting up $(VENV)/: some minutes, once ..."
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-	touch $@
+	@echo "Step 1 of 3: Python environment in $(VENV)/"
+	@$(PYTHON) -c 'import sys; sys.exit("Skillwing needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "Step 2 of 3: $$(grep -c == requirements.lock) packages of requirements.lock, hashes checked (1.7 GB and a few minutes, once)"
+	@$(call UNCHANGED,requirements.lock) { $(PIP) --require-hashes -r requirements.lock && cp requirements.lock $(VENV)/.requirements.lock; }
+	@echo "Step 3 of 3: skillwing, from this folder"
+	@$(call UNCHANGED,pyproject.toml) { $(PIP) --quiet --no-deps --no-build-isolation --editable . && cp pyproject.toml $(VENV)/.pyproject.toml; }
+	@touch $@
 
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
@@ -24,7 +30,7 @@ demo: setup
 # One worker a core; what starts processes stays with two of them (tests/scheduling.py), and begins first: files of few long
 # flights would come last if they were sorted by how many tests they have, and keep one worker while others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
-# Each worker has its core for itself: threads of the libraries below numpy would take the others' (single_threaded.py).
+# Each worker has its core for itself: threads of the libraries below numpy would take the others' (processes/child.py).
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 test: lint
 	$(PYTEST) $(PYTEST_ARGS)
@@ -164,6 +170,7 @@ M600 := services/skillwing/m600
 generate: setup errors
 	$(BIN)/skillwing generate $(M600)/m600.skillset -o $(M600) --no-skeletons
 	$(BIN)/skillwing docs $(M600)/m600.skillset -o docs/m600.md
+	$(BIN)/python tests/unit/cli/cli_page.py
 	$(BIN)/python tests/unit/m600/compose_services.py
 	$(BIN)/skillwing protocol > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
 	$(BIN)/skillwing functional-layer > docs/functional-layer.md.new && mv docs/functional-layer.md.new docs/functional-layer.md
@@ -191,6 +198,11 @@ simulate: setup
 MUTATION_ARGS ?= --seconds 3600
 mutation: setup
 	$(BIN)/python tests/mutation/mutation_run.py --write docs/reliability.md $(MUTATION_ARGS)
+
+# The table of a goal's states in docs/semantics.md, and how often tests, simulated runs and flights take each edge of it.
+EDGES_ARGS ?=
+edges: setup
+	$(BIN)/python tests/edges/edges_run.py --write docs/semantics.md $(EDGES_ARGS)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis

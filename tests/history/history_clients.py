@@ -93,7 +93,7 @@ class Client:
         """Call this often, about. Raises NobodyAnswersError."""
         self._take_the_place()
         ways = {
-            self._pursue_a_goal: 10,
+            self._track_a_goal: 10,
             self._end_locally: 4,
             self._look: 4,
             self._switch: 4,
@@ -106,7 +106,7 @@ class Client:
 
     # --- what a client does ------------------------------------------------------------------------------------------
 
-    def _pursue_a_goal(self) -> None:
+    def _track_a_goal(self) -> None:
         self._begin_and_end(*self._goal())
 
     def _end_locally(self) -> None:

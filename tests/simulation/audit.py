@@ -205,7 +205,7 @@ class Audit:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
         if client.interface._trackers:
-            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._trackers)}")
+            self._note("memory is bounded", f"{client.name} still tracks {list(client.interface._trackers)}")
 
     def _answers(self, goal: str) -> set[str]:
         """Reports of a goal's end: by its own manager, unless it died, and by the resource manager if that ended it."""

@@ -19,4 +19,5 @@ LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 def test_relative_links_lead_somewhere(page: Path) -> None:
     targets = LINK.findall((ROOT / page).read_text(encoding="utf-8"))
     relative = [target.partition("#")[0] for target in targets if not re.match(r"[a-z]+:|#", target)]
-    assert [target for target in relative if not (ROOT / page.parent / target).exists()] == []
+    missing = [target for target in relative if not (ROOT / page.parent / target).exists()]
+    assert missing == [], f"Correct these links of {page}."

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import io
+import re
 import signal
 from contextlib import nullcontext
+from pathlib import Path
 
 import pytest
+from cli_page import PAGE
 from rich.console import Console
 
+from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.commands.start import SILENCE, follow_to_end, wait_for
+from skillwing.services.mocking import MockScript, make_mock_managers
+from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.processes.stop_signal import SAME_REQUEST
 from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
+from skillwing.services.robot import Robot
 
 
 @pytest.mark.parametrize(("answers_after", "told"), [(0.1, False), (SILENCE + 5.0, True)])
@@ -54,3 +62,20 @@ def test_ctrl_c_interrupts_the_goal_once_and_another_wish_leaves_it(apart: float
     assert goal.done is not left
     assert output.getvalue().count("Interrupting;") == 1
     assert signal.getsignal(signal.SIGINT) == before
+
+
+GATE = parse("skillset gate { skill wait { result { success DONE } } }")
+STATES = re.compile(r"^ +[0-9.]+ s  ([A-Z]+)", re.MULTILINE)
+
+
+def test_a_followed_goal_goes_through_the_states_of_the_page() -> None:
+    output = io.StringIO()
+    with RobotInProcess(Robot(GATE.name, Path("gate.skillset"), {})) as robot:
+        for manager in make_mock_managers(GATE, MockScript()):
+            robot.attach(manager)
+        bus = robot.network.bus("cli", GATE.name)
+        interface = SkillsetInterface(bus, GATE, client="cli")
+        goal = interface.start("wait", {})
+        follow_to_end(bus, goal, interface.interrupt, Console(file=output, width=200))
+    example = PAGE.read_text(encoding="utf-8").partition("## A flight by hand")[2].split("```")[1]
+    assert list(dict.fromkeys(STATES.findall(output.getvalue()))) == list(dict.fromkeys(STATES.findall(example)))

@@ -103,7 +103,7 @@ def run(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Fly a mission on the running system, and show its progress until it is over.
+    """Fly a mission on the running system, and show its progress until it is over. See docs/missions.md.
 
     Ctrl-C, `kill` and a closed terminal abort the mission: the drone lands where it is. A second Ctrl-C ends the
     command at once, without a landing.
@@ -137,6 +137,7 @@ def run(
 @mission.command()
 def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Show the mission that flies: its tree, its skills, and the reasons of its branch switches. q ends the command.
+    See docs/missions.md.
 
     The view is live until the mission is over. With --json, or without a terminal, it is printed once.
 
@@ -158,7 +159,8 @@ def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 @mission.command()
 def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile.
+    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile. See
+    docs/missions.md.
 
     Exit codes: 0 it is paused; 1 no mission flies; 3 no system is running; 4 it cannot be paused now.
     """
@@ -167,7 +169,7 @@ def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 
 @mission.command()
 def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Continue a paused mission where it was.
+    """Continue a paused mission where it was. See docs/missions.md.
 
     Exit codes: 0 it continues; 1 no mission flies; 3 no system is running; 4 it was not paused.
     """
@@ -176,7 +178,7 @@ def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: Json
 
 @mission.command()
 def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Abort the mission: the drone stops and lands where it is. A second request has no effect.
+    """Abort the mission: the drone stops and lands where it is. A second request has no effect. See docs/missions.md.
 
     Exit codes: 0 the request was accepted; 1 no mission flies; 3 no system is running.
     """
@@ -191,7 +193,7 @@ def check(
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List all problems of a mission with the robot. No system has to run.
+    """List all problems of a mission with the robot. No system has to run. See docs/own_mission.md.
 
     With --json the output is a list of `text` and `place`.
 
@@ -220,7 +222,7 @@ def check(
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
 ) -> None:
-    """Write a small mission to start from: fly to a point and home again, for the m600.
+    """Write a small mission to start from: fly to a point and home again, for the m600. See docs/own_mission.md.
 
     Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
     """
@@ -237,7 +239,7 @@ def export(
     robot: RobotTableOption = "m600",
     skillset: SkillsetOption = None,
 ) -> None:
-    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values.
+    """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values. See docs/own_mission.md.
 
     Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name or malformed
     value.
@@ -250,7 +252,7 @@ def export(
 
 @mission.command()
 def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
-    """Write the models of all nodes of tree files: the palette that Groot2 imports."""
+    """Write the models of all nodes of tree files: the palette that Groot2 imports. See docs/own_mission.md."""
     _put(write_models(load(skillset or find_robot(robot).skillset)), output)
 
 

@@ -39,7 +39,7 @@ def check(
         str | None, typer.Option("--explain", metavar="CODE", help="Show the page on a code, such as SW042.")
     ] = None,
 ) -> None:
-    """Check skillset files and show all their problems."""
+    """Check skillset files and show all their problems. See docs/errors/README.md."""
     if explain is not None:
         _explain(explain)
         return

@@ -25,7 +25,7 @@ def convert(
         ),
     ] = None,
 ) -> None:
-    """Write a skillset in the skillset language, with the same meaning and without its comments.
+    """Write a skillset in the skillset language, with the same meaning and without its comments. See docs/onera.md.
 
     Exit codes: 0 written, 1 the file has errors, 2 a file cannot be read or written.
     """

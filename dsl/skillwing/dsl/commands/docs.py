@@ -20,7 +20,8 @@ def docs(
     ] = None,
     check: Annotated[bool, typer.Option("--check", help="Write nothing; fail if -o is not up to date.")] = False,
 ) -> None:
-    """Write the reference page of a skillset in Markdown. Comments above its elements become descriptions."""
+    """Write the reference page of a skillset in Markdown. Comments above its elements become descriptions. See
+    docs/tools.md."""
     source = read(file)
     page = reference_page(parse(source, str(file)), source, file.name)
     if output is None:

@@ -22,7 +22,7 @@ def fmt(
     check: Annotated[bool, typer.Option("--check", help="Write nothing; fail if a file is not in the style.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; show what would change.")] = False,
 ) -> None:
-    """Format skillset files in the one style. Their meaning and all comments stay."""
+    """Format skillset files in the one style. Their meaning and all comments stay. See docs/tools.md."""
     sources = {file: read(file) for file in files}
     failed = False
     for file, source in sources.items():

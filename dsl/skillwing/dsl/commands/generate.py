@@ -38,7 +38,7 @@ def generate(
         bool, typer.Option("--no-skeletons", help="Only DIR/generated; skills without a file get no manager.")
     ] = False,
 ) -> None:
-    """Generate a robot's package: types, managers, clients, mocks and processes from its skillset.
+    """Generate a robot's package: types, managers, clients, mocks and processes from its skillset. See docs/robots.md.
 
     Each run rewrites DIR/generated. DIR/skills/SKILL.py and DIR/robot.py are written once and then yours.
     """

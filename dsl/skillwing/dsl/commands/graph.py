@@ -56,7 +56,7 @@ def graph(
         ),
     ] = None,
 ) -> None:
-    """Draw a skillset: all skills with their resources, or one resource or skill."""
+    """Draw a skillset: all skills with their resources, or one resource or skill. See docs/tools.md."""
     if sum((resource is not None, skill is not None, everything)) > 1:
         usage_error("Choose one of `--resource`, `--skill` and `--all`.")
     if everything and output is None:

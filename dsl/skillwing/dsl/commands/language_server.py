@@ -16,7 +16,8 @@ def language_server(
         typer.Option("--tcp", metavar="PORT", min=1, max=65535, help="Listen on this loopback port, for debugging."),
     ] = None,
 ) -> None:
-    """Serve an editor over standard input and output: problems, completion, hover, definitions, renaming, format."""
+    """Serve an editor over standard input and output: problems, completion, hover, definitions, renaming, format. See
+    docs/editor.md."""
     try:
         from skillwing.dsl.editor.server import server  # noqa: PLC0415 - the protocol's library is an extra
     except ModuleNotFoundError as error:

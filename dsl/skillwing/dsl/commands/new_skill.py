@@ -33,7 +33,7 @@ def new_skill(
         ),
     ] = None,
 ) -> None:
-    """Add a skill to a skillset, with its manager and its test, and print what is left to do.
+    """Add a skill to a skillset, with its manager and its test, and print what is left to do. See docs/robots.md.
 
     The file stays valid and keeps its comments. Existing files are not overwritten. Until the manager is written it
     rejects its goals, and the test passes.

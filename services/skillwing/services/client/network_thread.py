@@ -1,4 +1,4 @@
-"""The thread on which the network of an asyncio client lives."""
+"""The network thread of an asyncio client."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ A = TypeVarTuple("A")
 
 
 class NetworkThread:
-    """The thread on which a connection lives, as seen from the event loop."""
+    """The thread of a connection, as the event loop uses it."""
 
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
@@ -33,9 +33,9 @@ class NetworkThread:
             try:
                 live()
             except Exception as error:  # noqa: BLE001 - it is raised on the loop's side
-                self._tell(self._fail, error)
+                self._post(self._fail, error)
             else:
-                self._tell(self._settle, self.ended, None)
+                self._post(self._settle, self.ended, None)
 
         threading.Thread(target=run, name="skillwing network", daemon=True).start()
         return await self._opened
@@ -43,7 +43,7 @@ class NetworkThread:
     def serve(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
         """On the thread: run the bus until `stop`."""
         self._bus = bus
-        self._tell(self._settle, self._opened, (bus, interface))
+        self._post(self._settle, self._opened, (bus, interface))
         bus.run_until(lambda: self._stopping)
 
     async def stop(self) -> None:
@@ -53,8 +53,8 @@ class NetworkThread:
             self._bus.post(_nothing)
             await self.ended
 
-    def _tell(self, action: Callable[[Unpack[A]], None], *arguments: *A) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody wants to know any more
+    def _post(self, action: Callable[[Unpack[A]], None], *arguments: *A) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(action, *arguments)
 
     def _settle(self, future: asyncio.Future[T], result: T) -> None:

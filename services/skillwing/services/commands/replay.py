@@ -28,8 +28,8 @@ def replay(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
     as_json: JsonOption = False,
 ) -> None:
-    """Repeat a run's requests to the resource manager with the present code, and compare the answers
-    . See docs/recordings.md.
+    """Repeat a run's requests to the resource manager with the present code, and compare the answers. See
+    docs/recordings.md.
 
      It needs no running system. The skillset is that of the run, which has a copy of its source.
 

@@ -39,7 +39,7 @@ def timeline(
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the run into a picture instead.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the changes in a run, in order, with their causes; or draw them.
+    """Show the changes in a run, in order, with their causes; or draw them. See docs/recordings.md.
 
     The cause of a refused goal is the change that made its precondition fail. JSON has the records as they were
     published; there it is the request.
