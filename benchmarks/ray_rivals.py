@@ -53,7 +53,7 @@ class EitherSide(Infill):
     """Casts a pixel also where the line is broken on one side of it only."""
 
     def inverse_depths(self, first: Image, cast: Cast) -> Image:
-        with patch.object(infill, "_between", _broken_on_either_side):
+        with patch.object(depth_camera, "_between", _broken_on_either_side):
             return super().inverse_depths(first, cast)
 
 
@@ -67,7 +67,7 @@ class EverySecondRow(Infill):
             middle, bent = _broken_on_both_sides(known)
             return middle, np.ones_like(bent) if next(rows_first, False) else bent
 
-        with patch.object(infill, "_between", between):
+        with patch.object(depth_camera, "_between", between):
             return super().inverse_depths(first, cast)
 
 
