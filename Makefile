@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -198,6 +198,11 @@ simulate: setup
 MUTATION_ARGS ?= --seconds 3600
 mutation: setup
 	$(BIN)/python tests/mutation/mutation_run.py --write docs/reliability.md $(MUTATION_ARGS)
+
+# The table of a goal's states in docs/semantics.md, and how often tests, simulated runs and flights take each edge of it.
+EDGES_ARGS ?=
+edges: setup
+	$(BIN)/python tests/edges/edges_run.py --write docs/semantics.md $(EDGES_ARGS)
 
 clean:
 	rm -rf $(VENV) .pytest_cache .ruff_cache .hypothesis

@@ -29,7 +29,7 @@ from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import in_process
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
-from skillwing.onboard.topics import HEALTH, Health, SensorStatus
+from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
@@ -209,8 +209,8 @@ def page_section(tried: Sequence[Flight], rounds: Sequence[Flight], missions: Se
         f"While something else was wrong or just had been: {sum(len(flight.alarms) for flight in tried)}.",
         *[f"- {alarm}" for alarm in [alarm for flight in flights for alarm in flight.alarms][:12]],
         "",
-        f"Seeds 0 to {seeds - 1}, worlds {', '.join(WORLDS)} in turn, always on a circle of {RADIUS:g} m about the "
-        f"pad, faults of usual magnitude for {HOLD:g} s ({HOLD_GNSS:g} s for gnss); missions in the "
+        f"Seeds 0 to {seeds - 1}, worlds {', '.join(WORLDS)} in turn; always on a circle of {RADIUS:g} m about the "
+        f"pad. Faults have their usual magnitude for {HOLD:g} s ({HOLD_GNSS:g} s for gnss); missions in the "
         f"courtyards from seed 0 on; {sum(flight.collisions for flight in flights)} collisions. {machine()}.",
     ]
     return "\n".join(lines)

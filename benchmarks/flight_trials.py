@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, axes, heading_of, norm, wrap
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.trajectory import Segment, straight
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
 from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
+from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.world import World, make_world
 
@@ -75,7 +75,7 @@ class Flight:
             self.failsafes.append(simulator.autopilot.failsafe)
         return self
 
-    def hear(self, happened: Happened) -> None:
+    def hear(self, happened: Output) -> None:
         """Output of the last 20 ms for other nodes; there are none here."""
 
     def land(self, plan: Plan, seconds: float = 60.0) -> Flight:

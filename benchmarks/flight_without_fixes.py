@@ -15,7 +15,7 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.trajectory import straight
 from skillwing.onboard.odometry.odometry import Phase
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.simulator.simulator import Happened
+from skillwing.sim_mujoco.simulator.simulator import Output
 from skillwing.sim_mujoco.world.world import World, make_world
 
 _AT_REST = 3.5
@@ -35,7 +35,7 @@ class SeeingFlight(Flight):
         self._odometry = make_odometry()
         self.astray: list[tuple[float, float]] = []
 
-    def hear(self, happened: Happened) -> None:
+    def hear(self, happened: Output) -> None:
         odometry = self._odometry
         for solution in happened.solutions:
             odometry.navigation(as_navigation(solution))

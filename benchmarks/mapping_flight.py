@@ -10,24 +10,16 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.topics import (
-    FlightState,
-    FlyTo,
-    GuidanceCommand,
-    MotionState,
-    Navigation,
-    Nose,
-    TakeOff,
-    Turn,
-)
-from skillwing.onboard.topics import Motion as Wanted
+from skillwing.onboard.topics.flight import FlightState
+from skillwing.onboard.topics.guidance import FlyTo, GuidanceCommand, MotionState, TakeOff, Turn, YawMode
+from skillwing.onboard.topics.guidance import Motion as Wanted
+from skillwing.onboard.topics.navigation import Navigation
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.sensors.faults import Fault
-from skillwing.sim_mujoco.simulator.simulator import Happened, Simulator
+from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
@@ -41,7 +33,7 @@ _LONGEST = 300.0
 class Moment:
     """Output of 20 ms, and the true motion at their end."""
 
-    happened: Happened
+    happened: Output
     truth: Motion
 
 
@@ -79,7 +71,7 @@ class MappingFlight:
             began = self.simulator.t
             # The heading axis keeps turning while it is locked, so the turn is given its time.
             yield from self._pass(lambda: self.simulator.t >= began + 5.0)
-        nose = Nose.FREE if self._across else Nose.ALONG_TRACK
+        nose = YawMode.FREE if self._across else YawMode.ALONG_TRACK
         yield from self._do(FlyTo(target=target, speed=SPEED, nose=nose))
 
     def _do(self, motion: Wanted) -> Iterator[Moment]:
@@ -101,7 +93,7 @@ class MappingFlight:
             self._guide(happened)
             yield Moment(happened, self.simulator.motion)
 
-    def _guide(self, happened: Happened) -> None:
+    def _guide(self, happened: Output) -> None:
         simulator, core = self.simulator, self._core
         for measurement in happened.measurements:
             if measurement.sensor == "range":

@@ -26,15 +26,14 @@ from numpy.typing import NDArray
 from performance_page import machine, spread, table, tell
 
 from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
 from skillwing.onboard.frames.pose_history import PoseHistory
-from skillwing.onboard.frames.vectors import Vector, wrap
+from skillwing.onboard.frames.vectors import Motion, Vector, wrap
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.obstacles.free_space import FreeSpace, Sighting
 from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
+from skillwing.onboard.topics import navigation, sensors
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import depth_camera, lidar
 from skillwing.sim_mujoco.world.rays import RayScene
@@ -48,9 +47,9 @@ NOSES: Final = {"nose along the track": 0.0, "nose across the track": -math.pi /
 JUDGED: Final = {"all": "all", "buildings": "buildings", "terrain": "terrain", "error": "error [m]"}
 """Fields of `MapQuality`, and how they are told."""
 MISPLACED: Final[dict[str, tuple[Vector, float]]] = {
-    "where it belongs": ((0.0, 0.0, 0.0), 0.0),
+    "in the right place": ((0.0, 0.0, 0.0), 0.0),
     "0.8 m too high": ((0.0, 0.0, 0.8), 0.0),
-    "2 m off the way the nose points": ((2.0, 0.0, 0.0), 0.0),
+    "2 m off along the nose": ((2.0, 0.0, 0.0), 0.0),
     "2 m off sideways": ((0.0, 2.0, 0.0), 0.0),
     "turned by 15 degrees": ((0.0, 0.0, 0.0), math.radians(15.0)),
 }
@@ -165,8 +164,8 @@ def _moved(placed: PlacedPoints, aside: Vector, turn: float) -> NDArray[np.float
     return moved.astype(np.float32)
 
 
-def _navigation(motion: Motion) -> topics.Navigation:
-    return topics.Navigation(
+def _navigation(motion: Motion) -> navigation.Navigation:
+    return navigation.Navigation(
         t=motion.t,
         position=motion.position,
         velocity=motion.velocity,
@@ -177,14 +176,14 @@ def _navigation(motion: Motion) -> topics.Navigation:
 
 
 def _scan(scanner: lidar.Lidar, track: list[Motion]) -> LidarScan:
-    header = topics.LidarHeader(
+    header = sensors.LidarHeader(
         t0=track[0].t, t1=track[-1].t, columns=lidar.COLUMNS, beams=lidar.BEAMS, mount=lidar.LIDAR_MOUNT
     )
     return LidarScan.decode(scanner.scan(track, header.t0, header.t1).tobytes(), encode(header))
 
 
 def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
-    header = topics.DepthHeader(
+    header = sensors.DepthHeader(
         t=motion.t,
         width=depth_camera.WIDTH,
         height=depth_camera.HEIGHT,
@@ -210,16 +209,15 @@ def maps_told(flown: dict[str, list[Mapped]]) -> str:
     }
     count = len(next(iter(flown.values())))
     return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
-from which what stands on the route was taken away. They fly level, and begin turned as they fly: flights turn and lean,
-which shows them more across the track. Medians, the least and the largest in brackets.
+without the obstacles on the route. They fly level, and begin with their heading of flight. Real flights turn and tilt,
+and so see more across the track. Medians, the least and the largest in brackets.
 {machine()}.
 
 {table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
 
-A scan is compared with the map before it is taken in. The share of what it hits that is known to be free, of scans that
-were put where they belong and where they do not:
+Scans in the right place and in wrong ones, compared with the map before their integration:
 
-{table(["a scan is", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
+{table(["scan", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
 
 
 def times_told(stopwatch: Stopwatch) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import msgspec
 from performance_page import machine, make_parser, table, tell
 
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 from skillwing.services.protocol import ClockTick, DataSample, GoalStatus, Message, StartGoal, State, decode, encode
 
 GOAL = "0199b0d4-0000-7000-8000-000000000001"

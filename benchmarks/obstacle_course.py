@@ -15,10 +15,13 @@ from typing import Final
 import numpy as np
 
 from skillwing.bt_missions.planning.detour import RoutePlanner
-from skillwing.onboard import topics
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.obstacles.node import make_obstacles
-from skillwing.onboard.topics import FlyTo, Motion, MotionState, Nose, ObstacleSource, TakeOff
+from skillwing.onboard.topics import common, guidance, obstacles
+from skillwing.onboard.topics.guidance import FlyTo, Motion, MotionState, TakeOff, YawMode
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.obstacles import ObstacleSource
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answered, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
@@ -125,7 +128,7 @@ class Pilot:
         self._source, self._speed = source, speed
         self._token = 0
         self._goal = ""
-        self._position: topics.Vector3 = (0.0, 0.0, 0.0)
+        self._position: common.Vector3 = (0.0, 0.0, 0.0)
 
     @property
     def done(self) -> bool:
@@ -133,17 +136,19 @@ class Pilot:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation), latest_only=True)
-        bus.subscribe(topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_status), latest_only=True)
+        bus.subscribe(NAVIGATION, message_reader(Navigation, self._on_navigation), latest_only=True)
+        bus.subscribe(
+            guidance.GUIDANCE_STATUS, message_reader(guidance.GuidanceStatus, self._on_status), latest_only=True
+        )
         bus.after(1.5, lambda: self._fly(TakeOff(height=GOAL[2], speed=1.5)))
 
     def detach(self) -> None:
         """Nothing outlives a flight."""
 
-    def _on_navigation(self, navigation: topics.Navigation) -> None:
+    def _on_navigation(self, navigation: Navigation) -> None:
         self._position = navigation.position
 
-    def _on_status(self, status: topics.GuidanceStatus) -> None:
+    def _on_status(self, status: guidance.GuidanceStatus) -> None:
         if status.body.goal_id != self._goal:
             return
         match status.body.state:
@@ -163,28 +168,28 @@ class Pilot:
 
     def _look(self) -> None:
         self._goal, self._token = "", self._token + 1
-        wanted = topics.SelectObstacleSource(goal_id="look", token=self._token, source=self._source)
-        self._bus.ask(topics.OBSTACLE_COMMAND, encode(wanted), lambda answer: None)
+        wanted = obstacles.SelectObstacleSource(goal_id="look", token=self._token, source=self._source)
+        self._bus.ask(obstacles.OBSTACLE_COMMAND, encode(wanted), lambda answer: None)
         self._bus.after(1.0, self._next_leg)
 
     def _next_leg(self) -> None:
         self._goal = ""
         target = self.planner.next_target(self._position)
         if target is not None:
-            nose = Nose.ALONG_TRACK if self._source is ObstacleSource.ZED else Nose.IN_VIEW
+            nose = YawMode.ALONG_TRACK if self._source is ObstacleSource.ZED else YawMode.IN_VIEW
             self._fly(FlyTo(target=target, speed=self._speed, nose=nose))
 
     def _fly(self, motion: Motion) -> None:
         self._token += 1
         goal = f"goal-{self._token}"
-        command = topics.GuidanceCommand(goal_id=goal, token=self._token, motion=motion)
+        command = guidance.GuidanceCommand(goal_id=goal, token=self._token, motion=motion)
 
         def taken(answer: object) -> None:
             if not isinstance(answer, Answered):
                 raise RuntimeError(f"guidance refused {motion}: {answer}")
             self._goal = goal
 
-        self._bus.ask(topics.GUIDANCE_COMMAND, encode(command), taken)
+        self._bus.ask(guidance.GUIDANCE_COMMAND, encode(command), taken)
 
 
 def fly(
@@ -194,8 +199,8 @@ def fly(
     speed: float = 2.0,
     watch: bool = True,
     turbulence: float = 0.0,
-    wind: topics.Vector3 = (0.0, 0.0, 0.0),
-    route: tuple[topics.Vector3, ...] = (GOAL,),
+    wind: common.Vector3 = (0.0, 0.0, 0.0),
+    route: tuple[common.Vector3, ...] = (GOAL,),
 ) -> Flown:
     """Fly a route through a world with one sensor at most at this speed [m/s], without its reports if not `watch`."""
     network = InProcessNetwork()
@@ -205,8 +210,8 @@ def fly(
     network.attach(make_guidance({"geofence": fence, "watch": watch}))
     network.attach(make_obstacles({}))
     pilot = Pilot(source, RoutePlanner(route, area=AREA), speed)
-    truths: list[topics.Truth] = []
-    network.bus("judge").subscribe(topics.TRUTH, message_reader(topics.Truth, truths.append))
+    truths: list[Truth] = []
+    network.bus("judge").subscribe(TRUTH, message_reader(Truth, truths.append))
     network.attach(pilot)
     network.run_until(lambda: pilot.done or bool(truths and truths[-1].collisions), PATIENCE)
     return Flown(

@@ -21,7 +21,7 @@ from obstacle_course import COURSES, Flown, fly, make_course
 from performance_page import machine, make_parser, table, tell
 from workers import workers
 
-from skillwing.onboard.topics import ObstacleSource
+from skillwing.onboard.topics.obstacles import ObstacleSource
 
 PAGE = Path(__file__).parents[1] / "docs" / "obstacles.md"
 SENSORS = {"camera": ObstacleSource.ZED, "LiDAR": ObstacleSource.LIDAR}

@@ -4,11 +4,11 @@
     python benchmarks/odometry.py --method small-gicp [--seeds 196:199] [--keep FILE] [--recorded FOLDER] [--write]
 
 Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
-with the true motion. On the way each fault of the two sensors is tried on a copy of the odometry, until it notices or
+with the true motion. On the way a copy of the odometry gets each fault of the two sensors, until it detects it or
 10 s are over. With `--keep` finished flights are remembered in a file, and not flown again.
 
-With another `--method` than ours both follow the same flights, without faults. What was measured on these is kept in
-the folder that `--recorded` names, and not flown again.
+With another `--method` than ours both follow the same flights, without faults. Their measurements are kept in the
+folder `--recorded`, and not flown again.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from recorded_flight import flights
 from workers import workers
 
 from skillwing.evaluation.flights.coverage import CoverageJudge
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.localiser import ByNavigation
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
+from skillwing.onboard.odometry.divergence_monitor import FEWEST_MATCHES, LARGEST_NIS, LEAST_CLOSE
 from skillwing.onboard.odometry.gicp import MissingLibraryError
 from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
-from skillwing.onboard.odometry.vigil import FEWEST_MATCHES, LARGEST_SURPRISE, LEAST_CLOSE
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
 from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
@@ -81,8 +81,8 @@ class Trial(msgspec.Struct, frozen=True):
 
 class Result(msgspec.Struct, frozen=True):
     """One flight. Errors [m] of the position in ENU as given out (`rms`, `worst`, `final`), and of its drift from the
-    first pose (`drift`: RMS, with that pose aligned); scans and of these the doubted ones; what of any scan came
-    nearest to being doubted (`vigil.py`); processor times [s]."""
+    first pose (`drift`: RMS, with that pose aligned); scans and of these the rejected ones; what of any scan came
+    nearest to being rejected (`divergence_monitor.py`); processor times [s]."""
 
     seed: int
     across: bool
@@ -94,8 +94,8 @@ class Result(msgspec.Struct, frozen=True):
     heading: float
     sigmas: float
     scans: int
-    doubted: int
-    surprise: float
+    rejected: int
+    nis: float
     fitting: float
     matched: int
     lost: bool
@@ -167,7 +167,7 @@ def fly(job: tuple[int, bool]) -> Result:
                 times.append(time.process_time() - started)
                 fixes.append(fix)
                 truths.append(path.at(fix.t))
-                if fix.believed and mapper.running:
+                if fix.accepted and mapper.running:
                     placed = fix.placed(REACH)
                     misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
                     started = time.process_time()
@@ -204,8 +204,8 @@ def fly(job: tuple[int, bool]) -> Result:
         heading=turned(fixes[-1], truths[-1]),
         sigmas=rms(np.array(normed)[1:].ravel()),
         scans=len(fixes),
-        doubted=sum(not fix.believed for fix in fixes),
-        surprise=max(fix.surprise for fix in fixes),
+        rejected=sum(not fix.accepted for fix in fixes),
+        nis=max(fix.nis for fix in fixes),
         fitting=min(fix.agreement.close / fix.agreement.matched for fix in fixes if fix.agreement.matched),
         matched=min(fix.agreement.matched for fix in fixes if fix.agreement.matched),
         lost=odometry.phase is Phase.LOST,
@@ -233,15 +233,15 @@ def report(results: Sequence[Result], seeds: str) -> str:
         ("error in ENU at the end [m]", lambda r: r.final),
         ("attitude error at the end [degrees]", lambda r: r.heading),
         ("error over published sigma, RMS", lambda r: r.sigmas),
-        (f"largest surprise of a scan (doubted above {LARGEST_SURPRISE:g})", lambda r: r.surprise),
-        (f"least share of its points that fit (doubted below {LEAST_CLOSE:g})", lambda r: r.fitting),
-        (f"fewest of its points on planes (doubted below {FEWEST_MATCHES})", lambda r: r.matched),
+        (f"largest NIS of a scan (rejected above {LARGEST_NIS:g})", lambda r: r.nis),
+        (f"least share of its points that fit (rejected below {LEAST_CLOSE:g})", lambda r: r.fitting),
+        (f"fewest of its points on planes (rejected below {FEWEST_MATCHES})", lambda r: r.matched),
         ("way [m]", lambda r: r.way),
     ]
     lines = [(name, *(spread([of(r) for r in group]) for _, group in both)) for name, of in rows]
     times = 1e3 * np.array([t for r in results for t in r.times])
     map_times = 1e3 * np.array([t for r in results for t in r.map_times])
-    scans, doubted = sum(r.scans for r in results), sum(r.doubted for r in results)
+    scans, rejected = sum(r.scans for r in results), sum(r.rejected for r in results)
     lost = sum(r.lost for r in results)
     return "\n\n".join(
         [
@@ -251,14 +251,14 @@ def report(results: Sequence[Result], seeds: str) -> str:
             seed_table(results),
             verdict(results),
             f"A scan takes {np.median(times):.1f} ms of processor time (99 % below {np.quantile(times, 0.99):.1f} ms), "
-            f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be put into the map.",
-            f"In {scans / 36000:.2f} hours of good flight {doubted} of {scans} scans were doubted, and {lost} of "
+            f"and {np.median(map_times):.1f} ms ({np.quantile(map_times, 0.99):.1f} ms) to be integrated into the map.",
+            f"In {scans / 36000:.2f} hours of good flight {rejected} of {scans} scans were rejected, and {lost} of "
             f"{len(results)} flights ended in a divergence.",
             "### The map",
             map_table(both),
             "### Faults that odometry notices by itself",
-            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is what "
-            "poses that were given out until then were off by, beyond what they were before.",
+            f"Each fault begins {FAULT_AT:g} s into the flight and is tried for {TRIED_FOR:g} s. The error is "
+            "that of poses published until then, in excess of the error before the fault.",
             fault_table(results),
         ]
     )
@@ -268,7 +268,7 @@ def past(results: Sequence[Result]) -> str:
     """Earlier use of the flown seeds."""
     looked_at = {r.seed for r in results}.intersection(LOOKED_AT)
     return (
-        f"Constants were chosen and mistakes mended by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "
+        f"Constants were chosen and mistakes fixed by flights of seeds {LOOKED_AT[0]} to {LOOKED_AT[-1]}, "
         f"{len(looked_at)} of them here."
     )
 

@@ -14,8 +14,8 @@ from performance_page import machine, spread, spread_said, table
 from recorded_flight import moments
 from workers import workers
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.mapper import REACH, Mapper
 from skillwing.onboard.mapping.node import MISFITS, VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
@@ -45,7 +45,7 @@ class Outcome(msgspec.Struct, frozen=True):
     final: float
     heading: float
     scans: int
-    doubted: int
+    rejected: int
     times: tuple[float, ...]
     lost_at: float | None
     lost: str
@@ -78,7 +78,7 @@ class Follower:
                 self._times.append(time.process_time() - started)
                 self._fixes.append(fix)
                 self._truths.append(self._path.at(fix.t))
-                if fix.believed:
+                if fix.accepted:
                     self._mapper.add(fix.placed(REACH))
         for solution in moment.happened.solutions:
             self._odometry.navigation(as_navigation(solution))
@@ -100,7 +100,7 @@ class Follower:
             final=float(errors[-1]),
             heading=turned(fixes[-1], truths[-1]),
             scans=len(fixes),
-            doubted=sum(not fix.believed for fix in fixes),
+            rejected=sum(not fix.accepted for fix in fixes),
             times=tuple(self._times),
             lost_at=self._lost_at,
             lost=self._lost,
@@ -163,7 +163,7 @@ def report(outcomes: Sequence[Outcome], method: str, seeds: str) -> str:
         ("error in ENU, largest [m]", [spread([o.worst for o in group]) for _, group in groups]),
         ("error in ENU at the end [m]", [spread([o.final for o in group]) for _, group in groups]),
         ("attitude error at the end [degrees]", [spread([o.heading for o in group]) for _, group in groups]),
-        ("scans doubted", [f"{sum(o.doubted for o in g)} of {sum(o.scans for o in g)}" for _, g in groups]),
+        ("scans rejected", [f"{sum(o.rejected for o in g)} of {sum(o.scans for o in g)}" for _, g in groups]),
         ("flights with a divergence", [f"{sum(bool(o.lost) for o in g)} of {len(g)}" for _, g in groups]),
         ("a scan, processor time, median (99 %) [ms]", [_cost([t for o in g for t in o.times]) for _, g in groups]),
     ]

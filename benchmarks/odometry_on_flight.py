@@ -7,15 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import add, subtract
+from skillwing.onboard.frames.vectors import Motion, add, subtract
 from skillwing.onboard.mapping.node import BEYOND
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
 from skillwing.onboard.odometry.odometry import Fix, Odometry
 from skillwing.onboard.sensor_data.scans import LidarScan
-from skillwing.onboard.topics import LidarHeader
+from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors import lidar
 from skillwing.sim_mujoco.sensors.channel import Measurement

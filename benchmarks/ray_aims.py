@@ -9,9 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import rotations
-from skillwing.onboard.frames.vectors import Vector, add, to_world
+from skillwing.onboard.frames.pose_history import rotations
+from skillwing.onboard.frames.vectors import Motion, Vector, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.sensors import depth_camera, lidar

@@ -25,7 +25,7 @@ from ray_aims import Ground, Rays, picture_rays, places, scan_rays
 from ray_rivals import EitherSide, EveryPixel, EverySecondRow, RobustRays, WatchedRays, camera_with
 from sim_speed import fly
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.sensors import depth_camera
 from skillwing.sim_mujoco.sensors.infill import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar
@@ -137,19 +137,19 @@ def differences_told(found: Differences, count: int) -> str:
 and the largest share of a world are in brackets. {machine()}.
 
 **Pixels that are computed.** An eighth of the pixels is always cast: every second one of every fourth row. One between
-known ones is cast where the line through them is broken, and computed elsewhere. Held against a ray for every pixel, of
-those that show something in reach: how many are off by more than the camera's noise, and how many by {FAR_OFF:g} times
-as much (far off), where something was missed or is on the wrong side of an edge.
+known ones is cast where the line through them is broken, and computed elsewhere. The reference is a ray for every pixel
+with something in reach. Off: by more than the camera's noise. Far off: by {FAR_OFF:g} times as much, because
+something was missed or is on the wrong side of an edge.
 
 {_pictures_told(found.pictures)}
 
-**Rays without Embree's robust mode.** Held against the same rays in that mode: how many end elsewhere, by as little as
-their last digit, and how many slip through: they end more than {1e2 * PASSED:g} cm farther away, or nowhere.
+**Rays without Embree's robust mode.** The reference is the same rays in that mode. End elsewhere: by as little as
+their last digit. Slip through: they end more than {1e2 * PASSED:g} cm farther away, or nowhere.
 
 {_rays_told(found.rays)}
 
-For other reasons {pixels} % of the pixels with something in reach have no depth, and {shots} % of the
-LiDAR's shots at something in reach no return."""
+For other reasons {pixels} % of the pixels with something in reach have no depth. Of the
+LiDAR's shots at something in reach {shots} % have no return."""
 
 
 def _pictures_told(pictures: Counts) -> str:

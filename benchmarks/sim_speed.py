@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from performance_page import against, machine, make_parser, table, tell
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.video.rate_control import USUAL_FPS
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import Camera
@@ -112,7 +112,7 @@ def ratios(world: World, sensors: Collection[str], seconds: float, fps: float = 
     (x0, y0, z), (x1, y1, _) = world.route[:2]
     simulator.place((x0, y0, z), math.atan2(y1 - y0, x1 - x0))
     if fps:
-        simulator.camera.want(simulator.t, fps, 2.0 * seconds, tilt=0.0)
+        simulator.camera.request(simulator.t, fps, 2.0 * seconds, tilt=0.0)
         simulator.camera.take(simulator.t, simulator.motion)  # The first picture makes the camera.
     found: list[float] = []
     begun = simulator.t

@@ -23,7 +23,7 @@ from skillwing.evaluation.flights.plan import FlightPlan, Network
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import over_zenoh
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import TRUTH, Truth
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE

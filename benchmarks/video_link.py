@@ -43,7 +43,7 @@ CRITICAL = {"center": [28.0, 20.0], "radius": 9.0, "edge": 5.0, "bandwidth": 0.0
 
 
 def row(name: str, trial: Trial) -> list[str]:
-    """Name, bit rate, FPS, SSIM, latency p50 and p95, lost pieces, changes of the rates, how it ended."""
+    """Name, bit rate, FPS, SSIM, latency p50 and p95, lost packets, changes of the rates, how it ended."""
     seen = trial.settled(START_UP + SETTLED) if trial.ended == "goes on" else trial.seen[-8:]
     quality = [s.quality for s in seen if s.quality is not None]
     delays = sorted(delay for t, delay in trial.delays if t >= seen[0].t)
@@ -170,7 +170,7 @@ def main() -> None:
             "its shutter to the packet with which it can be decoded; camera and codec take no robot time."
             + ("" if options.no_times else f" {costs(world, album)}"),
             table(["bandwidth [Mbit/s]", *HEADS], constant),
-            "With a bandwidth of 1 Mbit/s and packets that the air swallows:",
+            "With a bandwidth of 1 Mbit/s and packet loss in the channel:",
             table(["loss [%]", *HEADS], lossy),
             "Around the building through a mild zone (0.2 Mbit/s, 1 % lost) and into a critical one (0.02 Mbit/s): "
             f"the skill {'goes on' if around.ended == 'goes on' else 'ends ' + around.ended.removeprefix('S_')} "

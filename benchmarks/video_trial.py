@@ -14,9 +14,11 @@ import numpy as np
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.commands.service import answer_with
+from skillwing.onboard.frames.vectors import Motion
+from skillwing.onboard.topics import video
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.onboard.video.ground import make_ground
 from skillwing.onboard.video.node import make_video
 from skillwing.onboard.video.receiver import Receiver
@@ -62,8 +64,8 @@ class Orbiter:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._truth, self._pictures = bus.advertise(topics.TRUTH), bus.advertise(topics.CAMERA)
-        bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control))
+        self._truth, self._pictures = bus.advertise(TRUTH), bus.advertise(video.CAMERA)
+        bus.serve(video.CAMERA_COMMAND, answer_with(video.ControlCamera, self._control))
         bus.every(SLICE, self._look)
         bus.every(0.05, self._tell)
 
@@ -81,8 +83,8 @@ class Orbiter:
         half = (angle + math.pi) / 2
         return Motion(t, place, (0.0, 0.0, 0.0), (math.cos(half), 0.0, 0.0, math.sin(half)), (0.0, 0.0, 0.0))
 
-    def _control(self, wanted: topics.ControlCamera) -> str:
-        self._feed.want(self._bus.now(), wanted.fps, wanted.seconds, wanted.tilt)
+    def _control(self, wanted: video.ControlCamera) -> str:
+        self._feed.request(self._bus.now(), wanted.fps, wanted.seconds, wanted.tilt)
         return ""
 
     def _look(self) -> None:
@@ -93,7 +95,7 @@ class Orbiter:
 
     def _tell(self) -> None:
         motion = self.motion(self._bus.now())
-        truth = topics.Truth(
+        truth = Truth(
             t=motion.t,
             position=motion.position,
             quaternion=motion.quaternion,
@@ -111,15 +113,15 @@ class Trial:
     its start to its end [s].
     """
 
-    seen: list[topics.VideoStatus] = field(default_factory=list)
-    aimed: list[topics.EncoderStatus] = field(default_factory=list)
-    links: list[topics.LinkStatus] = field(default_factory=list)
+    seen: list[video.VideoStatus] = field(default_factory=list)
+    aimed: list[video.EncoderStatus] = field(default_factory=list)
+    links: list[LinkStatus] = field(default_factory=list)
     delays: list[tuple[float, float]] = field(default_factory=list)
     shown: list[tuple[float, bytes]] = field(default_factory=list)
     ended: str = ""
     after: float = 0.0
 
-    def settled(self, since: float) -> list[topics.VideoStatus]:
+    def settled(self, since: float) -> list[video.VideoStatus]:
         return [status for status in self.seen if status.t >= since]
 
 
@@ -131,20 +133,20 @@ def stream(
     nodes = (RobotBridge(SKILLSET), orbiter, make_video({}), make_link(link), make_ground({}))
     with SkillsetInProcess(SKILLSET, hooks=[StreamManager], mocks=False, nodes=nodes) as drone:
         watch = drone.network.bus("onlooker")
-        watch.subscribe(topics.VIDEO_STATUS, lambda s: trial.seen.append(decode(s.payload, topics.VideoStatus)))
-        watch.subscribe(topics.VIDEO_ENCODER, lambda s: trial.aimed.append(decode(s.payload, topics.EncoderStatus)))
-        watch.subscribe(topics.LINK_STATUS, lambda s: trial.links.append(decode(s.payload, topics.LinkStatus)))
+        watch.subscribe(video.VIDEO_STATUS, lambda s: trial.seen.append(decode(s.payload, video.VideoStatus)))
+        watch.subscribe(video.VIDEO_ENCODER, lambda s: trial.aimed.append(decode(s.payload, video.EncoderStatus)))
+        watch.subscribe(LINK_STATUS, lambda s: trial.links.append(decode(s.payload, LinkStatus)))
 
         receiver = Receiver()
 
-        def on_piece(header: topics.VideoPiece, data: bytes) -> None:
+        def on_piece(header: video.VideoPacket, data: bytes) -> None:
             now = watch.now()
-            picture = receiver.piece(now, header, data)
+            picture = receiver.packet(now, header, data)
             if picture is not None:
                 trial.delays.append((now, now - picture.t))
 
-        watch.subscribe(topics.VIDEO_RECEIVED, stream_reader(topics.VideoPiece, on_piece))
-        watch.subscribe(topics.VIDEO_SHOWN, lambda s: trial.shown.append((watch.now(), s.payload)))
+        watch.subscribe(video.VIDEO_RECEIVED, stream_reader(video.VideoPacket, on_piece))
+        watch.subscribe(video.VIDEO_SHOWN, lambda s: trial.shown.append((watch.now(), s.payload)))
         drone.run(START_UP)
         begun = drone.now()
         goal = drone.start_skill("stream", min_fps=min_fps, min_quality=min_quality)

@@ -20,8 +20,7 @@ import mujoco
 import numpy as np
 from performance_page import machine, table, tell
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar
@@ -190,7 +189,7 @@ def main() -> None:
 {promises(wanted.seeds)}
 
 **What a world costs.** Seeds 1 to {ROUNDS}, median and spread. `factor`: robot seconds per second of processor time
-of the simulator with all its sensors (nobody asks for the RGB camera's pictures), {wanted.seconds:g} s of flight at the
+of the simulator without the RGB camera, during {wanted.seconds:g} s of flight at the
 beginning of the route. Times are processor times, and still longer on a busy machine; the last column compares with the
 courtyard in the same round.
 

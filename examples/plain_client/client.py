@@ -4,8 +4,8 @@ This is what a client in another language has to do, written from docs/protocol.
 imported. Run the mocks of the rover in one terminal, and this in another one:
 
     $ skillwing mock examples/rover/rover.skillset
-    $ skillwing status                                          # tells the router's address
-    $ skillwing protocol examples/rover/rover.skillset          # tells the schema hash
+    $ skillwing status                                          # prints the address of the router
+    $ skillwing protocol examples/rover/rover.skillset          # prints the schema hash
     $ python examples/plain_client/client.py tcp/127.0.0.1:PORT rover rover SCHEMA drive_to \
           '{"target": {"x": 1, "y": 2, "heading": 0}}'
 
@@ -27,13 +27,13 @@ from msgspec import msgpack
 
 REFUSAL = "application/vnd.skillwing.refusal+msgpack"
 PATIENCE = 2.0
-"""Seconds without news after which the goal's state is asked for."""
+"""Seconds without a message after which the client asks for the goal's state."""
 ATTEMPTS = 5
-"""Silences in a row after which nobody can be there."""
+"""Consecutive requests without a reply after which the robot counts as gone."""
 
 
 class RefusedError(Exception):
-    """A typed refusal; it has changed nothing. `code` is one of the protocol's table."""
+    """A typed refusal, after which nothing has changed. `code` is one of the protocol's table."""
 
     def __init__(self, refusal: dict[str, Any]) -> None:
         super().__init__(f"{refusal['message']} {refusal['help']}".strip())
@@ -57,7 +57,7 @@ def open_session(endpoint: str, robot: str) -> zenoh.Session:
 
 
 def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, Any]:
-    """The reply to a query. Asks again after silence, which is harmless: the goal id stays the same."""
+    """The reply to a query. It is repeated without a reply, which is safe because the goal id stays the same."""
     for _ in range(ATTEMPTS):
         for reply in session.get(key, payload=msgpack.encode(request), timeout=PATIENCE):
             if reply.ok is not None:
@@ -68,7 +68,7 @@ def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, 
 
 
 class Skill:
-    """One skill of a robot, seen from outside."""
+    """A client of one skill of a robot."""
 
     def __init__(self, session: zenoh.Session, skillset: str, schema: str, skill: str) -> None:
         self._session = session
@@ -86,11 +86,11 @@ class Skill:
         return goal_id
 
     def interrupt(self) -> None:
-        """Have `follow` ask its goal to end. Nothing waits here, so that a signal handler may call it."""
+        """Let `follow` interrupt its goal. Does not wait, so that a signal handler may call it."""
         self._news.put(None)
 
     def follow(self, goal_id: str) -> dict[str, Any]:
-        """Print everything about a goal until it is over; return its terminal answer."""
+        """Print all messages about a goal until it has ended; return its terminal answer."""
         said = None
         while True:
             try:
@@ -115,7 +115,7 @@ class Skill:
 
 
 def main() -> int:
-    """Read the words of the command line; see the top of this file."""
+    """Read the command line; see the top of this file."""
     if len(sys.argv) not in (6, 7):
         sys.stderr.write("usage: client.py ENDPOINT ROBOT SKILLSET SCHEMA SKILL [INPUTS AS JSON]\n")
         return 2

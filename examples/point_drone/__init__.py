@@ -1,1 +1,1 @@
-"""A vehicle that is not the simulator, under the M600's skills: see docs/functional-layer.md."""
+"""A vehicle other than the simulator, under the M600's skills (docs/functional-layer.md)."""

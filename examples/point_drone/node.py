@@ -1,11 +1,11 @@
-"""The process of the vehicle: its topics, as docs/functional-layer.md wants them of one that our guidance flies."""
+"""The process of the vehicle, with the topics of docs/functional-layer.md for a vehicle under Skillwing's guidance."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from skillwing.onboard import topics
+from skillwing.onboard.topics import common, flight, navigation, sensors
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, ErrorReply, ProtocolError, decode, encode
@@ -16,7 +16,7 @@ STEP = 0.02
 
 
 class VehicleNode:
-    """Tells where the vehicle is and how it is, and takes setpoints. It lives in whatever time the robot has."""
+    """A publisher of the vehicle's state that takes setpoints. It uses the time of the robot."""
 
     name = "vehicle"
     owns_clock = False
@@ -24,21 +24,21 @@ class VehicleNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._vehicle = Vehicle(bus.now())
-        self._told: topics.FlightState | None = None
-        self._navigation = bus.advertise(topics.NAVIGATION)
-        self._flight = bus.advertise(topics.FLIGHT)
-        self._battery = bus.advertise(topics.BATTERY)
-        self._range = bus.advertise(topics.RANGE)
-        take = message_reader(topics.AutopilotSetpoint, lambda setpoint: self._vehicle.command(setpoint, bus.now()))
-        bus.subscribe(topics.AUTOPILOT_SETPOINT, take, latest_only=True)
-        bus.serve(topics.PILOT, self._hand_over)
+        self._told: flight.FlightState | None = None
+        self._navigation = bus.advertise(navigation.NAVIGATION)
+        self._flight = bus.advertise(flight.FLIGHT)
+        self._battery = bus.advertise(flight.BATTERY)
+        self._range = bus.advertise(sensors.RANGE)
+        take = message_reader(flight.AutopilotSetpoint, lambda setpoint: self._vehicle.command(setpoint, bus.now()))
+        bus.subscribe(flight.AUTOPILOT_SETPOINT, take, latest_only=True)
+        bus.serve(flight.PILOT, self._hand_over)
         bus.every(STEP, self._advance)
         bus.every(0.05, self._tell_range)
         bus.every(0.1, self._tell_flight)
         bus.every(1.0, self._tell_battery)
 
     def detach(self) -> None:
-        """Nothing outlives this process."""
+        """Called at the end."""
 
     def _advance(self) -> None:
         self._vehicle.advance(self._bus.now())
@@ -48,7 +48,7 @@ class VehicleNode:
 
     def _tell_navigation(self) -> None:
         vehicle = self._vehicle
-        solution = topics.Navigation(
+        solution = navigation.Navigation(
             t=self._bus.now(),
             position=vehicle.position,
             velocity=vehicle.velocity,
@@ -62,9 +62,9 @@ class VehicleNode:
         self._told = self._state(self._bus.now())
         self._flight.put(encode(self._told))
 
-    def _state(self, t: float) -> topics.FlightState:
+    def _state(self, t: float) -> flight.FlightState:
         vehicle = self._vehicle
-        return topics.FlightState(
+        return flight.FlightState(
             t=t,
             on_ground=vehicle.on_ground,
             rotors_on=not vehicle.on_ground,
@@ -75,22 +75,22 @@ class VehicleNode:
         )
 
     def _tell_range(self) -> None:
-        self._range.put(encode(topics.Range(t=self._bus.now(), distance=self._vehicle.position[2])))
+        self._range.put(encode(sensors.Range(t=self._bus.now(), distance=self._vehicle.position[2])))
 
     def _tell_battery(self) -> None:
         charge = self._vehicle.charge
-        self._battery.put(encode(topics.Battery(t=self._bus.now(), percent=charge, voltage=21.0 + charge * 0.042)))
+        self._battery.put(encode(flight.Battery(t=self._bus.now(), percent=charge, voltage=21.0 + charge * 0.042)))
 
     def _hand_over(self, request: Request) -> None:
         """The safety pilot's switch, which a real vehicle has on its remote control."""
         try:
-            wanted = decode(request.payload, topics.SetPilot)
+            wanted = decode(request.payload, flight.SetPilot)
         except ProtocolError as error:
             request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=str(error), help="send a SetPilot"))
             return
         self._vehicle.authority = wanted.authority
         holder = "the computer" if wanted.authority else "the safety pilot"
-        request.reply(encode(topics.Done(text=f"{holder} has the authority")))
+        request.reply(encode(common.Done(text=f"{holder} has the authority")))
 
 
 def make_vehicle(options: dict[str, Any]) -> VehicleNode:

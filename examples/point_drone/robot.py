@@ -1,4 +1,4 @@
-"""The M600's skills, managers, bridge and guidance, unchanged, on another vehicle that lives in wall time."""
+"""The M600's skills, managers, bridge and guidance, unchanged, on another vehicle in wall time."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ FENCE = {"low": [-50.0, -50.0, 0.0], "high": [50.0, 50.0, 40.0]}
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The vehicle where the simulator would be. No sensor, so no depth map, no map, no video.
+    """The vehicle in place of the simulator. It has no sensors, so there are no depth maps, no map and no video.
 
-    A vehicle that is there already, on a computer of its own, would not stand here: it only has to reach the router.
+    An existing vehicle, on a computer of its own, would not be listed here: it only has to reach the router.
     """
     return (
         # A new one would begin on the ground at the origin, wherever the old one was.

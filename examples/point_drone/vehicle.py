@@ -1,6 +1,6 @@
-"""A drone that is a point: it accelerates as it likes within limits, and looks after itself where nobody flies it.
+"""A point-mass drone with limits of speed and acceleration, and with its own failsafes.
 
-Pure: `advance` it, and read what it is. Frames are ENU, metres and seconds; the ground is flat, at height 0.
+Pure: call `advance` and read its state. Frames are ENU, metres and seconds; the ground is flat, at height 0.
 """
 
 from __future__ import annotations
@@ -8,19 +8,20 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from skillwing.onboard.topics import AutopilotSetpoint, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import AutopilotSetpoint
 
 MAX_SPEED, MAX_ACCELERATION = 8.0, 4.0
 POSITION_GAIN, VELOCITY_GAIN = 1.0, 4.0
-"""Of the error in position to a velocity, and of that in velocity to an acceleration [1/s]: critically damped."""
+"""Gains from position error to velocity, and from velocity error to acceleration [1/s]: critically damped."""
 SETPOINT_TIMEOUT, LAND_AFTER = 0.5, 5.0
-"""Setpoints this old no longer count, and so much later it lands [s]."""
+"""Age at which setpoints expire, and further time until it lands [s]."""
 LANDING_SPEED = 0.7
 TOUCHDOWN = 0.3
-"""It has landed once it has pressed on the ground for so long [s]."""
+"""Time of contact with the ground that counts as landed [s]."""
 CRITICAL_CHARGE = 8.0
 CONSUMPTION = 0.05
-"""In the air [% / s]."""
+"""Battery consumption in the air [% / s]."""
 
 
 class Mode(StrEnum):
@@ -64,13 +65,13 @@ class Vehicle:
         return self.mode if self.mode in (Mode.HOLD, Mode.LAND, Mode.BATTERY) else ""
 
     def command(self, setpoint: AutopilotSetpoint, t: float) -> None:
-        """A setpoint has arrived at `t`; an older one than the last comes too late."""
+        """A setpoint at `t`. One older than the last is ignored."""
         stamp = min(setpoint.t, t)
         if stamp >= self._stamp and t - stamp <= SETPOINT_TIMEOUT:
             self._setpoint, self._stamp = setpoint, stamp
 
     def advance(self, t: float) -> None:
-        """Live until `t`."""
+        """Advance the vehicle to `t`."""
         dt, self._t = t - self._t, t
         self._enter(self._choose(t - self._stamp))
         if self.mode is Mode.OFF or dt <= 0.0:
@@ -104,7 +105,7 @@ class Vehicle:
             self.velocity = (0.0, 0.0, 0.0)
 
     def _wanted(self, dt: float) -> tuple[Vector3, Vector3, Vector3]:
-        """Position, velocity and acceleration to have now."""
+        """Setpoints of position, velocity and acceleration."""
         if self.mode is Mode.FOLLOW and self._setpoint is not None:
             self.heading = self._setpoint.heading
             return self._setpoint.position, self._setpoint.velocity, self._setpoint.acceleration

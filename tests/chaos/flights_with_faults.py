@@ -13,7 +13,8 @@ from signs import BAD_ENDS, Fault, Sign, Signs
 
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process

@@ -11,9 +11,9 @@ from typing import Any
 
 import msgspec
 
+from faulty_network import FaultyNetwork
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, Node, Topology
-from skillwing.services.bus.faulty import FaultyNetwork
+from skillwing.services.bus import Answer, Answered, Node, RunnableBus, Topology
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.journal.journal import Journal
@@ -92,7 +92,7 @@ class InProcessStage:
         for name in self._names:
             self.restart(name)
 
-    def bus(self, name: str) -> Bus:
+    def bus(self, name: str) -> RunnableBus:
         return self._network.bus(name)
 
     def plan(self, skill: str, run: MockRun) -> None:
@@ -180,7 +180,7 @@ class ProcessStage:
         self._killed: set[str] = set()
         self._hung: set[str] = set()
 
-    def bus(self, name: str) -> Bus:
+    def bus(self, name: str) -> RunnableBus:
         return ZenohBus(name, self.skillset.name, self._system.launcher.endpoint, topology=self._topology)
 
     def plan(self, skill: str, run: MockRun) -> None:
@@ -243,13 +243,13 @@ def direction(run: MockRun, when: Any) -> DirectMock:
     return DirectMock(run=msgspec.to_builtins(run), when=when)
 
 
-def direct(bus: Bus, keys: Keys, skill: str, call: MockCall) -> None:
+def direct(bus: RunnableBus, keys: Keys, skill: str, call: MockCall) -> None:
     """Tell a mock something by a connection made for it."""
     ask_mock(bus, keys, skill, call)
     bus.close()
 
 
-def ask_mock(bus: Bus, keys: Keys, skill: str, call: MockCall) -> None:
+def ask_mock(bus: RunnableBus, keys: Keys, skill: str, call: MockCall) -> None:
     """Tell a mock something, again and again until it listens."""
     answers: list[Answer] = []
     for _ in range(ATTEMPTS):

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn, Protocol, TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused, Sample
+from skillwing.services.bus import Answer, Answered, NoReply, Refused, RunnableBus, Sample
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking import MockRun
 from skillwing.services.protocol import (
@@ -59,7 +59,7 @@ class Stage(Protocol):
     apart: bool
     """Each manager lives and dies for itself: none of them shares its process with another."""
 
-    def bus(self, name: str) -> Bus:
+    def bus(self, name: str) -> RunnableBus:
         """Another client's connection."""
         ...
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from conformance_system import System
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import Ending, GoalStatus, Lost, State
 
@@ -79,7 +79,7 @@ def test_an_end_waits_for_a_resource_manager_that_is_away(system: System) -> Non
     system.until_states(arm="FREE")
 
 
-def owner(system: System, name: str) -> Bus:
+def owner(system: System, name: str) -> RunnableBus:
     """A client that owns goals as long as it lives."""
     bus = system.stage.bus(name)
     bus.declare_alive(system.keys.alive(f"client/{name}"))

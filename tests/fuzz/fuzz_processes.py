@@ -15,7 +15,7 @@ from endpoints import KEYS, PUBLICATIONS, QUERIES, SKILLSET, WORDS, Endpoint
 from payloads import HUGE_SIZES, huge, payload
 
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard import topics
+from skillwing.onboard.topics import faults, flight, guidance, mapping, obstacles, sensors, video
 from skillwing.services.bus import Answer, Answered, NoReply, Publisher, Refused
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.mocking.system import mock_processes
@@ -139,9 +139,9 @@ class Thrower:
             record = Record(
                 id=name, t=0.0, source=name, kind=RecordKind.HEALTH, subject=name, before=None, after="OK", goal_id=name
             )
-            health = topics.Health(id=name, t=0.0, sensor=name, status=topics.SensorStatus.OK, cause=name)
+            health = sensors.Health(id=name, t=0.0, sensor=name, status=sensors.SensorStatus.OK, cause=name)
             self._put(KEYS.timeline, encode(record))
-            self._put(topics.health_key("zed"), encode(health))
+            self._put(sensors.health_key("zed"), encode(health))
             self._ask_raw(KEYS.start("takeoff"), encode(start))
             self._ask_raw(KEYS.interrupt("takeoff"), encode(interrupt))
             self._ask_raw(KEYS.resource_goal, encode(BeginGoal(goal_id=name, skill="hover", **begin)))
@@ -183,17 +183,17 @@ class Thrower:
     def _is_served(self, endpoint: Endpoint, processes: Collection[str], skills: Collection[str]) -> bool:
         """Tell whether one of the processes serves the key."""
         servers = {
-            topics.FAULT: "sim",
-            topics.FAULTS: "sim",
-            topics.PILOT: "sim",
-            topics.GUIDANCE_COMMAND: "guidance",
-            topics.OBSTACLE_COMMAND: "obstacles",
-            topics.LANDING_PLACE: "obstacles",
-            topics.MAPPING_COMMAND: "mapping",
-            topics.MAP_SNAPSHOT: "mapping",
-            topics.CAMERA_COMMAND: "sim",
-            topics.VIDEO_COMMAND: "video",
-            topics.LINK_FAULT: "link",
+            faults.FAULT: "sim",
+            faults.FAULTS: "sim",
+            flight.PILOT: "sim",
+            guidance.GUIDANCE_COMMAND: "guidance",
+            obstacles.OBSTACLE_COMMAND: "obstacles",
+            obstacles.LANDING_PLACE: "obstacles",
+            mapping.MAPPING_COMMAND: "mapping",
+            mapping.MAP_SNAPSHOT: "mapping",
+            video.CAMERA_COMMAND: "sim",
+            video.VIDEO_COMMAND: "video",
+            faults.LINK_FAULT: "link",
         }
         if endpoint.key in servers:
             return servers[endpoint.key] in processes

@@ -21,7 +21,7 @@ from fuzz_figures import MARKS, Fuzzed, table
 from fuzz_processes import Thrower, everything, fuzz
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
-from skillwing.onboard import topics
+from skillwing.services.protocol import CLOCK_KEY
 from skillwing.services.terminal.doc_sections import page_with
 
 TOLD = 5
@@ -33,7 +33,7 @@ def in_process(payloads: int, seed: int, run_dir: Path) -> Fuzzed:
     started = time.monotonic()
     stage = FuzzStage({REAL: nodes_of_the_m600(run_dir), MOCKED: nodes_of_the_mocked_m600()})
     random = Random(seed)
-    endpoints = [endpoint for endpoint in (*QUERIES, *PUBLICATIONS) if endpoint.key != topics.CLOCK]
+    endpoints = [endpoint for endpoint in (*QUERIES, *PUBLICATIONS) if endpoint.key != CLOCK_KEY]
     for number in range(payloads):
         stage.throw(random, endpoints[number % len(endpoints)])
     for endpoint in endpoints:

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import pytest
 from endpoints import KEYS, PUBLICATIONS, QUERIES
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
 from skillwing.onboard import topics
+from skillwing.onboard.topics import sensors
+from skillwing.onboard.topics.sensors import GNSS, IMU
+from skillwing.onboard.topics.video import VIDEO_ENCODER
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
 
 ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
     KEYS.candidate("x"): "a liveliness token, too",
-    KEYS.judge("x"): "a liveliness token, too",
-    topics.IMU: "nobody reads it yet",
-    topics.GNSS: "read where it is made, and by whoever looks on",
-    topics.VIDEO_ENCODER: "only a running stream listens",
+    KEYS.leader("x"): "a liveliness token, too",
+    IMU: "nobody reads it yet",
+    GNSS: "read where it is made, and by whoever looks on",
+    VIDEO_ENCODER: "only a running stream listens",
 }
 OF_THE_BUS = {CLOCK_KEY, f"{CLOCK_DONE_KEY}/**"}
 """Time is the network's own in one process; over Zenoh the bus subscribes to it."""
@@ -68,7 +73,8 @@ def keys_of_the_protocol() -> dict[str, str]:
             found[name] = getattr(KEYS, name)
         elif inspect.isfunction(member) and not name.startswith("_"):
             found[name] = member(KEYS, "*")
-    for name, value in vars(topics).items():
+    modules = [import_module(module.name) for module in iter_modules(topics.__path__, f"{topics.__name__}.")]
+    for name, value in (member for module in modules for member in vars(module).items()):
         if name.isupper() and isinstance(value, str):
-            found[name] = f"{value}/*" if value == topics.HEALTH else value
+            found[name] = f"{value}/*" if value == sensors.HEALTH else value
     return found

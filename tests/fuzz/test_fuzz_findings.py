@@ -6,7 +6,10 @@ import msgspec
 import pytest
 
 from skillwing.dsl import parse
-from skillwing.onboard.topics import AutopilotSetpoint, Health, MapHeader, SensorStatus, VideoPiece
+from skillwing.onboard.topics.flight import AutopilotSetpoint
+from skillwing.onboard.topics.mapping import MapHeader
+from skillwing.onboard.topics.sensors import Health, SensorStatus
+from skillwing.onboard.topics.video import VideoPacket
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
@@ -60,8 +63,10 @@ def test_health_that_fills_a_message_is_refused(field: str) -> None:
 
 def test_a_stream_whose_name_fills_a_message_is_refused() -> None:
     """What the ground says of a stream has its name in it, and was a little longer: it ended the ground."""
-    piece = VideoPiece(t=0.0, stream=ALMOST_TOO_LONG[200:], sequence=0, frame=0, part=0, parts=1, size=0, keyframe=True)
-    refused(piece, VideoPiece)
+    packet = VideoPacket(
+        t=0.0, stream=ALMOST_TOO_LONG[200:], sequence=0, frame=0, part=0, parts=1, size=0, keyframe=True
+    )
+    refused(packet, VideoPacket)
 
 
 def test_a_setpoint_beyond_all_maps_is_refused() -> None:

@@ -18,12 +18,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from payloads import Spoiler, long_list, payload, valid, wide
 
-from skillwing.onboard import topics
 from skillwing.services.bus import Answered, Refused
 from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
+    CLOCK_KEY,
     AttachManager,
     BeginGoal,
     Ended,
@@ -39,7 +39,7 @@ from skillwing.services.protocol import (
 )
 
 ENDPOINTS = (*QUERIES, *PUBLICATIONS)
-IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != topics.CLOCK)
+IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != CLOCK_KEY)
 """The clock is the network's own here."""
 
 

@@ -85,7 +85,7 @@ class Goals:
             assert not self.resources.grants
 
     def leave_unheard(self) -> None:
-        """As many goals as can be in doubt at once, of which the resource manager never hears."""
+        """As many goals as can wait for a commit at once, of which the resource manager never hears."""
         now = float(self.number)
         for number in range(PENDING_OUTCOMES_LIMIT):
             start = self._start(f"unheard-{number}", inputs={"haste": 1.0})

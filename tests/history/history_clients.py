@@ -13,7 +13,7 @@ from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answered, Bus, NoReply, Refused
+from skillwing.services.bus import Answered, NoReply, Refused, RunnableBus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.protocol import (
@@ -74,7 +74,9 @@ class Client:
     for the goal that another has just begun or refused.
     """
 
-    def __init__(self, bus: Bus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]) -> None:
+    def __init__(
+        self, bus: RunnableBus, skillset: Skillset, manager: str, seed: int, asked_for: dict[str, Goal]
+    ) -> None:
         self.name = bus.name
         self.notebook = Notebook(bus.name)
         self._bus = bus
@@ -91,7 +93,7 @@ class Client:
         """Call this often, about. Raises NobodyAnswersError."""
         self._take_the_place()
         ways = {
-            self._pursue_a_goal: 10,
+            self._track_a_goal: 10,
             self._end_locally: 4,
             self._look: 4,
             self._switch: 4,
@@ -104,7 +106,7 @@ class Client:
 
     # --- what a client does ------------------------------------------------------------------------------------------
 
-    def _pursue_a_goal(self) -> None:
+    def _track_a_goal(self) -> None:
         self._begin_and_end(*self._goal())
 
     def _end_locally(self) -> None:
@@ -219,7 +221,7 @@ class Client:
 class LossWatch:
     """Notes when goals are taken from managers that were silent, which happens without a call."""
 
-    bus: Bus
+    bus: RunnableBus
     skillset: Skillset
     heard: dict[str, int] = field(default_factory=dict[str, int])
 

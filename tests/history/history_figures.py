@@ -1,4 +1,4 @@
-"""What became of histories as a table of Markdown, and its place in the documentation."""
+"""Outcomes of histories as a table of Markdown, and its place in the documentation."""
 
 from __future__ import annotations
 

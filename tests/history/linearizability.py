@@ -1,8 +1,8 @@
 """Could a history of concurrent operations have happened one after the other?
 
-The search of Wing and Gong (1993), with the memory of configurations that Lowe (2017) added: operations are taken out
-of the history one at a time, each between its call and its answer, as long as a sequential model agrees with the
-answers; where it does not, the last one is put back. Pure: a model, a history, a verdict.
+The search of Wing and Gong (1993), with the memory of configurations that Lowe (2017) added. Operations are taken out
+of the history one at a time, each between its call and its answer, as long as a sequential model agrees. If not,
+the last one is put back. Pure: a model, a history, a verdict.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ A_contra = TypeVar("A_contra", contravariant=True)
 
 @dataclass(frozen=True, slots=True)
 class Operation(Generic[C, A]):
-    """What one client asked and got.
+    """One request of a client, and its answer.
 
     called, answered: when, in any unit. answer, answered: None where no answer came: then the operation may have
     happened at any time after its call, or never.
@@ -45,7 +45,7 @@ class Model(Protocol[S, C_contra, A_contra]):
 
 @dataclass(frozen=True, slots=True)
 class Verdict(Generic[C, A]):
-    """Whether the history is linearizable.
+    """Verdict on a history: linearizable or not.
 
     order: one order in which it can have happened, or the longest that could be found. stuck: operations of which one
     would have had to come next, none of which can. steps: how often the model was asked.

@@ -1,4 +1,4 @@
-"""The resource manager for one client at a time: `ResourceCore` itself, made anew for each call.
+"""The resource manager for one client at a time: `ResourceCore` itself, made again for each call.
 
 A state is what a core has to remember, as a journal would keep it. So the check also says that what the core wants
 remembered is enough to go on from.
@@ -99,7 +99,7 @@ class SequentialManager:
         return Memory(add_up(EMPTY_SNAPSHOT, core.initial_entries()))
 
     def step(self, state: Memory, call: Call, answer: Reply | None) -> Memory | None:
-        """What the core would have done, if it would have answered that."""
+        """State after the call, if the core would have given that answer."""
         core = self._core_at(state)
         try:
             step = self._perform(core, call)
@@ -137,7 +137,7 @@ class SequentialManager:
         return 0.0 if token is None else (token + 0.5) / 1000
 
     def _without_the_settled(self, kept: Snapshot, call: Call) -> Snapshot:
-        """Forget goals of which no call will speak any more, lest states grow with the history.
+        """Forget goals of which no call will speak any more, so that states do not grow with the history.
 
         A client asks for the next goal when it is done with the one before; another one may come back to that, and
         calls without an answer may come later.
@@ -158,7 +158,7 @@ class SequentialManager:
 
 
 def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
-    """What is kept after a step; equal for steps in any order that end alike, so that the search meets itself."""
+    """Snapshot after a step; equal for steps in any order that end alike, so that the search meets itself."""
     resources = {each.resource: each for each in kept.resources}
     grants = {each.granted.goal_id: each for each in kept.grants}
     goals = {each.goal_id: each for each in kept.goals}

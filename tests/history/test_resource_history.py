@@ -1,4 +1,4 @@
-"""What concurrent clients see of the real resource manager process could have happened one after the other.
+"""All that concurrent clients see of the real resource manager process could have happened one after the other.
 
 `make history` does the same for longer, with figures.
 """

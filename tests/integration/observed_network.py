@@ -6,7 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable
 from typing import Any, cast
 
-from skillwing.services.bus import Bus, Handle, Publisher, Request, Sample
+from skillwing.services.bus import Handle, Publisher, Request, RunnableBus, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork, Utterance
 
 
@@ -25,8 +25,8 @@ class ObservedNetwork(InProcessNetwork):
         self.puts: Counter[str] = Counter()
         self.tap = self._hear
 
-    def bus(self, name: str, robot: str = "r1") -> Bus:
-        return cast(Bus, _Observed(super().bus(name, robot), self))
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus:
+        return cast(RunnableBus, _Observed(super().bus(name, robot), self))
 
     def rates(self, seconds: float) -> dict[str, float]:
         """Let time pass, and tell how often each key was published [Hz]."""
@@ -42,7 +42,7 @@ class ObservedNetwork(InProcessNetwork):
 
 
 class _Observed:
-    def __init__(self, bus: Bus, ledger: ObservedNetwork) -> None:
+    def __init__(self, bus: RunnableBus, ledger: ObservedNetwork) -> None:
         self._bus, self._ledger = bus, ledger
 
     def __getattr__(self, name: str) -> Any:

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import pytest
 
+from faulty_network import FaultyNetwork, Weather
 from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
@@ -17,11 +18,11 @@ from skillwing.services.bus import (
     NoReply,
     Refused,
     Request,
+    RunnableBus,
     Sample,
     Topology,
 )
 from skillwing.services.bus.backlog import MOST_BYTES, STREAM_BACKLOG
-from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.processes.router import start_router
@@ -33,7 +34,7 @@ LONG = 10.0
 class World(Protocol):
     """A network under test."""
 
-    def bus(self, name: str, robot: str = "r1") -> Bus: ...
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus: ...
     def run_until(self, done: Callable[[], bool], timeout: float = LONG) -> bool: ...
 
 
@@ -41,7 +42,7 @@ class InProcessWorld:
     def __init__(self) -> None:
         self._network = InProcessNetwork()
 
-    def bus(self, name: str, robot: str = "r1") -> Bus:
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         return self._network.bus(name, robot)
 
     def run_until(self, done: Callable[[], bool], timeout: float = LONG) -> bool:
@@ -59,7 +60,7 @@ class StoppingWorld:
     def __init__(self) -> None:
         self._network = FaultyNetwork(weather=Weather(latency=(0.0002, 0.0002)))
 
-    def bus(self, name: str, robot: str = "r1") -> Bus:
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         return self._network.bus(name, robot)
 
     def run_until(self, done: Callable[[], bool], timeout: float = LONG) -> bool:
@@ -83,7 +84,7 @@ class ZenohWorld:
         self._buses: list[ZenohBus] = []
         self._busy: list[Bus] = []
 
-    def bus(self, name: str, robot: str = "r1") -> Bus:
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         bus = ZenohBus(name, robot, self._endpoint, topology=self.topology)
         self._buses.append(bus)
         return bus

@@ -17,11 +17,12 @@ from skill_needs import seen, told
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.interface.topic import SKILLS, Kind, Topic
-from skillwing.onboard.topics import AUTOPILOT_SETPOINT, CLOCK, HEALTH
+from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT
+from skillwing.onboard.topics.sensors import HEALTH
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.in_process import RobotInProcess
-from skillwing.services.protocol import State
+from skillwing.services.protocol import CLOCK_KEY, State
 
 SENSING = ("zed_depthmap", "lidar_depthmap", "lidar_mapping", "stream")
 SETTLING, BEGINNING, WINDOW = 1.5, 0.5, 1.0
@@ -103,7 +104,7 @@ def test_nothing_of_the_layer_is_missing_in_the_table(observed: Observation) -> 
     network = observed.network
     keys = {key for keys in (network.offers, network.serves, network.uses, network.asks) for key in keys}
     assert {key for key in keys if key.startswith("fl/") and not any(covers(topic, key) for topic in TOPICS)} == set()
-    assert CLOCK in keys
+    assert CLOCK_KEY in keys
 
 
 def test_the_skills_that_sense_need_what_the_page_says(observed: Observation) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from faulty_network import FaultyNetwork, Weather
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Bus
-from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity

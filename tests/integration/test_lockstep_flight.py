@@ -11,23 +11,19 @@ from pathlib import Path
 import pytest
 
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import (
-    AUTOPILOT_SETPOINT,
-    FLIGHT,
+from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT, FLIGHT, AutopilotSetpoint, FlightState
+from skillwing.onboard.topics.guidance import (
     GUIDANCE_COMMAND,
     GUIDANCE_STATUS,
-    TRUTH,
-    AutopilotSetpoint,
-    FlightState,
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
     Motion,
     MotionState,
-    Nose,
     TakeOff,
-    Truth,
+    YawMode,
 )
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
@@ -106,7 +102,7 @@ def test_the_simulator_waits_for_guidance_at_every_step(flight: Flight) -> None:
     flight.until_ready()
     flight.fly(TakeOff(height=HEIGHT, speed=3.0))
     flight.setpoints.clear()
-    flight.fly(FlyTo(target=target, speed=5.0, nose=Nose.FREE))
+    flight.fly(FlyTo(target=target, speed=5.0, nose=YawMode.FREE))
     times = [setpoint.t for setpoint in flight.setpoints]
     assert len(times) > 4.0 / STEP
     assert {round(later - sooner, 6) for sooner, later in pairwise(times)} == {STEP}

@@ -8,13 +8,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from skillwing.m600.commands import LINK, LINK_KINDS, Handover, fault, pilot
+from skillwing.dsl.model import UnknownNameError
+from skillwing.m600.operator_commands import LINK_KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import Launcher
+from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
-from skillwing.sim_mujoco.scenario.fault_checks import simulated_faults
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +68,18 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
     assert told["range"]["active"] == ["slow"]
     assert "freeze" in told["gnss"]["kinds"]
-    assert {name: tuple(each["kinds"]) for name, each in told.items()} == simulated_faults() | {LINK: LINK_KINDS}
+    assert set(told) == {
+        "zed",
+        "lidar",
+        "imu",
+        "range",
+        "gnss",
+        "camera",
+        "link",
+        *(f"rotor/{number}" for number in range(1, 7)),
+    }
+    kinds = {"blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", *LINK_KINDS}
+    assert {kind for each in told.values() for kind in each["kinds"]} == kinds
     assert told["link"]["active"] == ["narrow"]
     assert told["zed"]["status"] in {"UNKNOWN", "OK", "FAILED"}
     assert (told["rotor/2"]["active"], told["rotor/2"]["status"]) == (["weak"], None)
@@ -75,6 +88,28 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     fault("link", kind="narrow", off=True)
     fault("range", kind="slow", off=True)
     fault("rotor/2", kind="weak", off=True)
+
+
+@pytest.mark.usefixtures("running")
+def test_an_unknown_name_is_answered_with_those_that_run() -> None:
+    with pytest.raises(UnknownNameError, match=r"did you mean `gnss`\?"):
+        fault("gns")
+
+
+@pytest.mark.usefixtures("running")
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("skillwing fault l", {"lidar", "link"}),
+        ("skillwing fault rotor/", {f"rotor/{number}" for number in range(1, 7)}),
+        ("skillwing fault rotor/2 --kind s", {"slow", "stopped"}),
+    ],
+)
+def test_names_and_kinds_are_completed_from_the_running_drone(line: str, expected: set[str]) -> None:
+    words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1), "_TYPER_COMPLETE_ARGS": line}
+    env = {"_SKILLWING_COMPLETE": "complete_bash", **words}
+    result = CliRunner().invoke(cli.app, [], prog_name="skillwing", env=env)
+    assert set(result.stdout.split()) == expected
 
 
 @pytest.mark.usefixtures("running")

@@ -7,7 +7,9 @@ from importlib import import_module
 from typing import Any
 
 from skillwing.m600.robot import ROBOT, functional_layer
-from skillwing.onboard.topics import FAULT, PILOT, TRUTH, SetFault, SetPilot, Truth
+from skillwing.onboard.topics.faults import FAULT, SetFault
+from skillwing.onboard.topics.flight import PILOT, SetPilot
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import Ending, State, Terminal, decode, encode

@@ -19,18 +19,10 @@ from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT as M600
 from skillwing.onboard.interface.table import TOPICS
-from skillwing.onboard.topics import (
-    AUTOPILOT_SETPOINT,
-    FLIGHT,
-    NAVIGATION,
-    PILOT,
-    AutopilotSetpoint,
-    FlightState,
-    Navigation,
-    SetPilot,
-    Vector3,
-)
-from skillwing.services.bus import Bus
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT, FLIGHT, PILOT, AutopilotSetpoint, FlightState, SetPilot
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.services.bus import RunnableBus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -57,7 +49,7 @@ PATIENCE = 60.0
 class Client:
     """Whoever flies the drone, and looks on."""
 
-    def __init__(self, bus: Bus) -> None:
+    def __init__(self, bus: RunnableBus) -> None:
         self.bus = bus
         self.robot = SkillsetInterface(bus, SKILLSET, client="client")
         self.flight: FlightState | None = None

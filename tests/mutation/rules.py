@@ -56,7 +56,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "GivingBack.finish",
     ),
     "6 termination is goal-scoped": (
-        "SkillCore._pass_on",
+        "SkillCore._on_current",
         "SkillCore._run_of",
         "Executing.end",
         "Executing.end_with_result",

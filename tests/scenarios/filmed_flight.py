@@ -1,13 +1,13 @@
-"""A drone that flies along a line and films a wall, for tests of the video: true places, cheap pictures."""
+"""A drone that flies along a line and films a wall, for tests of the video: true positions, cheap pictures."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import RefusedError
-from skillwing.onboard.messaging import answer_with
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
+from skillwing.onboard.topics import common, video
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.camera.camera import camera_header
@@ -39,21 +39,21 @@ class FilmedFlight:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._truth = bus.advertise(topics.TRUTH)
-        self._camera = bus.advertise(topics.CAMERA)
-        bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control))
+        self._truth = bus.advertise(TRUTH)
+        self._camera = bus.advertise(video.CAMERA)
+        bus.serve(video.CAMERA_COMMAND, answer_with(video.ControlCamera, self._control))
         bus.every(0.05, self._fly)
 
     def detach(self) -> None:
         pass
 
     @property
-    def position(self) -> topics.Vector3:
+    def position(self) -> common.Vector3:
         return (self._x, 0.0, 10.0)
 
-    def _control(self, wanted: topics.ControlCamera) -> str:
+    def _control(self, wanted: video.ControlCamera) -> str:
         if self.blind:
-            raise RefusedError(ErrorCode.INTERNAL, "the lens cap is on", "take it off")
+            raise CommandRefusedError(ErrorCode.INTERNAL, "the lens cap is on", "take it off")
         filming = self._bus.now() <= self._until
         self._fps, self._until = wanted.fps, self._bus.now() + wanted.seconds
         if not filming:
@@ -74,7 +74,7 @@ class FilmedFlight:
 
     def _fly(self) -> None:
         self._x += self.speed * 0.05
-        truth = topics.Truth(
+        truth = Truth(
             t=self._bus.now(),
             position=self.position,
             quaternion=(1.0, 0.0, 0.0, 0.0),

@@ -40,11 +40,11 @@ IDLE = {
     "slam_status": "IDLE",
 }
 AWAY, BACK = ("SDK_authority", "UNAVAILABLE"), ("SDK_authority", "AVAILABLE")
-"""What the drone tells when the safety pilot takes it, and when he gives it back."""
+"""Reports of the drone when the safety pilot takes it, and when the pilot gives it back."""
 
 
 class Flight:
-    """A robot that is up, a mission that is about to start, and an observer that writes everything down."""
+    """A robot that is up, a mission that is about to start, and an observer that stores all messages."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class Flight:
         assert self.network.run_until(done, timeout), f"still {self.node.status} at {self.network.now():.1f} s"
 
     def fly(self, timeout: float = 400.0) -> MissionStatus:
-        """Run until the mission is over and everything has calmed down; then the robot has to be idle."""
+        """Run until the mission is over and all goals have settled; then the robot has to be idle."""
         self.until(lambda: self.node.over, timeout)
         self.network.run_for(3.0)
         self.observer.ask(KEYS.resource_states, encode(QueryStates()), self._take_states)

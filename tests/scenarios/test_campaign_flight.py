@@ -1,4 +1,4 @@
-"""A campaign's flight is the whole robot in one process: the same one every time, and judged by what is true."""
+"""A campaign's flight: the whole robot in one process, identical each time, judged by the ground truth."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from skillwing.evaluation.flights.observer import HELD_FOR, FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.topics import FLIGHT, TRUTH, FlightState, Truth
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode
 from skillwing.sim_mujoco.world.world import make_world

@@ -1,4 +1,4 @@
-"""The inspection on real managers and a toy drone: nominal, and whatever happens whenever."""
+"""The inspection on real managers and a toy drone: nominal, and any event at any time."""
 
 from __future__ import annotations
 

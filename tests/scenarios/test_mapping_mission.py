@@ -1,4 +1,4 @@
-"""The mapping mission on real managers and a toy drone: nominal, and whatever fails whenever."""
+"""The mapping mission on real managers and a toy drone: nominal, and any failure at any time."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def test_a_drone_that_the_pilot_gives_back_flies_its_whole_route(seed: int, mome
     assert (status.phase, status.waypoint) == ("SUCCEEDED", len(ROUTE))
     assert flight.idle
     assert flight.drone.position == (0.0, 0.0, 0.0)
-    assert len(flight.ends("lidar_mapping")) <= 1, "the map is not begun anew"
+    assert len(flight.ends("lidar_mapping")) <= 1, "the map is not started again"
 
 
 def test_a_hold_is_told_as_a_phase_with_its_cause() -> None:

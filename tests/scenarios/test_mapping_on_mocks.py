@@ -23,8 +23,8 @@ CAMERA_FAILS = SKILLSET.with_name("camera_fails.mock.toml")
 IDLE = {"axes_authority": "AVAILABLE", "heading_authority": "AVAILABLE", "flight_status": "ON_GROUND"}
 
 
-class Rehearsal:
-    """A mocked M600, and the mission that is tried on it."""
+class MockFlight:
+    """A mocked M600, and the mission that flies on it."""
 
     def __init__(self, script: Path | None = None, mission: Mission = MISSION) -> None:
         self.network = InProcessNetwork(seed=1, jitter=0.002)
@@ -56,39 +56,39 @@ class Rehearsal:
 
 
 def test_the_mission_succeeds_on_mocks_alone() -> None:
-    rehearsal = Rehearsal()
-    status = rehearsal.fly()
+    flight = MockFlight()
+    status = flight.fly()
     assert (status.phase, status.waypoint) == ("SUCCEEDED", 4)
-    assert rehearsal.ends("goto_straight") == ["S_ARRIVED"] * 4
-    assert rehearsal.ends("lidar_depthmap") == []
-    assert rehearsal.ends("land") == ["S_LANDED"]
-    assert IDLE.items() <= rehearsal.states().items()
+    assert flight.ends("goto_straight") == ["S_ARRIVED"] * 4
+    assert flight.ends("lidar_depthmap") == []
+    assert flight.ends("land") == ["S_LANDED"]
+    assert IDLE.items() <= flight.states().items()
 
 
 def test_the_mission_goes_on_by_lidar_when_the_script_fails_the_camera() -> None:
-    rehearsal = Rehearsal(CAMERA_FAILS)
-    status = rehearsal.fly()
+    flight = MockFlight(CAMERA_FAILS)
+    status = flight.fly()
     assert (status.phase, status.waypoint) == ("SUCCEEDED", 4)
-    assert rehearsal.ends("zed_depthmap") == ["RI"]
-    assert rehearsal.ends("goto_straight") == ["S_ARRIVED", "IT"]
-    assert rehearsal.ends("goto") == ["S_ARRIVED"] * 3
-    assert rehearsal.ends("lidar_mapping") == ["IT"]
-    assert IDLE.items() <= rehearsal.states().items()
+    assert flight.ends("zed_depthmap") == ["RI"]
+    assert flight.ends("goto_straight") == ["S_ARRIVED", "IT"]
+    assert flight.ends("goto") == ["S_ARRIVED"] * 3
+    assert flight.ends("lidar_mapping") == ["IT"]
+    assert IDLE.items() <= flight.states().items()
 
 
 def test_the_camera_fails_because_a_leg_has_ended() -> None:
-    """What the script makes of an event has that event for its cause, as on a robot."""
-    rehearsal = Rehearsal(CAMERA_FAILS)
-    rehearsal.fly()
-    by_id = {each.id: each for each in rehearsal.records}
-    failure = next(each for each in rehearsal.records if (each.subject, each.after) == ("zed_status", "FAILED"))
+    """A reaction of the script to an event has that event as its cause, as on a robot."""
+    flight = MockFlight(CAMERA_FAILS)
+    flight.fly()
+    by_id = {each.id: each for each in flight.records}
+    failure = next(each for each in flight.records if (each.subject, each.after) == ("zed_status", "FAILED"))
     assert failure.cause is not None
     assert by_id[failure.cause].subject == "goto_straight"
 
 
 @pytest.mark.parametrize("script", [None, CAMERA_FAILS])
 def test_the_same_script_gives_the_same_flight(script: Path | None) -> None:
-    first, second = Rehearsal(script), Rehearsal(script)
+    first, second = MockFlight(script), MockFlight(script)
     first.fly()
     second.fly()
     told = [[(each.t, each.subject, each.after) for each in flight.records] for flight in (first, second)]
@@ -113,13 +113,13 @@ def test_the_inspection_and_its_tree_file_do_the_same(tmp_path: Path, fails: boo
         script.write_text(VIDEO_FAILS)
     stories: list[list[tuple[str, str]]] = []
     for mission in (inspection.MISSION, find_mission(str(INSPECTION_FILE))):
-        rehearsal = Rehearsal(script, mission)
-        assert rehearsal.fly().phase == ("FAILED" if fails else "SUCCEEDED")
-        ended = (goal for goal in rehearsal.goals.values() if goal.terminal is not None)
+        flight = MockFlight(script, mission)
+        assert flight.fly().phase == ("FAILED" if fails else "SUCCEEDED")
+        ended = (goal for goal in flight.goals.values() if goal.terminal is not None)
         stories.append([(goal.skill, goal.terminal.label) for goal in ended if goal.terminal])
-        assert rehearsal.ends("stream") == ["S_FPS_LOST" if fails else "IT"]
-        assert rehearsal.ends("inspect") == ["IT" if fails else "S_COMPLETED"]
-        assert rehearsal.ends("hover") == (["S_DONE"] if fails else [])
-        assert rehearsal.ends("land") == ["S_LANDED"]
-        assert IDLE.items() <= rehearsal.states().items()
+        assert flight.ends("stream") == ["S_FPS_LOST" if fails else "IT"]
+        assert flight.ends("inspect") == ["IT" if fails else "S_COMPLETED"]
+        assert flight.ends("hover") == (["S_DONE"] if fails else [])
+        assert flight.ends("land") == ["S_LANDED"]
+        assert IDLE.items() <= flight.states().items()
     assert stories[0] == stories[1]

@@ -10,7 +10,7 @@ import pytest
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, functional_layer
-from skillwing.onboard.topics import TRUTH, Truth
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, decode
@@ -47,7 +47,7 @@ class Flight:
             self.ends.append((status.skill, status.terminal.label))
 
     def start_again(self, name: str) -> None:
-        """What a supervisor does with a process that was killed."""
+        """Start a process again, as a supervisor does after a kill."""
         self.buses[name].close()
         self.buses[name] = self.network.attach(make(self.specs[name]))
 

@@ -1,4 +1,4 @@
-"""What somebody sees who watches a mission."""
+"""The live view of `skillwing mission watch`."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import pytest
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, functional_layer
-from skillwing.onboard.topics import TRUTH, Truth
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.mocking.system import mock_processes

@@ -1,4 +1,4 @@
-"""The process around a mission: waiting, aborting, giving up, and what it tells while it runs."""
+"""The process around a mission: waiting, abort, giving up, and its messages."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def hold(context: MissionContext) -> Behaviour:
 
 
 def test_a_mission_begins_when_it_knows_the_time() -> None:
-    """What it tells, and the deadlines of what it starts, are times of the robot."""
+    """Its messages and the deadlines of its goals are in robot time."""
     flight = hop()
     flight.fly()
     begun = flight.network.now()

@@ -9,7 +9,7 @@ from filmed_flight import SPEED, FilmedFlight
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills.stream import StreamManager
-from skillwing.onboard import topics
+from skillwing.onboard.topics import faults, video
 from skillwing.onboard.video.ground import make_ground
 from skillwing.onboard.video.node import make_video
 from skillwing.services.protocol import decode, encode
@@ -38,19 +38,19 @@ class Streaming(SkillsetInProcess):
             make_ground({}),
         )
         super().__init__(SKILLSET, hooks=[StreamManager], mocks=False, nodes=nodes)
-        self.seen: list[topics.VideoStatus] = []
-        self.rates: list[topics.EncoderStatus] = []
-        self.pieces = 0
+        self.seen: list[video.VideoStatus] = []
+        self.rates: list[video.EncoderStatus] = []
+        self.packets = 0
         watch = self.network.bus("onlooker")
-        watch.subscribe(topics.VIDEO_STATUS, lambda s: self.seen.append(decode(s.payload, topics.VideoStatus)))
-        watch.subscribe(topics.VIDEO_ENCODER, lambda s: self.rates.append(decode(s.payload, topics.EncoderStatus)))
-        watch.subscribe(topics.VIDEO_SENT, lambda s: setattr(self, "pieces", self.pieces + 1))
+        watch.subscribe(video.VIDEO_STATUS, lambda s: self.seen.append(decode(s.payload, video.VideoStatus)))
+        watch.subscribe(video.VIDEO_ENCODER, lambda s: self.rates.append(decode(s.payload, video.EncoderStatus)))
+        watch.subscribe(video.VIDEO_SENT, lambda s: setattr(self, "packets", self.packets + 1))
         self._onlooker = watch
         self.run(2.5)
 
     def break_link(self, kind: str, *, on: bool, magnitude: float | None = None) -> None:
-        fault = topics.SetLinkFault(kind=kind, on=on, magnitude=magnitude)
-        self._onlooker.ask(topics.LINK_FAULT, encode(fault), lambda answer: None)
+        fault = faults.SetLinkFault(kind=kind, on=on, magnitude=magnitude)
+        self._onlooker.ask(faults.LINK_FAULT, encode(fault), lambda answer: None)
 
 
 def test_a_mild_zone_costs_detail_and_the_stream_goes_on() -> None:
@@ -126,9 +126,9 @@ def test_an_interrupted_stream_stops_at_once() -> None:
         drone.run(4.0)
         goal.interrupt().assert_ended("IT", forced=False)
         drone.run(0.1)
-        sent = drone.pieces
+        sent = drone.packets
         drone.run(2.0)
-        assert drone.pieces == sent
+        assert drone.packets == sent
 
 
 def test_more_pictures_than_the_camera_takes_are_refused() -> None:

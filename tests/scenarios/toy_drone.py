@@ -1,7 +1,7 @@
 """A drone that only exists as positions: hooks for every skill of the m600, without any physics.
 
-It flies straight lines at the asked speed, brakes at once, needs half a second to come to rest, stops before poles, and
-lets a test break its sensors and link. Between it and the mission everything is real: managers, protocol, interface.
+It flies straight lines at the requested speed, brakes at once, and needs half a second to come to rest. It stops before
+poles, and a test can break its sensors and link. All else is real: managers, protocol, interface.
 """
 
 from __future__ import annotations

@@ -205,7 +205,7 @@ class Audit:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
         if client.interface._trackers:
-            self._note("memory is bounded", f"{client.name} still pursues {list(client.interface._trackers)}")
+            self._note("memory is bounded", f"{client.name} still tracks {list(client.interface._trackers)}")
 
     def _answers(self, goal: str) -> set[str]:
         """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 
+from faulty_network import Weather
 from simulation.plan import Plan
 from simulation.run import Run, simulate
-from skillwing.services.bus.faulty import Weather
 
 CHUNK = 50
 """Seeds that a process carries out before it reports."""

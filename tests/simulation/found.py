@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from faulty_network import Weather
 from simulation.plan import Act, Deed, Plan
-from skillwing.services.bus.faulty import Weather
 
 
 def _goal(number: int, skill: str) -> dict[str, object]:

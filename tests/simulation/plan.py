@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
+from faulty_network import Weather
 from simulation.skillsets import SUBJECTS, Subject
-from skillwing.services.bus.faulty import Weather
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 
 CLIENTS = ("mission", "operator")

@@ -170,7 +170,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
     ),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
-    "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "judged", _always(None))),
+    "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
 }
 """By name: what is replaced, and by what it makes of the right one."""
 LATE: Mapping[str, int] = {

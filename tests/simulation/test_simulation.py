@@ -11,6 +11,7 @@ from unittest.mock import patch
 
 import pytest
 
+from faulty_network import Weather
 from simulation import report
 from simulation.campaign import run_campaign, shrink
 from simulation.found import FOUND
@@ -19,7 +20,6 @@ from simulation.plan import FAULTS, Act, Deed, Plan, draw_plan
 from simulation.planted import BUGS, LATE, SEEDS, find, planted
 from simulation.run import Run, simulate
 from simulation.story import tell
-from skillwing.services.bus.faulty import Weather
 from skillwing.services.core import delivery
 
 RUNS = 2000

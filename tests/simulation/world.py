@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
+from faulty_network import FaultyNetwork, Weather
 from simulation.plan import CLIENTS, FAULTS, Act, Deed, Plan
 from simulation.skills import AnySkill, Logbook
 from skillwing.services.bus import Bus, Handle, Node, Publisher
-from skillwing.services.bus.faulty import FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.client.retry import ask_until_answered

@@ -27,9 +27,9 @@ PARTS = {
 ALLOWED = {
     "dsl": ["dsl"],
     "services": ["dsl", "services"],
-    "onboard": ["onboard", "services.protocol", "services.bus", "services.wire.messages"],
+    "onboard": ["onboard", "services.protocol", "services.bus", "services.options", "services.wire.messages"],
     "m600": ["dsl", "services", "m600", "onboard"],
-    "sim_mujoco": ["sim_mujoco", "onboard", "services.protocol", "services.bus", "services.errors"],
+    "sim_mujoco": ["sim_mujoco", "onboard", "services.protocol", "services.bus", "services.errors", "services.options"],
     "bt_missions": ["dsl", "services", "bt_missions"],
     "evaluation": ["dsl", "services", "onboard", "m600", "sim_mujoco", "bt_missions", "evaluation"],
 }

@@ -1,4 +1,4 @@
-"""What the page on the semantics names as proof exists, and the conformance suite's ends are all in it."""
+"""Every test that docs/semantics.md names exists, and the page has every ending of the conformance suite."""
 
 from __future__ import annotations
 

@@ -21,29 +21,6 @@ from skillwing.dsl.suggest import closest, listed
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = [
-    "ArrayType",
-    "DataItem",
-    "Effect",
-    "EnumType",
-    "Event",
-    "Field",
-    "Interrupt",
-    "Invariant",
-    "Precondition",
-    "Predicate",
-    "Resource",
-    "Result",
-    "ScalarType",
-    "Skill",
-    "Skillset",
-    "Span",
-    "StructType",
-    "Transition",
-    "Type",
-    "UnknownNameError",
-]
-
 STALE_AFTER_PERIODS = 3
 DEFAULT_INTERRUPT_TIMEOUT = 5.0
 DEFAULT_DISPATCH_TIMEOUT = 1.0

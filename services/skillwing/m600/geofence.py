@@ -1,12 +1,13 @@
-"""Where the skills of this drone may send it: guidance tells, and enforces it; managers check it beforehand."""
+"""The geofence: guidance publishes and enforces it; managers check targets against it beforehand."""
 
 from __future__ import annotations
 
 import math
 
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import GEOFENCE, Vector3
-from skillwing.onboard.topics import Geofence as Box
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import GEOFENCE
+from skillwing.onboard.topics.guidance import Geofence as Box
 from skillwing.services.bus import Bus
 
 HOME = (0.0, 0.0)
@@ -14,30 +15,30 @@ HOME = (0.0, 0.0)
 
 
 class Geofence:
-    """The box in which every target has to lie (ENU, m), as guidance has told it.
+    """The box in which every target has to lie (ENU, m), as guidance published it.
 
-    Until it has, nothing is refused here: guidance itself refuses what lies outside.
+    Before that, managers refuse no target; guidance itself refuses those outside.
     """
 
     def __init__(self, bus: Bus) -> None:
-        self._told = Latest(bus, GEOFENCE, Box, events=True)
+        self._box = Latest(bus, GEOFENCE, Box, events=True)
 
     @property
     def ceiling(self) -> float:
         """Height of the highest target [m]."""
-        return math.inf if self._told.value is None else self._told.value.high[2]
+        return math.inf if self._box.value is None else self._box.value.high[2]
 
     def refusal(self, target: Vector3) -> str | None:
-        """What is wrong with a target, and what to do; None if it lies inside."""
-        box = self._told.value
+        """The reason to refuse a target, and advice; None if it lies inside."""
+        box = self._box.value
         if box is None or all(low <= x <= high for low, x, high in zip(box.low, target, box.high, strict=True)):
             return None
         bounds = f"{_text(box.low)} and {_text(box.high)}"
         return f"The target {_text(target)} lies outside the geofence. Stay between {bounds}."
 
     def nearest_inside(self, place: Vector3) -> Vector3:
-        """The place itself, or the nearest one inside: the drone may hover a little outside, but not be sent there."""
-        box = self._told.value
+        """The place itself, or the nearest one inside: a drone may hover a little outside, but no target lies there."""
+        box = self._box.value
         if box is None:
             return place
         x, y, z = (min(max(low, x), high) for low, x, high in zip(box.low, place, box.high, strict=True))

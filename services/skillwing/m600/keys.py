@@ -1,4 +1,4 @@
-"""Where the M600's managers speak on the bus."""
+"""Keys of the M600's managers on the bus."""
 
 from __future__ import annotations
 

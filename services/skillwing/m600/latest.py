@@ -13,13 +13,13 @@ M = TypeVar("M", bound=Message)
 
 
 class Latest(Generic[M]):
-    """Follows a topic: `value` is its latest message, None before the first; `on_message` is called with each.
+    """Subscriber to a topic: `value` is its latest message, None before the first; `on_message` is called with each.
 
-    received_at: robot time in seconds at which `value` came in, None before the first. What is not a message of
-    this kind is logged and dropped, so that a bad sender looks like a silent one.
+    received_at: robot time of the arrival of `value` [s], None before the first. Invalid messages are logged and
+    dropped, so that a bad sender looks like a silent one.
 
-    at_rest: hear nothing before `follow`. A stream that a process receives but does not use costs it about as much as
-    one that it uses, so a skill's manager follows streams only while it has a goal.
+    at_rest: do not subscribe before `follow`. An unused stream costs a process as much as a used one. So the manager of
+    a skill follows streams only while it has a goal.
     """
 
     def __init__(
@@ -41,19 +41,19 @@ class Latest(Generic[M]):
             self.follow()
 
     def follow(self) -> None:
-        """Hear the topic from now on. Idempotent."""
+        """Subscribe. Idempotent."""
         if self._subscription is None:
             read = message_reader(self._kind, self._receive)
             self._subscription = self._bus.subscribe(self._key, read, events=self._events, latest_only=not self._events)
 
     def rest(self) -> None:
-        """Hear nothing any more, and forget what was heard: nobody is to take it for news later. Idempotent."""
+        """Unsubscribe and clear `value`, so that it cannot pass for a new one later. Idempotent."""
         if self._subscription is not None:
             self._subscription.cancel()
         self._subscription = self.value = self.received_at = None
 
     def is_fresh(self, limit: float) -> bool:
-        """Tell whether the latest message came in less than `limit` seconds ago."""
+        """Test for a latest message that came in less than `limit` seconds ago."""
         return self.received_at is not None and self._bus.now() - self.received_at < limit
 
     def _receive(self, message: M) -> None:

@@ -1,4 +1,4 @@
-"""The table of the M600: its skillset, its functional layer, and who manages which skill."""
+"""The table of the M600: its skillset, its functional layer, and its skill managers."""
 
 from __future__ import annotations
 

@@ -3,10 +3,27 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from typing import Any, TypeVar
+
+import msgspec
 
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.user_code_errors import load_error_message
+
+S = TypeVar("S", bound=msgspec.Struct)
+
+
+class OptionsError(ValueError):
+    """Options that do not fit a node."""
+
+
+def read_options(options: dict[str, Any], kind: type[S]) -> S:
+    """The options as a structure of that kind. Raises OptionsError, which names the known options."""
+    try:
+        return msgspec.convert(options, kind)
+    except msgspec.ValidationError as error:
+        known = ", ".join(field.encode_name for field in msgspec.structs.fields(kind))
+        raise OptionsError(f"these options do not fit: {error}; known are {known}") from error
 
 
 def required(options: dict[str, Any], name: str) -> str:

@@ -1,9 +1,9 @@
 """The wire protocol: every message and key that crosses a process boundary, defined once.
 
-Payloads are MessagePack. `encode` and `decode` are the only way in and out: they refuse unknown fields,
-wrong types, non-finite numbers, foreign protocol versions and oversized payloads with a `ProtocolError`.
-Times `t` are robot time in seconds. Ids of goals are UUIDv7 strings chosen by the client; ids of timeline
-records name the process that wrote them, so that a `cause` can be followed across processes.
+Payloads are MessagePack. `encode` and `decode` are the only way in and out. They refuse unknown fields, wrong types,
+non-finite numbers, other protocol versions and oversized payloads with a `ProtocolError`. Times `t` are robot time in
+seconds. Ids of goals are UUIDv7 strings that the client chooses. Ids of timeline records name the process that wrote
+them, so that a `cause` leads across processes.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ import msgspec
 PROTOCOL_VERSION = 2
 MAX_MESSAGE_BYTES = 1 << 20
 ROOM_FOR_THE_REST = 1 << 14
-"""Bytes kept free in a message for everything but the one value of a developer that it carries."""
+"""Bytes of a message reserved for everything but the one value of a developer in it."""
 LONGEST_LABEL = 200
 LONGEST_SENTENCE = 2000
 """Characters of a refusal's sentence that are sent."""
 MAX_NESTING = 32
-"""Deepest nesting of a decoded payload; deeper ones are refused before they are walked."""
+"""Deepest nesting of a decoded payload; a deeper one is refused before it is walked."""
 
 CLOCK_KEY = "fl/clock"
-"""Where the owner of robot time publishes `ClockTick`; part of the functional layer, but followed by every process."""
+"""Key of the `ClockTick` of the owner of robot time: part of the functional layer, but every process follows it."""
 CLOCK_DONE_KEY = "fl/clock/done"
-"""Below it, each under its own name, say followers how far they have come: `ClockDone`, and a liveliness token."""
+"""Prefix of the keys of followers of robot time, one for each process: `ClockDone`, and a liveliness token."""
 
 
 class ProtocolError(Exception):
@@ -39,12 +39,12 @@ class ProtocolError(Exception):
 
 
 Label: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_LABEL)]
-"""An id or a name that its receiver remembers or repeats, hence of bounded length."""
+"""An id or a name. Its length is bounded, because its receiver remembers or repeats it."""
 
 
 FARTHEST_TIME = 9.0e9
 Time: TypeAlias = Annotated[float, msgspec.Meta(ge=-FARTHEST_TIME, le=FARTHEST_TIME)]
-"""Robot time in seconds. It lies within what 64 bits of nanoseconds hold, so that every receiver can reckon with it."""
+"""Robot time in seconds. 64 bits of nanoseconds can hold it, so that every receiver can compute with it."""
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -62,8 +62,8 @@ _learning = threading.Lock()
 def encode(message: Message) -> bytes:
     """The MessagePack bytes of `message`.
 
-    Raises `ProtocolError` for what no receiver would take: values without a MessagePack form, numbers that are not
-    finite, too many bytes.
+    Raises `ProtocolError` for a message that no receiver would accept: with values that have no MessagePack form, with
+    numbers that are not finite, or with too many bytes.
     """
     return _encoded(message)
 
@@ -90,10 +90,10 @@ def _require_length(payload: bytes, limit: int) -> None:
 
 
 def learn(kind: Any) -> msgspec.msgpack.Decoder[Any]:
-    """A decoder of a type, which msgspec knows from now on, however it is asked to read one.
+    """A decoder of a type, made by one thread at a time.
 
-    One thread at a time: msgspec 0.22 ends the process (SIGSEGV) where it meets a type that another thread is just
-    teaching it, as nodes of one process did that began at once.
+    msgspec 0.22 ends the process (SIGSEGV) if two threads make decoders of a new type at once. Nodes that begin at the
+    same time in one process would do that.
     """
     with _learning:
         return msgspec.msgpack.Decoder(kind)
@@ -102,7 +102,7 @@ def learn(kind: Any) -> msgspec.msgpack.Decoder[Any]:
 def decode(payload: bytes, kind: type[M]) -> M:
     """The message of type `kind` (a `Message` class or a union of tagged ones) in `payload`.
 
-    Raises `ProtocolError` where the payload is anything else.
+    Raises `ProtocolError` for any other payload.
     """
     _require_length(payload, MAX_MESSAGE_BYTES)
     decoder = _decoders.get(kind)
@@ -120,16 +120,16 @@ def decode(payload: bytes, kind: type[M]) -> M:
 
 
 _EXTREME_FLOAT = re.compile(rb"[\xca\xcb][\x7f\xff]")
-"""How MessagePack floats begin whose exponent may be all ones, which is what NaN and the infinities have."""
+"""First bytes of MessagePack floats whose exponent may be all ones, as it is for NaN and the infinities."""
 _NO_CONTAINER = bytes(byte for byte in range(256) if not (0x80 <= byte <= 0x9F or 0xDC <= byte <= 0xDF))
-"""All bytes with which no MessagePack array or map begins."""
+"""All bytes that begin no MessagePack array or map."""
 
 
 def _may_be_unsound(payload: bytes) -> bool:
-    """Tell whether `require_finite` could find something in what this payload holds.
+    """True if `require_finite` could find a problem in this payload.
 
-    It looks at bytes alone, which may mean anything, so that it errs to one side: most messages are spared the walk,
-    which takes longer than their encoding.
+    It looks at bytes alone, so it may be true without need, but is never false by mistake. Most messages are spared the
+    walk, which takes longer than their encoding.
     """
     if _EXTREME_FLOAT.search(payload):
         return True
@@ -139,7 +139,7 @@ def _may_be_unsound(payload: bytes) -> bool:
 def require_finite(value: object, depth: int = 0) -> None:
     """Raise `ProtocolError` if a float anywhere inside `value` is NaN or infinite."""
     if value is None or isinstance(value, (str, int)):
-        return  # most of what there is, and cheaper to tell than a mapping
+        return  # most values, and a cheaper check than for a mapping
     if depth > MAX_NESTING:
         raise ProtocolError(f"the message is nested more than {MAX_NESTING} levels deep")
     if isinstance(value, float):
@@ -171,7 +171,7 @@ class State(StrEnum):
 
 
 class Ending(StrEnum):
-    """How a goal ended (docs/semantics.md)."""
+    """Endings of goals (docs/semantics.md)."""
 
     NOT_VALIDATED = "NV"
     NOT_READY = "NR"
@@ -187,10 +187,10 @@ class Ending(StrEnum):
 class Terminal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The one terminal answer of a goal.
 
-    `reason` is a sentence. `failing` names every failing precondition (NR) or the input fields (NV).
-    `result` is set for S and N, `invariant` and `subject` for RI, `running_goal` for BUSY, `forced` for an
-    IT that the timeout enforced, `detected_by` for LOST. `success` says which side of the result partition
-    S is on: S_BLOCKED is a result that held, and still a failure of the skill.
+    `reason` is a sentence. `failing` names every failing precondition (NR) or the input fields (NV). `result` belongs
+    to S and N, `invariant` and `subject` to RI, `running_goal` to BUSY. `forced` marks an IT that the timeout enforced.
+    `detected_by` belongs to LOST. `success` is the side of the result partition that an S is on: S_BLOCKED is a result
+    that held, and still a failure of the skill.
     """
 
     ending: Ending
@@ -237,8 +237,8 @@ class GoalProgress(Message, frozen=True, kw_only=True):
 class StartGoal(Message, frozen=True, kw_only=True):
     """Start a skill. The same `goal_id` again returns that goal's state and never runs it twice.
 
-    `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start. `owner` is the
-    process name (`client/...`) whose alive token the goal must not outlive, None for a goal that needs nobody.
+    `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start. `owner` is the name
+    of a process (`client/...`) whose alive token the goal must not outlive; None for a goal without one.
     """
 
     goal_id: Label
@@ -286,9 +286,9 @@ class QueryStates(Message, frozen=True, kw_only=True):
 
 
 class FireExtern(Message, frozen=True, kw_only=True, tag="fire_extern"):
-    """Drive an extern transition. `source` names who asks; `cause` the record that made it happen.
+    """Drive an extern transition. `source` names the sender, `cause` the record that made it happen.
 
-    `schema`: of the skillset whose names these are; empty from who speaks of names only, such as an operator.
+    `schema` is that of the sender's skillset. It is empty for a sender that has only names, such as an operator.
     """
 
     resource: Label
@@ -308,11 +308,10 @@ class FireEvent(Message, frozen=True, kw_only=True, tag="fire_event"):
 
 
 class AttachManager(Message, frozen=True, kw_only=True, tag="attach"):
-    """A manager has started: what an earlier process of its name holds is lost. Answered by `ResourceStates`.
+    """Register a manager that has started: goals of an earlier process of its name are lost. Reply: `ResourceStates`.
 
-    Sent again every few seconds, by which a process learns that another one has come after it (`REPLACED`).
-    `incarnation` tells processes of one name apart; a manager draws it anew each time it starts. `schema` as in
-    `BeginGoal`; empty if the manager does not tell.
+    Managers repeat it every few seconds. A process learns that way that another one has replaced it (`REPLACED`).
+    `incarnation` is unique for each start of a manager. `schema` as in `BeginGoal`, or empty.
     """
 
     manager: Label
@@ -321,9 +320,9 @@ class AttachManager(Message, frozen=True, kw_only=True, tag="attach"):
 
 
 class BeginGoal(Message, frozen=True, kw_only=True, tag="begin"):
-    """Ask for preconditions and start effect as one atomic step. Idempotent for the same goal id.
+    """Check preconditions and apply the start effect, as one atomic step. Idempotent for the same goal id.
 
-    `incarnation` as in `AttachManager`; empty if the manager does not tell.
+    `incarnation` as in `AttachManager`, or empty.
     """
 
     goal_id: Label
@@ -381,7 +380,7 @@ class RecordOutcome(Message, frozen=True, kw_only=True, tag="record_outcome"):
 
 
 class RenewGoal(Message, frozen=True, kw_only=True, tag="renew"):
-    """Keep a grant, and learn whether it still stands."""
+    """Renew a grant. Reply: `Granted` if it still stands, else the verdict that ended the goal."""
 
     goal_id: Label
     skill: Label
@@ -401,7 +400,7 @@ class Granted(Message, frozen=True, kw_only=True, tag="granted"):
 
 
 class NotReady(Message, frozen=True, kw_only=True, tag="not_ready"):
-    """`failing` maps every failing precondition to a sentence saying why it fails."""
+    """`failing` maps every failing precondition to a sentence that explains why."""
 
     goal_id: str
     failing: dict[str, str]
@@ -411,7 +410,7 @@ class NotReady(Message, frozen=True, kw_only=True, tag="not_ready"):
 class Violated(Message, frozen=True, kw_only=True, tag="violated"):
     """An invariant of a granted goal broke; its violation effect has been applied. Also pushed on `verdict`.
 
-    `token` is the grant's fencing token, which no longer counts.
+    `token` is the grant's fencing token, which is no longer valid.
     """
 
     goal_id: str
@@ -425,9 +424,9 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
 
 
 class Lost(Message, frozen=True, kw_only=True, tag="lost"):
-    """A granted goal was taken from a manager that is gone; its lost effect has been applied. Pushed on `verdict`.
+    """A granted goal ended because its manager is gone; its lost effect has been applied. Pushed on `verdict`.
 
-    `token` is the grant's fencing token, which no longer counts.
+    `token` is the grant's fencing token, which is no longer valid.
     """
 
     goal_id: str
@@ -439,8 +438,8 @@ class Lost(Message, frozen=True, kw_only=True, tag="lost"):
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
-    """The goal is over. `held=False`: effect or postcondition did not hold, and `reason` says which; or the goal was
-    never granted, so that there was nothing to apply.
+    """End of a goal. `held=False`: effect or postcondition did not hold, and `reason` names it; or the goal never had a
+    grant, so that there was nothing to apply.
 
     `how` and `result` repeat the `EndGoal`, `terminal` the `RecordOutcome`. A manager needs them when it asks for a
     goal that its predecessor has ended. A goal that was given up before its grant has none of them.
@@ -475,7 +474,7 @@ class QueryData(Message, frozen=True, kw_only=True):
 
 
 class DataReading(Message, frozen=True, kw_only=True):
-    """Latest value as the data manager knows it. `stale` after three promised periods, or never received."""
+    """Latest value at the data manager. `stale`: older than three promised periods, or never received."""
 
     name: str
     value: Any
@@ -569,28 +568,28 @@ class MissionStatus(Message, frozen=True, kw_only=True):
 
 
 class AbortMission(Message, frozen=True, kw_only=True):
-    """Interrupt everything, land, and end the mission as ABORTED. Repeating it changes nothing."""
+    """Interrupt everything, land, and end the mission as ABORTED. Idempotent."""
 
     reason: str = "aborted by the operator"
 
 
 class PauseMission(Message, frozen=True, kw_only=True):
-    """Stop the motion and hold the place until `ResumeMission`. Guards go on guarding. Repeating it changes nothing."""
+    """Stop the motion and hold the position until `ResumeMission`. Guards stay active. Idempotent."""
 
     reason: str = "paused by the operator"
 
 
 class ResumeMission(Message, frozen=True, kw_only=True):
-    """Go on where the mission was paused. Refused where it is not."""
+    """Continue a paused mission; refused for any other."""
 
     reason: str = "resumed by the operator"
 
 
 class ClockTick(Message, frozen=True, kw_only=True):
-    """Robot time, and how fast it is meant to run against the wall clock (1.0 real time, 0 as fast as possible).
+    """Robot time, and its speed against the wall clock (1.0 real time, 0 as fast as possible).
 
-    complete: everything that belongs to the time up to `t` has been published. Where time runs as fast as its followers
-    keep up, they answer that with `ClockDone`.
+    complete: everything that belongs to the time up to `t` has been published. If time runs as fast as its followers
+    keep up, they answer with `ClockDone`.
     """
 
     t: Time
@@ -599,9 +598,9 @@ class ClockTick(Message, frozen=True, kw_only=True):
 
 
 class ClockDone(Message, frozen=True, kw_only=True):
-    """A follower has done what there was to do up to `t`, where time runs as fast as its followers keep up.
+    """A follower has finished its work up to `t`, if time runs as fast as its followers keep up.
 
-    lag: how far time may go on before it has done more (s).
+    lag: time in seconds that may pass before its next report.
     """
 
     t: Time
@@ -620,7 +619,7 @@ class MockedGoal(Message, frozen=True, kw_only=True):
 
 
 class DirectMock(Message, frozen=True, kw_only=True, tag="direct"):
-    """Tell a mocked skill how a goal goes: a run as a mock script writes it. Answered by `MockPlan`.
+    """Give a mocked skill the run of a goal, as a mock script writes it. Reply: `MockPlan`.
 
     `when`: `next` goal, `always` from now on, or `now`, the goal that is running.
     """
@@ -630,15 +629,15 @@ class DirectMock(Message, frozen=True, kw_only=True, tag="direct"):
 
 
 class ResetMock(Message, frozen=True, kw_only=True, tag="reset"):
-    """Start the script of a mocked skill, or of the mocked world's data, anew. Answered as `QueryMock` is."""
+    """Restart the script of a mocked skill, or of the mocked world's data. Reply: as for `QueryMock`."""
 
 
 class QueryMock(Message, frozen=True, kw_only=True, tag="query"):
-    """Ask a mocked skill for its `MockPlan`, or the mocked world for its `MockedData`."""
+    """Query a mocked skill for its `MockPlan`, or the mocked world for its `MockedData`."""
 
 
 class SetMockedData(Message, frozen=True, kw_only=True, tag="set"):
-    """Have the mocked world publish other values, as a mock script writes them. Answered by `MockedData`."""
+    """Set the values that the mocked world publishes, as a mock script writes them. Reply: `MockedData`."""
 
     data: dict[str, Any]
 
@@ -648,7 +647,7 @@ MockedWorldCall = SetMockedData | ResetMock | QueryMock
 
 
 class MockPlan(Message, frozen=True, kw_only=True):
-    """How the goals of a mocked skill go: those in `given`, then those in `script`, the last of which repeats.
+    """Runs of a mocked skill's goals: those in `given`, then those in `script`, the last of which repeats.
 
     `drawn`: each goal's run is drawn from `script` by weight instead.
     """
@@ -660,7 +659,7 @@ class MockPlan(Message, frozen=True, kw_only=True):
 
 
 class MockedData(Message, frozen=True, kw_only=True):
-    """What the mocked world publishes now."""
+    """Values that the mocked world publishes now."""
 
     values: dict[str, Any]
 
@@ -682,9 +681,9 @@ class ErrorCode(StrEnum):
 
 
 class ErrorReply(Message, frozen=True, kw_only=True):
-    """A typed refusal: one sentence what is wrong, one what to do.
+    """A typed refusal: one sentence about what is wrong, and one about what to do.
 
-    What is wrong may be quoted from the request, so the texts are cut at a length that always can be sent.
+    The texts may quote the request, so they are cut to a length that can always be sent.
     """
 
     code: ErrorCode
@@ -732,7 +731,7 @@ class Keys:
         return f"{self.skillset}/resource/change/{name}"
 
     def verdict(self, skill: str) -> str:
-        """Where `Violated` and `Lost` are pushed to the skill's manager and to who revokes tokens; `"*"` for all."""
+        """Publications of `Violated` and `Lost`, for the skill's manager and the robot bridge; `"*"` for all."""
         return f"{self.skillset}/resource/verdict/{skill}"
 
     def event(self, name: str) -> str:
@@ -792,15 +791,15 @@ class Keys:
 
     @property
     def mission_abort(self) -> str:
-        """Query that calls the running mission off."""
+        """Query that aborts the running mission."""
         return f"{self.skillset}/mission/abort"
 
     @property
     def mission_pause(self) -> str:
-        """Query that makes the running mission stand still."""
+        """Query that pauses the running mission."""
         return f"{self.skillset}/mission/pause"
 
     @property
     def mission_resume(self) -> str:
-        """Query that lets a paused mission go on."""
+        """Query that continues a paused mission."""
         return f"{self.skillset}/mission/resume"

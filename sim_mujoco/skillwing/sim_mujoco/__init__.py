@@ -1,1 +1,1 @@
-"""The functional layer in simulation: MuJoCo physics, ray-cast sensors, autopilot and guidance."""
+"""The simulated vehicle and its world: MuJoCo physics, ray-cast sensors, autopilot, navigation and radio link."""

@@ -68,7 +68,7 @@ def check_scenario(path: Path) -> None:
     except ScenarioError as error:
         text = _sentence(error)
         gap = "\n" if "\n" in text else " "
-        raise InvalidOptionError("scenario", f"{text}{gap}docs/sensors.md tells how one is written.") from error
+        raise InvalidOptionError("scenario", f"{text}{gap}docs/sensors.md describes the format.") from error
 
 
 def mapping_mission(site: Site) -> dict[str, Any]:

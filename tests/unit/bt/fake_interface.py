@@ -1,4 +1,4 @@
-"""A skillset interface whose goals do what a test tells them, and nothing by themselves."""
+"""A skillset interface whose goals change only when a test changes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The route planner: laws that hold for every world, and walls that are found bump by bump."""
+"""The route planner: laws for every world, and walls that are found stop by stop."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ angles = st.floats(-math.pi, math.pi)
 INFLATED = OBSTACLE_RADIUS + TIP_RADIUS + MARGIN
 AREA = (-15.0, -25.0, 35.0, 25.0)
 STOPS_TO_ONE = 41
-"""How often the way to one waypoint may be found blocked at most."""
+"""Most blocked legs to one waypoint."""
 LEGS_TO_ONE = 200
 
 
@@ -35,14 +35,14 @@ def along(a: Point, b: Point, step: float = 0.05) -> list[Point]:
 
 
 class Courtyard:
-    """Flies legs at once and exactly, and stops as guidance does: 2 m before what stands in a tube of 1.3 m."""
+    """Flies legs at once and exactly, and stops as guidance does: 2 m before an obstacle in a tube of 1.3 m."""
 
     def __init__(self, *walls: tuple[Point, Point]) -> None:
         self.bricks = [brick for a, b in walls for brick in along(a, b, 0.1)]
         self.nearest = math.inf
 
     def fly(self, start: Position, target: Position) -> tuple[Position, float | None]:
-        """Where the leg ends, and the free distance if it ended before an obstacle."""
+        """End of the leg, and the free distance if it ended before an obstacle."""
         length = math.dist(start[:2], target[:2])
         if length == 0.0:
             return target, None

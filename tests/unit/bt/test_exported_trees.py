@@ -1,4 +1,4 @@
-"""What is exported keeps the rules by which BehaviorTree.CPP 4.10 takes a file, as `VerifyXML` checks them."""
+"""Exported files keep the rules of BehaviorTree.CPP 4.10, as its `VerifyXML` checks them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong in a mission is told in our words and with its place; what was not looked at is another thing."""
+"""Problems of a mission are reported as sentences with their place, apart from files that cannot be checked."""
 
 from __future__ import annotations
 
@@ -84,9 +84,9 @@ def test_an_installed_mission_that_cannot_be_loaded(
         (".xml", "<root/><root/>", ":1:8", "The root tag was closed before this."),
         (".xml", '<?xml version="1.0" encoding="klingon"?><root/>', ":1", "The encoding that is declared here"),
         (".xml", "<tree/>", ":1", "Begin with `<root"),
-        (".py", "x = (\n1", ":1:5", "This is no Python: "),
-        (".py", b"x = 1\0", "", "This is no Python: "),
-        (".py", "# coding: klingon\n", "", "This is no Python: unknown encoding: klingon"),
+        (".py", "x = (\n1", ":1:5", "This is not valid Python: "),
+        (".py", b"x = 1\0", "", "This is not valid Python: "),
+        (".py", "# coding: klingon\n", "", "This is not valid Python: unknown encoding: klingon"),
         (".py", "\nimport nothing_like_it", ":2", "It imports `nothing_like_it`, and there is no such module."),
         (".py", "from math import tao", ":1", "It imports from `math` what that does not have"),
         (".py", "def f():\n    return 1 / 0\n\nf()", ":2", "It raises ZeroDivisionError while it is loaded"),

@@ -1,4 +1,4 @@
-"""Whether a mission may end in the air is told before it flies."""
+"""A mission that may end in the air is reported before its flight."""
 
 from __future__ import annotations
 

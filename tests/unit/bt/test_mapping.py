@@ -15,7 +15,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.leaves.context import SETTLE_TIME
 from skillwing.bt_missions.library import find_mission
-from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
 from skillwing.bt_missions.subtrees.pausing import Pausable
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
@@ -41,7 +41,7 @@ class Flight(FakeMission):
             "zed_status": "OK",
             "lidar_status": "OK",
         }
-        self.trees = MISSION.build(self.context, MappingOptions(route=ROUTE))
+        self.trees = MISSION.build(self.context, MappingMissionOptions(route=ROUTE))
         self.be_at(0.0, 0.0, 4.0)
         self.interface.know("heading", 0.0)
 
@@ -669,9 +669,8 @@ def test_the_time_limit_counts_pauses(paused: Flight) -> None:
 
 @given(st.lists(st.sampled_from(["pause", "resume", "take", "give", "tick", "wait", "stop", "arrive"]), max_size=60))
 @settings(max_examples=100, deadline=None)
-def test_whoever_holds_the_drone_whenever_it_flies_on_in_the_end(m600: Skillset, order: list[str]) -> None:
-    """However often the operator and the pilot hold it, there is never more than one motion, none while it is held,
-    and the route is flown when both let go."""
+def test_after_any_holds_the_route_is_flown(m600: Skillset, order: list[str]) -> None:
+    """Under any holds there is at most one motion at a time, none during a hold, and the route is flown at last."""
     flight = Flight(m600)
     flight.start_mapping()
 
@@ -755,7 +754,7 @@ def test_the_time_limit_ends_the_flight(flight: Flight) -> None:
 
 def test_options_are_read_from_plain_values_and_text() -> None:
     options = MISSION.read_options({"route": [[1, 2, 3]], "speed": "1.5", "height": 6})
-    assert options == MappingOptions(route=((1.0, 2.0, 3.0),), speed=1.5, height=6.0)
+    assert options == MappingMissionOptions(route=((1.0, 2.0, 3.0),), speed=1.5, height=6.0)
 
 
 @pytest.mark.parametrize(
@@ -778,7 +777,7 @@ def test_a_route_that_leaves_the_area_is_refused_before_the_flight() -> None:
     with pytest.raises(InvalidOptionError, match=r"Waypoint 2 of `route` \(300, 0\) lies outside `area`"):
         MISSION.read_options({"route": [[1, 2, 3], [300, 0, 4]]})
     anywhere = MISSION.read_options({"route": [[300, 0, 4]], "area": None})
-    assert isinstance(anywhere, MappingOptions)
+    assert isinstance(anywhere, MappingMissionOptions)
 
 
 def test_missions_are_found_by_name() -> None:

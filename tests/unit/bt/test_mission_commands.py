@@ -1,4 +1,4 @@
-"""The words of `skillwing mission`, as far as they need no system."""
+"""Commands of `skillwing mission` that need no system."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from typer.testing import CliRunner
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
 from skillwing.bt_missions.mission.options import option_text, parse_options
-from skillwing.bt_missions.missions.mapping import MISSION, MappingOptions
+from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 
 
 def test_options_are_read_from_words() -> None:
     words = ["route=30,0,4; 30,20,4;", "speed=1.5", "area=-10,-10,40,30"]
-    assert MISSION.read_options(parse_options(words)) == MappingOptions(
+    assert MISSION.read_options(parse_options(words)) == MappingMissionOptions(
         route=((30.0, 0.0, 4.0), (30.0, 20.0, 4.0)), speed=1.5, area=(-10.0, -10.0, 40.0, 30.0)
     )
 
@@ -66,7 +66,7 @@ def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentenc
 def test_options_are_read_as_they_are_shown(
     route: list[tuple[float, float, float]], speed: float, height: float | None
 ) -> None:
-    """What `mission list` prints as a default can be typed as a value."""
+    """A default printed by `mission list` can be typed as a value."""
     options = MISSION.read_options({"route": route, "speed": speed, "height": height})
     shown = {name: option_text(value) for name, value in msgspec.to_builtins(options).items()}
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
@@ -75,9 +75,9 @@ def test_options_are_read_as_they_are_shown(
 
 
 PATROL = """
-from skillwing.bt_missions.missions.mapping import MappingMission, MappingOptions
+from skillwing.bt_missions.missions.mapping import MappingMission, MappingMissionOptions
 
-class Options(MappingOptions, frozen=True, kw_only=True):
+class Options(MappingMissionOptions, frozen=True, kw_only=True):
     rounds: int
 
 class Patrol(MappingMission):

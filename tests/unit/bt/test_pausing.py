@@ -1,4 +1,4 @@
-"""Leaves that are held, what holds them, and what takes over on an ending."""
+"""Leaves that are held, the nodes that hold them, and `OnEnding`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
-from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.services.protocol import Terminal
 
 
@@ -179,7 +179,7 @@ def granted(mission: FakeMission, child: Behaviour) -> WhileGranted:
         resource="axes",
         states=("FREE",),
         patience=10.0,
-        ended_by=ResourceChange("camera", "FAILED"),
+        ended_by=StateChange("camera", "FAILED"),
     )
 
 

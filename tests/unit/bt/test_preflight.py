@@ -1,4 +1,4 @@
-"""Everything that does not fit is listed before the flight."""
+"""All problems of a mission are listed before the flight."""
 
 from __future__ import annotations
 

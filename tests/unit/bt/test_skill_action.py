@@ -1,4 +1,4 @@
-"""The leaf that runs a skill. The mistakes that other projects made with such leaves are tests by name."""
+"""The leaf that runs a skill. Known mistakes of other projects with such leaves are tests by name."""
 
 from __future__ import annotations
 

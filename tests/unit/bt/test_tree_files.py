@@ -28,7 +28,7 @@ from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
-from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import TreeFileError, parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
@@ -114,7 +114,7 @@ LEAVES = st.one_of(
     ),
     st.builds(lambda: NoteSwitch("why", offline_context(SKILLSET), "it", "this <&> that", 'an "other"')),
     st.builds(lambda: NeverSwitched("as planned?", offline_context(SKILLSET), "it")),
-    st.builds(lambda patience: WaitForSettled("calm", offline_context(SKILLSET), patience), st.floats(0.1, 100.0)),
+    st.builds(lambda patience: WaitForSettled("settled", offline_context(SKILLSET), patience), st.floats(0.1, 100.0)),
 )
 
 
@@ -144,7 +144,7 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
                 resource="axes",
                 states=("FREE",),
                 patience=2.5,
-                ended_by=ResourceChange("camera", "FAILED"),
+                ended_by=StateChange("camera", "FAILED"),
             ),
             children,
         ),
@@ -278,8 +278,8 @@ def test_all_problems_are_told_at_once_and_none_that_follows_from_another() -> N
     assert sorted(problems_of(with_tree(ONE_AFTER_ANOTHER))) == ALL_AT_ONCE
 
 
-def test_the_frame_the_options_and_the_trees_are_told_of_together() -> None:
-    """What no rescue and a broken option hide would else be found only when these are mended."""
+def test_problems_of_frame_options_and_trees_are_reported_together() -> None:
+    """A missing rescue and a broken option do not hide the problems of the trees."""
     model = MODEL.format(name="speed", kind="double", rest='default="much"', needs="camera: BLIND; axes")
     text = with_tree('<go speed="{speed}" sped="1"/>', model).replace(RESCUE, "")
     assert sorted(problems_of(text)) == [

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from faulty_network import LEASE, FaultyNetwork, Weather
 from skillwing.services.bus import Answer, Answered, NoReply, Request, Sample
-from skillwing.services.bus.faulty import LEASE, FaultyNetwork, Weather
 from skillwing.services.bus.inprocess import InProcessBus
 
 STORM = Weather(latency=(0.001, 0.1), slow=0.3, slowest=2.0, loss=0.4, duplication=0.5)

@@ -164,7 +164,7 @@ def test_all_that_is_wrong_in_a_scenario_is_told_before_anything_starts(
     first, *wrong, last = capsys.readouterr().err.splitlines()
     assert first.endswith("does not fit:")
     assert [line.split("`")[1] for line in wrong] == ["wnd", "sed", "sensor", "at"]
-    assert last == "docs/sensors.md tells how one is written."
+    assert last == "docs/sensors.md describes the format."
 
 
 @pytest.mark.parametrize("speed", ["0", "0.01", "-1", "nan"])

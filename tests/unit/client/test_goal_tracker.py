@@ -86,7 +86,7 @@ class Manager:
 
 
 class Desk:
-    """A client that pursues one goal. there: whether there is a manager at all; alive: whether its token is seen."""
+    """A client that tracks one goal. there: whether there is a manager at all; alive: whether its token is seen."""
 
     def __init__(self, *, there: bool = True, alive: bool = True) -> None:
         self.network = InProcessNetwork()
@@ -351,7 +351,7 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
 ) -> None:
     desk = Desk()
     desk.tracker.advance(RUNNING)
-    desk.tracker.judged(verdict)
+    desk.tracker.on_verdict(verdict)
     assert desk.ended_after() == pytest.approx(VERDICT_PATIENCE)
     desk.wait(1.0)
     assert desk.terminal.label == label
@@ -363,7 +363,7 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
 def test_the_managers_own_word_comes_before_the_verdict() -> None:
     desk = Desk()
     desk.tracker.advance(RUNNING)
-    desk.tracker.judged(LOST)
+    desk.tracker.on_verdict(LOST)
     desk.tracker.advance(ENDED)
     desk.wait()
     assert (desk.terminal.label, desk.changes, desk.records) == ("S_THERE", ["RUNNING", "S_THERE"], [])

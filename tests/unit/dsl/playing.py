@@ -37,11 +37,11 @@ class TooLargeError(Exception):
 
 @dataclass
 class Playthrough:
-    """What was seen.
+    """The observations of a run.
 
-    states: of each resource. rest: the states between steps, with the skills that run then. admitted: the states in
-    which all preconditions held, with the verdict. applied: (skill, end) whose effect was applied; judged: those that
-    came about. observed: (skill, result) that ended well. fired: events. after: the nodes that each end led to.
+    states: of each resource. rest: the states between steps, with the running skills. admitted: the states in which all
+    preconditions held, with the verdict. applied: (skill, end) with an applied effect; judged: those that occurred.
+    observed: (skill, result) of successful ends. fired: events. after: the nodes after each end.
     """
 
     states: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))

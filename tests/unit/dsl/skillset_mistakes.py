@@ -25,7 +25,7 @@ class Mistake:
 
     @property
     def is_section(self) -> bool:
-        """Whether it is a part that its skill may have once."""
+        """True if the skill may have this part only once."""
         return self.kind.startswith("misplaced")
 
 

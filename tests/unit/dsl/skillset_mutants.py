@@ -46,7 +46,7 @@ def pieces(path: Path) -> tuple[str, ...]:
 
 @cache
 def shares() -> list[float]:
-    """How often each file is taken, added up: the larger, the more seldom, since it takes the longer."""
+    """Cumulative weights of the files. Larger files take longer and are chosen less often."""
     return list(accumulate(1 / (4000 + sum(map(len, pieces(path)))) for path in FILES))
 
 

@@ -1,7 +1,7 @@
-"""The checker's reasoning against the resource manager's: what it reports is so, and what is so it reports.
+"""The checker's analysis against the resource manager: every report is right, and no problem is missed.
 
-Random small skillsets are played through on the core that runs in every robot (`playing.py`), and what the analysis
-finds is compared with what was seen: both ways where it knows exactly, one way where it reasons resource by resource.
+Random small skillsets are explored on the core of every robot (`playing.py`), and the findings of the analysis are
+compared with the observations. They must be equal where the analysis is exact, and a subset where it approximates.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def played(skillset: Skillset) -> Playthrough:
 
 
 class Findings:
-    """What the analysis has reported, by code and by the element on whose line it stands."""
+    """The reports of the analysis, by code and by the element on whose line they are."""
 
     def __init__(self, diagnostics: list[Diagnostic], source: Source) -> None:
         elements = {line: element for element, line in source.lines.items()}
@@ -135,7 +135,7 @@ def _nothing_is_invented(skillset: Skillset, seen: Playthrough, findings: Findin
 
 
 def _ever_holds(skillset: Skillset, seen: Playthrough, skill: str, check: str) -> bool:
-    """Whether a precondition held at any time at which a start can be judged."""
+    """True if a precondition held at any time at which a start is evaluated."""
     expressions = {item.name: item.expression for item in skillset.skill(skill).preconditions.checks}
     idle = (states for states, running in seen.rest if skill not in running)
     return any(holds(expressions[check], states) for states in idle)
@@ -225,7 +225,7 @@ def _warnings_are_right(skillset: Skillset, seen: Playthrough, findings: Finding
 
 
 def _leaks(skillset: Skillset, skill: Skill, startable: list[dict[str, str]], seen: Playthrough) -> Iterator[str]:
-    """What the skill can leave for good where nobody can take it again, though its own transitions lead back."""
+    """The resources that the skill can leave taken forever although their own transitions lead back."""
     for resource, taken in skill.transitions(skill.preconditions.success):
         origins = {states[resource] for states in startable} - {taken}
         if not origins:

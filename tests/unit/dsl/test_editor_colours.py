@@ -120,7 +120,7 @@ def _words(dialect: str) -> set[str]:
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_all_words_of_the_language_are_coloured_and_no_others(dialect: str) -> None:
-    """Whatever the grammar of the language gains or loses, the editor's has to follow."""
+    """The editor's grammar has to have all words of the language's grammar."""
     grammar = json.loads((EXTENSION / "syntaxes" / f"{dialect}.tmLanguage.json").read_text())
     repository = grammar["repository"]
     patterns = [

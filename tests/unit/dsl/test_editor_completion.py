@@ -1,4 +1,4 @@
-"""What is offered at the cursor, which each text marks with `|`."""
+"""Completions at the cursor, which each text marks with `|`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said about the name or word under the pointer, which each text marks with `|`."""
+"""Descriptions of the name or word under the pointer, which each text marks with `|`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ skillset boat {
 
 
 def said(word: str, text: str = BOAT) -> str:
-    """What the hover shows at the first place of a word."""
+    """The hover at the first occurrence of a word."""
     at = text.index(word)
     found, offset = marked(f"{text[:at]}|{text[at:]}")
     shown = hover(found, offset)

@@ -1,4 +1,4 @@
-"""Whatever is typed, the editor's questions have answers."""
+"""The editor's functions answer for any text."""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_the_same_name_changes_nothing() -> None:
         ("wind:", "angle", "`angle` would be read as something else in line 8. Choose another name."),
         ("SLOW FAST", "wind", "`wind` would be read as something else in line 8. Choose another name."),
         ("mode:", "period", "`period` would be read as something else in line 4. Choose another name."),
-        ("resource", "x", "Here is no name that could be changed."),
+        ("resource", "x", "There is no name here that can be changed."),
     ],
 )
 def test_a_name_that_does_not_fit_is_refused(where: str, name: str, reason: str) -> None:

@@ -40,7 +40,7 @@ def contents(text: str, file: str = "contents.skillset") -> tuple[list[tuple[str
 
 
 def model(text: str, file: str = "model.skillset") -> tuple[Skillset, list[str]]:
-    """What a readable text means, and what the reader finds wrong with it."""
+    """The meaning of a readable text, with the reader's diagnostics."""
     parsed = parse_file(text, file)
     assert parsed.root is not None
     report = DiagnosticReport()
@@ -63,7 +63,7 @@ def reshuffled(text: str, chance: random.Random) -> str:
 
 
 def is_safe(pieces: list[str], following: str) -> bool:
-    """Whether two words may touch without becoming one."""
+    """True if two words may touch without becoming one."""
     signs = "-=<>!+./*_"
     return bool(pieces) and pieces[-1][-1:] not in signs and following[0] not in signs
 
@@ -347,7 +347,7 @@ def test_a_damaged_file_stays_as_it_is_and_the_others_are_formatted(raw: Path, t
     damaged.write_text("skillset s { skill k {")
     code, output, error = run(damaged, raw)
     assert (code, output) == (1, f"{raw}: formatted.\n")
-    assert error.startswith(f"`{damaged}` has syntax errors. Mend what `skillwing check {damaged}` shows")
+    assert error.startswith(f"`{damaged}` has syntax errors. Fix what `skillwing check {damaged}` shows")
     assert damaged.read_text() == "skillset s { skill k {"
 
 

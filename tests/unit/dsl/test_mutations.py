@@ -1,4 +1,4 @@
-"""Whatever is typed, the answer is a list of diagnostics: broken variants of good files never raise.
+"""Broken variants of good files never raise: the result is always a list of diagnostics.
 
 `make mutants` tries many more.
 """

@@ -95,6 +95,25 @@ def test_it_works_right_after(app: typer.Typer, file: Path, tmp_path: Path) -> N
     assert "1 passed" in done.stdout, done.stdout
 
 
+def test_the_test_goes_where_the_project_collects_those_of_other_skills(
+    app: typer.Typer, file: Path, tmp_path: Path
+) -> None:
+    run(app, "generate", str(file), "-o", "lamp")
+    (tmp_path / "pyproject.toml").write_text('[tool.pytest.ini_options]\ntestpaths = ["tests"]\npythonpath = ["."]\n')
+    (tmp_path / "Makefile").write_text("lint:\n\ttrue\ngenerate: lint\n\ttrue\n")
+    beside = tmp_path / "tests" / "lamps" / "test_shine.py"
+    beside.parent.mkdir(parents=True)
+    beside.write_text("")
+    result = run(app, "new-skill", "blink", "-s", str(file), "-r", "lamp")
+    assert "yours from now on: lamp/skills/blink.py, tests/lamps/test_blink.py." in result.output
+    assert "[ ] `pytest tests/lamps`" in result.output
+    assert "`make generate`, which" in result.output
+    assert "`[skill.blink]` in lamp.mock.toml" in result.output
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "1 passed" in done.stdout, done.stdout
+
+
 def test_only_the_new_skill_gets_a_skeleton(app: typer.Typer, file: Path, tmp_path: Path) -> None:
     run(app, "generate", str(file), "-o", "lamp", "--no-skeletons")
     run(app, "new-skill", "blink", "-s", str(file), "-r", "lamp")

@@ -1,4 +1,4 @@
-"""How far a file is played through: part by part, and whatever does nothing is no hindrance."""
+"""Limits of the exploration: it works part by part, and skills that change nothing do not count."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def test_a_step_is_written_as_a_whole_or_not_at_all(journal: Journal, monkeypatc
 
 
 def test_what_was_written_outlives_a_writer_that_never_closes(path: Path, journal: Journal) -> None:
-    """What a killed process leaves: the file and its write-ahead log, copied while the writer has both open."""
+    """Remains of a killed process: the file and its write-ahead log, copied while the writer has both open."""
     journal.write((opened(1),), (), 1.0)
     copy = path.with_name("copy.sqlite")
     for ending in ("", "-wal"):

@@ -72,7 +72,7 @@ INCARNATIONS = st.sampled_from(["a", "b", "c"])
 
 
 class Twins(RuleBasedStateMachine):
-    """One core lives on and on, the other is made anew from the journal time and again. Nobody can tell them apart."""
+    """One core lives on and on, the other is made again from the journal time and again. Nobody can tell them apart."""
 
     goals: Bundle[tuple[str, str]] = Bundle("goals")
 
@@ -88,7 +88,7 @@ class Twins(RuleBasedStateMachine):
         self.renewed = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
 
     def take(self, call: Any) -> Any:
-        """Take a step on both, and write down what the one that is made anew must not forget."""
+        """Take a step on both, and write down what the one that is made again must not forget."""
         constant, renewed = self.attempt(call, self.constant), self.attempt(call, self.renewed)
         assert constant == renewed
         if isinstance(renewed, Step):

@@ -1,4 +1,4 @@
-"""What the tests of the M600's managers share may assert as they do."""
+"""Assertions in the modules shared by the tests of the M600's managers."""
 
 from __future__ import annotations
 

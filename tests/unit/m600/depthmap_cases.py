@@ -1,4 +1,4 @@
-"""What `zed_depthmap` and `lidar_depthmap` owe alike; they share all but the sensor."""
+"""Common cases of `zed_depthmap` and `lidar_depthmap`, which differ in the sensor only."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import pytest
 from drone import Drone
 
-from skillwing.onboard.topics import ObstacleSource, SensorStatus
+from skillwing.onboard.topics.obstacles import ObstacleSource
+from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.managers.hooks import SkillHooks
 
 

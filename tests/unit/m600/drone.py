@@ -8,7 +8,7 @@ from m600_layer import M600Layer
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import SensorStatus
+from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.managers.hooks import F, I, O, SkillHooks
 from skillwing.services.testing import SkillTest
 from skillwing.services.testing.in_process import HooksFactory

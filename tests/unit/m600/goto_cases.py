@@ -1,4 +1,4 @@
-"""What `goto` and `goto_straight` owe alike; they share all but the nose."""
+"""Common cases of `goto` and `goto_straight`, which differ in the heading only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from drone import Drone
 
-from skillwing.onboard.topics import GUIDANCE_COMMAND, FlyTo, GuidanceCommand, Nose
+from skillwing.onboard.topics.guidance import GUIDANCE_COMMAND, FlyTo, GuidanceCommand, YawMode
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.protocol import ErrorCode
@@ -20,7 +20,7 @@ class GotoCases:
     """To be inherited with the manager's class and what it does with the nose."""
 
     manager: ClassVar[type[SkillHooks[Any, Any, Any]]]
-    nose: ClassVar[Nose]
+    nose: ClassVar[YawMode]
 
     @pytest.fixture
     def drone(self) -> Drone:

@@ -8,34 +8,32 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.onboard import topics
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics import common, flight, guidance, mapping, navigation, obstacles, sensors
+from skillwing.onboard.topics.common import Done, Vector3
+from skillwing.onboard.topics.guidance import (
     AxisStatus,
-    ControlMapping,
-    Done,
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
-    ObstacleSource,
     Orbit,
     Revoked,
-    SelectObstacleSource,
     Stop,
     TakeOff,
     Turn,
-    Vector3,
 )
+from skillwing.onboard.topics.mapping import ControlMapping
+from skillwing.onboard.topics.obstacles import ObstacleSource, SelectObstacleSource
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import ErrorCode
 from skillwing.services.testing import FakeLayer
 
 PERIOD = 0.05
 BRAKING = 0.5
-FENCE = topics.Geofence(low=(-12.0, -12.0, 1.0), high=(42.0, 32.0, 30.0))
+FENCE = guidance.Geofence(low=(-12.0, -12.0, 1.0), high=(42.0, 32.0, 30.0))
 
 
 @dataclass
@@ -60,7 +58,7 @@ class M600Layer(FakeLayer):
     height: the drone is that high in the air already [m], None for on the ground.
     """
 
-    listens = (topics.AUTHORITY,)
+    listens = (guidance.AUTHORITY,)
 
     def __init__(self, height: float | None = None) -> None:
         super().__init__()
@@ -93,19 +91,19 @@ class M600Layer(FakeLayer):
             self.fly_at(height)
 
     def setup(self) -> None:
-        self.publish(topics.GEOFENCE, FENCE, events=True)
-        self.answer(topics.GUIDANCE_COMMAND, GuidanceCommand, self._command)
-        self.answer(topics.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
-        self.answer(topics.LANDING_PLACE, topics.Empty, self._land_where)
-        self.answer(topics.MAPPING_COMMAND, ControlMapping, self._control)
+        self.publish(guidance.GEOFENCE, FENCE, events=True)
+        self.answer(guidance.GUIDANCE_COMMAND, GuidanceCommand, self._command)
+        self.answer(obstacles.OBSTACLE_COMMAND, SelectObstacleSource, self._select)
+        self.answer(obstacles.LANDING_PLACE, common.Empty, self._land_where)
+        self.answer(mapping.MAPPING_COMMAND, ControlMapping, self._control)
         self.bus.every(PERIOD, self._tick)
         self.bus.every(0.1, self._sense)
         self.bus.every(1.0, self._slow)
 
     @property
     def commands(self) -> list[GuidanceCommand]:
-        """What guidance was asked for."""
-        return self.asked(topics.GUIDANCE_COMMAND, GuidanceCommand)
+        """Commands that guidance received."""
+        return self.asked(guidance.GUIDANCE_COMMAND, GuidanceCommand)
 
     @property
     def motions(self) -> list[str]:
@@ -115,11 +113,13 @@ class M600Layer(FakeLayer):
     @property
     def revoked(self) -> list[Revoked]:
         """The tokens that are no longer to be obeyed."""
-        return self.heard(topics.AUTHORITY, Revoked)
+        return self.heard(guidance.AUTHORITY, Revoked)
 
-    def report_health(self, sensor: str, status: topics.SensorStatus, health_id: str, cause: str | None = None) -> None:
-        message = topics.Health(id=health_id, t=self.bus.now(), sensor=sensor, status=status, cause=cause)
-        self.publish(topics.health_key(sensor), message, events=True)
+    def report_health(
+        self, sensor: str, status: sensors.SensorStatus, health_id: str, cause: str | None = None
+    ) -> None:
+        message = sensors.Health(id=health_id, t=self.bus.now(), sensor=sensor, status=status, cause=cause)
+        self.publish(sensors.health_key(sensor), message, events=True)
 
     def fly_at(self, height: float) -> None:
         """Be in the air already."""
@@ -148,11 +148,11 @@ class M600Layer(FakeLayer):
         self.mapping = command.run
         return Done()
 
-    def _land_where(self, _: topics.Empty) -> topics.LandingPlace:
+    def _land_where(self, _: common.Empty) -> obstacles.LandingPlace:
         if self.position == self.landing_place:
-            return topics.LandingPlace(place=None, text="free")
+            return obstacles.LandingPlace(place=None, text="free")
         taken = self.taken or self.landing_place is not None
-        return topics.LandingPlace(place=self.landing_place, taken=taken, text="taken" if taken else "unknown")
+        return obstacles.LandingPlace(place=self.landing_place, taken=taken, text="taken" if taken else "unknown")
 
     # --- motion ------------------------------------------------------------------------------------------------------
 
@@ -166,7 +166,7 @@ class M600Layer(FakeLayer):
             self._turn(self.nose.motion)
         if self.reports:
             self.publish(
-                topics.GUIDANCE_STATUS,
+                guidance.GUIDANCE_STATUS,
                 GuidanceStatus(
                     t=self.bus.now(),
                     body=self.body.status,
@@ -196,7 +196,7 @@ class M600Layer(FakeLayer):
                 self._step(motion.target, motion.speed)
             case Orbit():
                 self._circle(motion)
-            case Hold():
+            case HoldPosition():
                 axis.state = MotionState.DONE
             case _:
                 pass
@@ -242,8 +242,8 @@ class M600Layer(FakeLayer):
         now = self.bus.now()
         if self.navigates:
             self.publish(
-                topics.NAVIGATION,
-                topics.Navigation(
+                navigation.NAVIGATION,
+                navigation.Navigation(
                     t=now,
                     position=self.position,
                     velocity=(0.0, 0.0, 0.0),
@@ -254,8 +254,8 @@ class M600Layer(FakeLayer):
             )
         if self.tells_flight:
             self.publish(
-                topics.FLIGHT,
-                topics.FlightState(
+                flight.FLIGHT,
+                flight.FlightState(
                     t=now,
                     on_ground=self.on_ground,
                     rotors_on=self.rotors_run_on or not self.on_ground,
@@ -265,8 +265,8 @@ class M600Layer(FakeLayer):
                 ),
             )
         self.publish(
-            topics.OBSTACLE_STATUS,
-            topics.ObstacleStatus(
+            obstacles.OBSTACLE_STATUS,
+            obstacles.ObstacleStatus(
                 t=now,
                 source=self.source,
                 free_distance=self.free_distance,
@@ -278,11 +278,11 @@ class M600Layer(FakeLayer):
 
     def _slow(self) -> None:
         now = self.bus.now()
-        self.publish(topics.BATTERY, topics.Battery(t=now, percent=self.percent, voltage=48.0))
+        self.publish(flight.BATTERY, flight.Battery(t=now, percent=self.percent, voltage=48.0))
         if self.reports:
             self.publish(
-                topics.MAPPING_STATUS,
-                topics.MappingStatus(
+                mapping.MAPPING_STATUS,
+                mapping.MappingStatus(
                     t=now,
                     running=self.mapping,
                     diverged=self.diverged,
@@ -292,5 +292,5 @@ class M600Layer(FakeLayer):
                     text="nothing fits any more" if self.diverged else "",
                 ),
             )
-            header = topics.MapHeader(t=now, voxel_size=0.5, count=0, complete=False)
-            self.publish_array(topics.MAP, header, b"")
+            header = mapping.MapHeader(t=now, voxel_size=0.5, count=0, complete=False)
+            self.publish_array(mapping.MAP, header, b"")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.onboard.topics import Truth
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
 
 ROUTE = ((0.0, 0.0, 4.0), (10.0, 0.0, 4.0))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.m600.bridge.battery_level import BatteryLevel, BatteryStatus
+from skillwing.m600.bridge.levels import BatteryLevel, BatteryStatus
 
 NORMAL, LOW, CRITICAL = BatteryStatus.NORMAL, BatteryStatus.LOW, BatteryStatus.CRITICAL
 

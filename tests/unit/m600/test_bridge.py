@@ -7,7 +7,8 @@ from drone import SKILLSET, Drone
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.zed_depthmap import ZedDepthmapManager
-from skillwing.onboard.topics import ObstacleSource, SensorStatus
+from skillwing.onboard.topics.obstacles import ObstacleSource
+from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.protocol import RecordKind
 
 

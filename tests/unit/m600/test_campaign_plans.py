@@ -16,7 +16,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign.command import make_plans, parse_seeds
 from skillwing.evaluation.flights.conditions import EARLIEST, LONGEST, SHORTEST, Condition, draw, met_from
 from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
-from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, LOW_BELOW
+from skillwing.m600.bridge.levels import CRITICAL_BELOW, LOW_BELOW
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.services.errors import InvalidOptionError

@@ -11,7 +11,10 @@ import pytest
 from rerun.chunk import RrdReader
 
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard import topics
+from skillwing.onboard.topics import flight, mapping, navigation, sensors, video
+from skillwing.onboard.topics.guidance import GUIDANCE_STATUS, AxisStatus, GuidanceStatus, MotionState
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.obstacles import OBSTACLE_STATUS, ObstacleSource, ObstacleStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
@@ -33,16 +36,16 @@ class Drone:
         self._put = {
             key: bus.advertise(key).put
             for key in (
-                topics.NAVIGATION,
-                topics.GUIDANCE_STATUS,
-                topics.OBSTACLE_STATUS,
-                topics.BATTERY,
-                topics.LIDAR,
-                topics.ZED_DEPTH,
-                topics.MAP,
-                topics.VIDEO_SHOWN,
-                topics.LINK_STATUS,
-                topics.VIDEO_STATUS,
+                navigation.NAVIGATION,
+                GUIDANCE_STATUS,
+                OBSTACLE_STATUS,
+                flight.BATTERY,
+                sensors.LIDAR,
+                sensors.ZED_DEPTH,
+                mapping.MAP,
+                video.VIDEO_SHOWN,
+                LINK_STATUS,
+                video.VIDEO_STATUS,
             )
         }
         bus.every(0.02, self._navigate)
@@ -61,8 +64,8 @@ class Drone:
                 after=after,
             )
             bus.after(t, lambda record=record: timeline.put(encode(record)))
-        health = bus.advertise(topics.health_key("zed"), events=True)
-        failed = topics.Health(id="h", t=6.0, sensor="zed", status=topics.SensorStatus.FAILED)
+        health = bus.advertise(sensors.health_key("zed"), events=True)
+        failed = sensors.Health(id="h", t=6.0, sensor="zed", status=sensors.SensorStatus.FAILED)
         bus.after(6.0, lambda: health.put(encode(failed)))
         goal = MissionStatus(
             mission="mapping", phase=MissionPhase.RUNNING, t=0.0, text="", waypoints=1, goal=(20.0, 0.0, 4.0)
@@ -74,7 +77,7 @@ class Drone:
 
     def _navigate(self) -> None:
         t = self._bus.now()
-        pose = topics.Navigation(
+        pose = navigation.Navigation(
             t=t,
             position=(SPEED * t, 0.0, 4.0),
             velocity=(SPEED, 0.0, 0.0),
@@ -82,42 +85,42 @@ class Drone:
             angular_velocity=(0.0, 0.0, 0.0),
             heading=0.0,
         )
-        self._put[topics.NAVIGATION](encode(pose))
+        self._put[navigation.NAVIGATION](encode(pose))
 
     def _look(self) -> None:
         t = self._bus.now()
-        axis = topics.AxisStatus(goal_id="g", state=topics.MotionState.MOVING, remaining=1.0)
-        guidance = topics.GuidanceStatus(
+        axis = AxisStatus(goal_id="g", state=MotionState.MOVING, remaining=1.0)
+        guidance = GuidanceStatus(
             t=t, body=axis, heading=axis, setpoint=(0.0, 0.0, 4.0), target=(20.0, 0.0, 4.0), free_distance=None
         )
-        self._put[topics.GUIDANCE_STATUS](encode(guidance))
-        obstacles = topics.ObstacleStatus(
-            t=t, source=topics.ObstacleSource.ZED, free_distance=None, horizon=20.0, ahead=None, stamp=t
+        self._put[GUIDANCE_STATUS](encode(guidance))
+        obstacles = ObstacleStatus(
+            t=t, source=ObstacleSource.ZED, free_distance=None, horizon=20.0, ahead=None, stamp=t
         )
-        self._put[topics.OBSTACLE_STATUS](encode(obstacles))
-        self._put[topics.BATTERY](encode(topics.Battery(t=t, percent=90.0, voltage=24.0)))
-        lidar = topics.LidarHeader(t0=t - 0.1, t1=t, columns=1024, beams=16, mount=(0.0, 0.0, -0.42))
-        self._put[topics.LIDAR](np.full((1024, 16), 5.0, np.float32).tobytes(), encode(lidar))
+        self._put[OBSTACLE_STATUS](encode(obstacles))
+        self._put[flight.BATTERY](encode(flight.Battery(t=t, percent=90.0, voltage=24.0)))
+        lidar = sensors.LidarHeader(t0=t - 0.1, t1=t, columns=1024, beams=16, mount=(0.0, 0.0, -0.42))
+        self._put[sensors.LIDAR](np.full((1024, 16), 5.0, np.float32).tobytes(), encode(lidar))
         if t < 6.0:
-            depth = topics.DepthHeader(
+            depth = sensors.DepthHeader(
                 t=t, width=320, height=180, fx=176.0, fy=176.0, cx=160.0, cy=90.0, mount=(0.3, 0.0, 0.0)
             )
-            self._put[topics.ZED_DEPTH](np.full((180, 320), 8000, np.uint16).tobytes(), encode(depth))
+            self._put[sensors.ZED_DEPTH](np.full((180, 320), 8000, np.uint16).tobytes(), encode(depth))
 
     def _map(self) -> None:
         t = self._bus.now()
-        shown = topics.VideoShown(t=t, width=320, height=180)
-        self._put[topics.VIDEO_SHOWN](b"\xff\xd8\xff" + bytes(8000), encode(shown))
-        link = topics.LinkStatus(t=t, bandwidth=2e6, latency=0.03, loss=0.0, queued=0.0, sent=1e6, dropped=0)
-        self._put[topics.LINK_STATUS](encode(link))
-        seen = topics.VideoStatus(t=t, stream="g", fps=15.0, quality=0.9, bitrate=1e6, lost=0.0, latency=0.05)
-        self._put[topics.VIDEO_STATUS](encode(seen))
+        shown = video.VideoShown(t=t, width=320, height=180)
+        self._put[video.VIDEO_SHOWN](b"\xff\xd8\xff" + bytes(8000), encode(shown))
+        link = LinkStatus(t=t, bandwidth=2e6, latency=0.03, loss=0.0, queued=0.0, sent=1e6, dropped=0)
+        self._put[LINK_STATUS](encode(link))
+        seen = video.VideoStatus(t=t, stream="g", fps=15.0, quality=0.9, bitrate=1e6, lost=0.0, latency=0.05)
+        self._put[video.VIDEO_STATUS](encode(seen))
         whole = t > 7.5
         voxels = np.array(
             [[0.4 * n + 0.2, 0.2, 0.2] for n in ((range(2, int(t) + 1)) if whole else [int(t)])], np.float32
         )
-        header = topics.MapHeader(t=t, voxel_size=0.4, count=len(voxels), complete=whole)
-        self._put[topics.MAP](voxels.tobytes(), encode(header))
+        header = mapping.MapHeader(t=t, voxel_size=0.4, count=len(voxels), complete=whole)
+        self._put[mapping.MAP](voxels.tobytes(), encode(header))
 
 
 Rows = list[tuple[float, Any]]

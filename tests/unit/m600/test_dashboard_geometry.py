@@ -15,7 +15,7 @@ from skillwing.evaluation.dashboard.depth_png import depth_png
 from skillwing.evaluation.dashboard.geometry import DEPTH_STEP, GRAIN, Throttle, by_height, depth_levels, world_points
 from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
 from skillwing.onboard.sensor_data.directions import lidar_directions
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 cells = st.tuples(st.integers(-200, 200), st.integers(-200, 200), st.integers(-20, 60))
 maps = st.sets(cells, max_size=60)

@@ -11,19 +11,17 @@ from typing import Any
 import pytest
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600 import commands
-from skillwing.onboard.topics import (
-    FAULT,
-    FAULTS,
-    LINK_FAULT,
-    Done,
-    Faults,
-    FaultState,
-    SetFault,
-    SetLinkFault,
-)
+from skillwing.m600 import operator_commands as commands
+from skillwing.onboard.topics.common import Done
+from skillwing.onboard.topics.faults import FAULT, FAULTS, LINK_FAULT, Faults, FaultState, SetFault, SetLinkFault
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError
 from skillwing.services.protocol import ErrorCode, Message
+
+SENSOR_KINDS = ("blackout", "freeze", "noise")
+OTHERS = (
+    FaultState(name="camera", kinds=SENSOR_KINDS),
+    *(FaultState(name=f"rotor/{number}", kinds=("stopped", "weak")) for number in range(1, 7)),
+)
 
 
 class Sprayer:
@@ -59,9 +57,7 @@ class Recorded:
 
     def ask(self, key: str, message: Message, reply: object) -> Message:
         if key == FAULTS:
-            zed = FaultState(name="zed", kinds=("blackout", "freeze", "noise"), active=self.active)
-            others = ("camera", *(f"rotor/{number}" for number in range(1, 7)))
-            return Faults(of=(zed, *(FaultState(name=name, kinds=()) for name in others)))
+            return Faults(of=(FaultState(name="zed", kinds=SENSOR_KINDS, active=self.active), *OTHERS))
         self.asked.append((key, message))
         if self.refusal is not None:
             raise self.refusal
@@ -147,7 +143,7 @@ def test_what_the_drone_cannot_have_is_a_mistake_of_who_asked(drone: Recorded) -
 
 @pytest.mark.parametrize("name", ["zde", "rotor", "lnik"])
 def test_a_wrong_name_is_answered_with_all_that_can_fail(name: str, drone: Recorded) -> None:
-    with pytest.raises(UnknownNameError, match=r"did you mean `(zed|rotor/\d|link)`\? .*`rotor/6`.*`zed`.*`link`\.$"):
+    with pytest.raises(UnknownNameError, match=r"did you mean `(zed|rotor/\d|link)`\? .*`zed`.*`rotor/6`.*`link`\.$"):
         commands.fault(name)
     assert not drone.asked
 

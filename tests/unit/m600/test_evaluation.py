@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.image import imread
 from recorded_way import BLOCKED, ROUTE, truth
 
-from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.bt_missions.missions.mapping import MappingMissionOptions
 from skillwing.evaluation.judge.evaluation import MAP_CLOUD, MAP_PICTURE, evaluate
 from skillwing.evaluation.judge.flight_log import FLIGHT_FILE, MAP_FILE
 from skillwing.m600.geofence import HOME
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import Truth
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.report import REPORT_FILE, MapCoverage
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
@@ -101,7 +101,7 @@ def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
 
 def test_the_route_that_is_judged_is_the_one_that_the_mission_flies() -> None:
     """Coverage is judged along the world's route, which begins where the take-off ends."""
-    options = MappingOptions()
+    options = MappingMissionOptions()
     above_home, *waypoints = make_world(1).route
     assert tuple(waypoints) == options.route
     assert above_home == (*HOME, options.height or options.route[0][2])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.m600.bridge.extern_levels import ExternLevels, Level
+from skillwing.m600.bridge.levels import ExternLevels, Level
 
 
 def test_a_resource_that_stands_elsewhere_is_a_mismatch_until_it_stands_right() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from skillwing.evaluation.judge.flight_log import FlightLog, read_flight, read_map
-from skillwing.onboard.topics import MAP, MAP_SNAPSHOT, MAPPING_STATUS, TRUTH, MapHeader, MappingStatus, Truth
+from skillwing.onboard.topics.mapping import MAP, MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, encode

@@ -7,10 +7,11 @@ import math
 import pytest
 from m600_layer import FENCE
 
-from skillwing.bt_missions.missions.mapping import MappingOptions
+from skillwing.bt_missions.missions.mapping import MappingMissionOptions
 from skillwing.m600.geofence import Geofence
 from skillwing.onboard.guidance.node import make_guidance
-from skillwing.onboard.topics import GEOFENCE, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import GEOFENCE
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import encode
 
@@ -36,7 +37,7 @@ def test_guidance_tells_the_fence_that_it_was_given_without_the_ground_and_its_m
 
 
 def test_detours_of_the_mapping_mission_stay_inside() -> None:
-    area = MappingOptions().area
+    area = MappingMissionOptions().area
     assert area is not None
     west, south, east, north = area
     assert FENCE.low[0] < west < east < FENCE.high[0]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from goto_cases import GotoCases
 
 from skillwing.m600.skills.goto import GotoManager
-from skillwing.onboard.topics import Nose
+from skillwing.onboard.topics.guidance import YawMode
 
 
 class TestGoto(GotoCases):
     manager = GotoManager
-    nose = Nose.FREE
+    nose = YawMode.FREE

@@ -5,9 +5,9 @@ from __future__ import annotations
 from goto_cases import GotoCases
 
 from skillwing.m600.skills.goto_straight import GotoStraightManager
-from skillwing.onboard.topics import Nose
+from skillwing.onboard.topics.guidance import YawMode
 
 
 class TestGotoStraight(GotoCases):
     manager = GotoStraightManager
-    nose = Nose.ALONG_TRACK
+    nose = YawMode.ALONG_TRACK

@@ -1,4 +1,4 @@
-"""What every skill that flies owes to the guidance client: retries, silence, revocation, stopping for good."""
+"""Guidance client: retries, silence, revocation, and the final stop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.goto import GotoManager
-from skillwing.onboard.topics import MotionState
+from skillwing.onboard.topics.guidance import MotionState
 
 TARGET = {"x": 10.0, "y": 0.0, "z": 5.0}
 

@@ -6,7 +6,7 @@ import pytest
 from drone import Drone
 
 from skillwing.m600.skills.inspect import InspectManager
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 
 CENTER = {"x": 15.0, "y": 10.0, "z": 0.0}
 

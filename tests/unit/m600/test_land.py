@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from drone import Drone
 
-from skillwing.m600.skills.land import ASIDES, HANGS_AFTER, PATIENCE, SUBJECT, LandManager
-from skillwing.onboard.topics import FlyTo
+from skillwing.m600.skills.land import ASIDES, PATIENCE, STALLED_AFTER, SUBJECT, LandManager
+from skillwing.onboard.topics.guidance import FlyTo
 from skillwing.services.testing import GoalUnderTest
 
 
@@ -32,7 +32,7 @@ def test_is_blocked_when_it_does_not_come_down(drone: Drone) -> None:
     goal = drone.start(speed=1.0)
     drone.run(2.0)
     drone.layer.stuck = True
-    goal.assert_ended("S_BLOCKED", within=HANGS_AFTER + 1.0)
+    goal.assert_ended("S_BLOCKED", within=STALLED_AFTER + 1.0)
     assert drone.layer.motions[-1] == "Stop"
 
 

@@ -6,7 +6,7 @@ import pytest
 from drone import Drone
 
 from skillwing.m600.skills.lidar_mapping import LidarMappingManager
-from skillwing.onboard.topics import SensorStatus
+from skillwing.onboard.topics.sensors import SensorStatus
 
 
 @pytest.fixture

@@ -31,7 +31,10 @@ from skillwing.evaluation.flights.plan import FlightPlan, planned_circle
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.evaluation.judge.flight_log import FLIGHT_FILE
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.topics import Battery, FlightState, Truth, Vector3, VideoStatus
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import Battery, FlightState
+from skillwing.onboard.topics.truth import Truth
+from skillwing.onboard.topics.video import VideoStatus
 from skillwing.services.errors import SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind

@@ -7,8 +7,8 @@ from drone import Drone
 from m600_layer import FENCE
 
 from skillwing.m600.skills.return_home import ReturnHomeManager
-from skillwing.onboard.geofence import Box
-from skillwing.onboard.topics import FlyTo, Nose
+from skillwing.onboard.frames.extent import Box
+from skillwing.onboard.topics.guidance import FlyTo, YawMode
 
 
 @pytest.fixture
@@ -23,13 +23,13 @@ def put(drone: Drone, position: tuple[float, float, float]) -> None:
     drone.run(0.5)
 
 
-def legs(drone: Drone) -> list[tuple[tuple[float, float, float], Nose]]:
+def legs(drone: Drone) -> list[tuple[tuple[float, float, float], YawMode]]:
     return [(c.motion.target, c.motion.nose) for c in drone.layer.commands if isinstance(c.motion, FlyTo)]
 
 
 def test_climbs_first_and_then_flies_over_the_home_point(drone: Drone) -> None:
     drone.start(height=5.0, speed=2.0).assert_ended("S_ARRIVED")
-    assert legs(drone) == [((6.0, 8.0, 5.0), Nose.FREE), ((0.0, 0.0, 5.0), Nose.IN_VIEW)]
+    assert legs(drone) == [((6.0, 8.0, 5.0), YawMode.FREE), ((0.0, 0.0, 5.0), YawMode.IN_VIEW)]
     assert drone.layer.position == pytest.approx((0.0, 0.0, 5.0))
 
 
@@ -48,8 +48,8 @@ def test_tells_the_distance_to_home(drone: Drone) -> None:
 def block_ways_home(drone: Drone, times: float, seconds: float = 20.0) -> None:
     """Let time pass while something stands in the first so many ways home, and nothing above the drone."""
     for _ in range(round(seconds / 0.01)):
-        home = [nose for _, nose in legs(drone) if nose is Nose.IN_VIEW]
-        on_way_home = bool(legs(drone)) and legs(drone)[-1][1] is Nose.IN_VIEW
+        home = [nose for _, nose in legs(drone) if nose is YawMode.IN_VIEW]
+        on_way_home = bool(legs(drone)) and legs(drone)[-1][1] is YawMode.IN_VIEW
         drone.layer.blocked_at = 6.5 if on_way_home and len(home) <= times else None
         drone.run(0.01)
 
@@ -58,7 +58,7 @@ def test_it_climbs_over_what_stands_in_its_way(drone: Drone) -> None:
     goal = drone.start(height=5.0, speed=5.0)
     block_ways_home(drone, times=1)
     goal.assert_ended("S_ARRIVED")
-    assert [target[2] for target, nose in legs(drone) if nose is Nose.FREE] == [5.0, 8.0]
+    assert [target[2] for target, nose in legs(drone) if nose is YawMode.FREE] == [5.0, 8.0]
     assert drone.layer.position == pytest.approx((0.0, 0.0, 8.0))
 
 
@@ -67,7 +67,7 @@ def test_an_obstacle_as_high_as_the_ceiling_aborts_it(drone: Drone) -> None:
     goal = drone.start(height=5.0, speed=5.0)
     block_ways_home(drone, times=99)
     goal.assert_ended("S_ABORTED")
-    assert [target[2] for target, nose in legs(drone) if nose is Nose.IN_VIEW] == [24.0, 27.0, 30.0]
+    assert [target[2] for target, nose in legs(drone) if nose is YawMode.IN_VIEW] == [24.0, 27.0, 30.0]
 
 
 def test_an_obstacle_above_aborts_it(drone: Drone) -> None:

@@ -1,4 +1,4 @@
-"""Which run each goal takes."""
+"""The run that each goal takes."""
 
 from __future__ import annotations
 

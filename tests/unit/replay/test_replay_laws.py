@@ -1,4 +1,4 @@
-"""Whatever a resource manager was asked, today's core answers the same; a core with another rule does not."""
+"""Replay: today's core gives the recorded answer to any event; a core with another rule does not."""
 
 from __future__ import annotations
 

@@ -186,7 +186,7 @@ class Bench:
         return [(change.resource, change.after, change.revision) for change in self.of(ResourceChange)]
 
     def chain(self, record_id: str | None) -> list[str]:
-        """What led to a record, the root first, as `subject after`."""
+        """Causes of a record, the root first, as `subject after`."""
         records = {record.id: record for record in self.of(Record)}
         steps: list[str] = []
         while record_id is not None:

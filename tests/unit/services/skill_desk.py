@@ -135,7 +135,7 @@ class Desk:
 
     @property
     def asked(self) -> AskResources:
-        return [action for action in self.actions if isinstance(action, AskResources)][-1]
+        return next(action for action in reversed(self.actions) if isinstance(action, AskResources))
 
     @property
     def ends_asked(self) -> list[tuple[str, str | None, int]]:

@@ -1,4 +1,4 @@
-"""What every word of a core has to be, whatever it says: as its message class has it, and of this moment."""
+"""Checks of all messages of a core: each is as its message class has it, and of this moment."""
 
 from __future__ import annotations
 

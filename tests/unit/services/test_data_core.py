@@ -1,4 +1,4 @@
-"""What is known of each datum, and since when it counts no more."""
+"""Latest value of each datum, and its freshness."""
 
 from __future__ import annotations
 

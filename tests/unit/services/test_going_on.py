@@ -1,4 +1,4 @@
-"""A resource manager that goes on where another has stopped, from nothing but what that one has kept."""
+"""A resource manager that continues from the snapshot of another one."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from skillwing.services.protocol import ErrorCode, FireExtern, Granted, Record, 
 
 
 def kept_by(bench: Bench) -> Snapshot:
-    """What the entries of a bench add up to."""
+    """Sum of the entries of a bench."""
 
     def of(kind: type[Any]) -> list[Any]:
         return [entry for entry in bench.kept if isinstance(entry, kind)]
@@ -50,7 +50,7 @@ def kept_by(bench: Bench) -> Snapshot:
 
 
 def successor(bench: Bench, now: float) -> tuple[Bench, tuple[Any, ...], tuple[Any, ...]]:
-    """A bench that goes on at `now`; what it is to say again, and what it has to say itself."""
+    """A bench that continues at `now`, the publications to repeat, and its own ones."""
     kept = kept_by(bench)
     later = Bench(bench.skillset)
     later.now = now

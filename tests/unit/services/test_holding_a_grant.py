@@ -1,4 +1,4 @@
-"""What a skill manager asks of the resource manager while it holds a grant: silence, leases, owners."""
+"""Silence, leases and owners, while a goal waits for its grant or holds it."""
 
 from __future__ import annotations
 

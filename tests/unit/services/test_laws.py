@@ -1,4 +1,4 @@
-"""What holds whatever happens: the cores on a network that loses, repeats and reorders, in any order of events."""
+"""Laws of the cores, on a network that loses, repeats and reorders, for any order of events."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class Managers(RuleBasedStateMachine):
         return step.reply
 
     def execute(self, asked: AskResources) -> Any:
-        """What the resource manager does and answers; a refusal is an answer."""
+        """Carry out a question in the resource manager. A refusal is an answer."""
         try:
             return self.judge(self.resources.step(asked.call, self.now))
         except RefusedError as refusal:

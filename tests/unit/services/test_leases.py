@@ -1,4 +1,4 @@
-"""Who was silent for too long, as seen by somebody who may not have been listening."""
+"""Leases that run out, as seen by a process that may not have been listening."""
 
 from __future__ import annotations
 

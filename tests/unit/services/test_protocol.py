@@ -1,4 +1,4 @@
-"""What goes over the wire, and what does not."""
+"""Messages that can be sent, and messages that cannot."""
 
 from __future__ import annotations
 

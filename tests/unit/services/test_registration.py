@@ -147,7 +147,7 @@ def test_an_idle_manager_that_was_replaced_says_so_and_ends(caplog: pytest.LogCa
 
 
 def test_a_manager_of_another_version_of_the_skillset_ends() -> None:
-    """What it asked for would never be granted. It says so when it starts, and not to the mission in the air."""
+    """It would never get a grant, so it reports that at its start, and not to a mission hours later."""
     other = parse("skillset rig { skill watch { result { success SEEN } } }", "rig.skillset")
     assert other.name == RIG.name
 

@@ -1,4 +1,4 @@
-"""Whoever cannot take up a request now is asked again, and is given up like one who stays silent."""
+"""UNAVAILABLE counts as silence: the request is repeated, and given up in the end."""
 
 from __future__ import annotations
 

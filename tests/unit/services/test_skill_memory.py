@@ -1,4 +1,4 @@
-"""What a skill manager remembers of goals that are over, and for how long."""
+"""Memory of a skill manager for finished goals."""
 
 from __future__ import annotations
 

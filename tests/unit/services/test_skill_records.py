@@ -1,4 +1,4 @@
-"""What hooks and the resource manager are told of a goal, and what is on record."""
+"""Arguments of hooks, requests to the resource manager, and the timeline of a goal."""
 
 from __future__ import annotations
 

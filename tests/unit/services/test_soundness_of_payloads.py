@@ -1,4 +1,4 @@
-"""What looks at a payload's bytes must never miss what walking through its values would find."""
+"""The check of a payload's bytes never misses what a walk through its values would find."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said of a value that does not fit: nobody has to know how Python writes it."""
+"""Sentences about values that do not fit: their reader needs no Python."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a skill's manager answers: all that is known of an end, and nothing that is not."""
+"""Terminal answers: everything that is known of an end, and nothing else."""
 
 from __future__ import annotations
 

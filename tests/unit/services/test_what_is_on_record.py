@@ -1,4 +1,4 @@
-"""What the resource manager says of an end that nobody asked for: to whom, why, and what it comes of."""
+"""Ends that nobody asked for, as the resource manager reports them: to whom, why, and what it comes of."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def record_of(bench: Bench, record_id: str) -> Record:
 
 
 def change_of(bench: Bench, resource: str, state: str) -> tuple[ResourceChange, Record]:
-    """How a resource came into a state: what was published of it, and what is on record."""
+    """History of a resource's state: what was published of it, and what is on record."""
     [change] = bench.of(ResourceChange, lambda change: (change.resource, change.after) == (resource, state))
     return change, record_of(bench, change.record)
 

@@ -10,18 +10,11 @@ from typing import Any
 from skillwing.onboard.frames.vectors import Vector, heading_of
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.sensor_data.names import RANGE
-from skillwing.onboard.topics import (
-    FlightState,
-    GuidanceCommand,
-    GuidanceStatus,
-    Health,
-    Motion,
-    MotionState,
-    Navigation,
-    ObstacleStatus,
-    SensorStatus,
-    TakeOff,
-)
+from skillwing.onboard.topics.flight import FlightState
+from skillwing.onboard.topics.guidance import GuidanceCommand, GuidanceStatus, Motion, MotionState, TakeOff
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.obstacles import ObstacleStatus
+from skillwing.onboard.topics.sensors import Health, SensorStatus
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
@@ -37,7 +30,7 @@ class Rig:
         self.core = GuidanceCore(world.geofence)
         self.connected = True
         self.lowers_ground_by = 0.0
-        """What the range-finder is wrong by [m]."""
+        """Error of the range-finder [m]."""
         self.obstacles: Callable[[float, GuidanceStatus], ObstacleStatus | None] = lambda t, status: None
         self.track: list[tuple[float, Vector]] = []
         self._token = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.services.protocol import Message, encode
 from skillwing.sim_mujoco.sensors.health import Limits
 from skillwing.sim_mujoco.sensors.table import SensorSpec

@@ -1,4 +1,4 @@
-"""What the blades sweep is part of the drone: it is hit, it is what clearance is told from, and it weighs nothing."""
+"""Discs of the blades: they collide, clearance is measured from them, and they weigh nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.sim_mujoco.physics.hexacopter import ARM, BODY, ROTOR_RADIUS, ROTORS, attach_to
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.simulator.simulator import Simulator
@@ -36,7 +36,7 @@ def _world_with_a_pole() -> World:
 
 
 def touches(physics: Physics, gap: float, bearing: float, heading: float = 0.0) -> bool:
-    """Whether a drone whose centre is so far from the pole's side, at this bearing from it, touches it."""
+    """True if a drone whose centre is so far from the pole's side, at this bearing from it, touches it."""
     reach, copy = POLE + gap, deepcopy(physics)
     copy.place((10.0 + reach * math.cos(bearing), reach * math.sin(bearing), 4.0), heading)
     copy.step([0.0] * ROTORS)
@@ -82,7 +82,7 @@ def test_the_sphere_holds_all_of_the_drone_and_the_discs_weigh_nothing() -> None
 
 
 def _farthest(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> float:
-    """How far from the origin a geom goes, from points all over the surface of its cylinder, capsule or ellipsoid."""
+    """Distance of a geom from the origin, from points all over the surface of its cylinder, capsule or ellipsoid."""
     kind, (radius, half, third) = model.geom_type[geom], model.geom_size[geom].tolist()
     turns = np.linspace(0.0, 2.0 * math.pi, 721)
     circle = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=-1)

@@ -10,9 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import rotations
-from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.frames.pose_history import rotations
+from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions
 from skillwing.sim_mujoco.sensors.depth_camera import (
     REACH,

@@ -1,4 +1,4 @@
-"""What the autopilot does by itself, and that the gravest reason goes first."""
+"""Failsafes of the autopilot, and their order."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from flight_rig import WORLD, Rig, airborne
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import to_body
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.limits import SETPOINT_TIMEOUT
-from skillwing.onboard.topics import FlyTo, Land, MotionState, Nose, TakeOff, Turn
+from skillwing.onboard.topics.guidance import FlyTo, Land, MotionState, TakeOff, Turn, YawMode
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import sink_speed
 from skillwing.sim_mujoco.autopilot.failsafes import (
@@ -199,7 +199,7 @@ def test_a_critical_battery_stays_critical_and_a_short_sag_is_none() -> None:
 
 
 def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
-    """Whether it comes down by itself within this time, having had a setpoint to hover at once."""
+    """True if it comes down by itself within this time, having had a setpoint to hover at once."""
     simulator.place((0.0, 0.0, 1.5))
     simulator.command(Setpoint((0.0, 0.0, 1.6), STILL, 0.0))
     simulator.advance(simulator.t + 0.1)
@@ -215,7 +215,7 @@ def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
 def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
     rig = Rig(battery_percent=9.0, limits=Limits(FENCE, charge=8.5))
     rig.take_off(4.0)
-    rig.command("leg", FlyTo(target=(15.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+    rig.command("leg", FlyTo(target=(15.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE))
     assert rig.fly(30.0, lambda: rig.sim.autopilot.mode is Mode.BATTERY)
     assert rig.sim.autopilot.failsafe == "battery critical: landing"
     assert rig.fly(20.0, lambda: rig.sim.autopilot.on_ground)
@@ -224,7 +224,7 @@ def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
     assert rig.status.body.state is MotionState.ABORTED
     assert "battery critical" in rig.status.body.text
     assert rig.sim.autopilot.failsafe == "battery critical: staying on the ground"
-    with pytest.raises(RefusedError, match="battery critical"):
+    with pytest.raises(CommandRefusedError, match="battery critical"):
         rig.command("again", TakeOff(height=4.0, speed=1.0))
 
 
@@ -272,7 +272,7 @@ def test_a_drone_that_loses_a_rotor_lands_on_the_others_and_says_so() -> None:
     rig.command("turn", Turn(heading=1.0, lock=True))
     rig.fly(4.0)
     assert rig.status.heading.state is MotionState.DONE
-    rig.command("leg", FlyTo(target=(10.0, 0.0, 5.0), speed=2.0, nose=Nose.FREE))
+    rig.command("leg", FlyTo(target=(10.0, 0.0, 5.0), speed=2.0, nose=YawMode.FREE))
     rig.fly(3.0)
     rig.sim.set_fault("rotor/2", "stopped", on=True)
     assert rig.fly(0.5, lambda: rig.sim.autopilot.mode is Mode.ROTOR)

@@ -9,7 +9,7 @@ from flight_rig import WORLD
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.fence_guard import LEVEL_BRAKING, MARGIN, REACTION, FenceGuard
 from skillwing.sim_mujoco.simulator.simulator import Simulator

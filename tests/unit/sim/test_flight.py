@@ -8,7 +8,7 @@ from copy import deepcopy
 from flight_rig import Rig, airborne
 
 from skillwing.onboard.frames.vectors import heading_of, wrap
-from skillwing.onboard.topics import FlyTo, Land, MotionState, Nose, Turn
+from skillwing.onboard.topics.guidance import FlyTo, Land, MotionState, Turn, YawMode
 from skillwing.sim_mujoco.autopilot.autopilot import Mode, Setpoint
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 
@@ -36,7 +36,7 @@ def test_wind_does_not_carry_the_drone_away() -> None:
 def test_a_leg_is_flown_straight_without_overshoot() -> None:
     rig = airborne()
     rig.track.clear()
-    rig.command("leg", FlyTo(target=(10.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+    rig.command("leg", FlyTo(target=(10.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE))
     rig.fly_until(MotionState.DONE)
     rig.fly(2.0)
     assert max(p[0] for _, p in rig.track) < 10.2
@@ -54,7 +54,7 @@ def test_the_heading_turns_and_is_held() -> None:
 
 def test_without_setpoints_it_holds_position_then_lands_and_cuts_the_rotors() -> None:
     rig = airborne(3.0)
-    rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=Nose.FREE))
+    rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=YawMode.FREE))
     rig.fly(3.0)
     rig.connected = False
     assert rig.fly(1.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
@@ -83,7 +83,7 @@ def test_fresh_setpoints_end_the_failsafe() -> None:
 
 def test_while_the_safety_pilot_flies_setpoints_are_ignored() -> None:
     rig = airborne(3.0)
-    rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=Nose.FREE))
+    rig.command("leg", FlyTo(target=(10.0, 0.0, 3.0), speed=2.0, nose=YawMode.FREE))
     rig.fly(2.0)
     rig.sim.autopilot.authority = False
     rig.fly(4.0)
@@ -136,7 +136,7 @@ def test_a_copy_of_a_flight_goes_on_as_the_flight_does() -> None:
     flight = airborne()
     copy = deepcopy(flight)
     for rig in (flight, copy):
-        rig.command("leg", FlyTo(target=(3.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+        rig.command("leg", FlyTo(target=(3.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE))
         rig.fly(2.0)
     assert copy.track == flight.track
     assert math.dist(airborne().sim.motion.position, (0.0, 0.0, 4.0)) < 0.2, "that of which both are copies stays"

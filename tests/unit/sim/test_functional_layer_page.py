@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 import numpy as np
@@ -15,8 +18,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from skillwing.m600.bridge.battery_level import CRITICAL_BELOW, HYSTERESIS, LOW_BELOW
-from skillwing.m600.bridge.link_level import DEGRADED_BELOW, LOST_BELOW, SILENCE
+from skillwing.m600.bridge.levels import CRITICAL_BELOW, DEGRADED_BELOW, HYSTERESIS, LOST_BELOW, LOW_BELOW, SILENCE
 from skillwing.m600.bridge.node import FLIGHT_SILENCE, RESEND_PERIOD
 from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stream, takeoff
@@ -25,7 +27,7 @@ from skillwing.onboard.guidance import body_motion
 from skillwing.onboard.interface.page import interface_page, interface_schema
 from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.interface.topic import Kind, Topic
-from skillwing.services.protocol import Message
+from skillwing.services.protocol import CLOCK_KEY, Message
 from skillwing.services.terminal.cli import app
 
 ROOT = Path(__file__).parents[3]
@@ -37,18 +39,24 @@ def test_the_page_is_what_the_code_says() -> None:
     assert interface_page() == PAGE, "run `make generate`"
 
 
+def defined() -> Iterator[tuple[str, Any]]:
+    """All names that the modules of topics define or import."""
+    for module in iter_modules(topics.__path__, "skillwing.onboard.topics."):
+        yield from vars(import_module(module.name)).items()
+
+
 def test_every_key_is_in_the_table_once() -> None:
-    spelt = {value for name, value in vars(topics).items() if name.isupper() and isinstance(value, str)}
+    spelt = {CLOCK_KEY, *(value for name, value in defined() if name.isupper() and isinstance(value, str))}
     assert sorted(topic.key for topic in TOPICS) == sorted(spelt)
 
 
 def test_every_message_is_on_the_page() -> None:
-    defined = {
+    messages = {
         name
-        for name, value in vars(topics).items()
+        for name, value in defined()
         if isinstance(value, type) and issubclass(value, Message) and value is not Message
     }
-    assert {name for name in defined if f"\n### {name}\n" not in PAGE} == set()
+    assert {name for name in messages if f"\n### {name}\n" not in PAGE} == set()
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.key)

@@ -1,4 +1,4 @@
-"""What guidance accepts, refuses, and does when things change under way."""
+"""Guidance: accepted and refused commands, and changes during a motion."""
 
 from __future__ import annotations
 
@@ -8,39 +8,36 @@ from dataclasses import replace
 import pytest
 from flight_rig import WORLD, Rig, airborne
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.vectors import heading_of, wrap
-from skillwing.onboard.guidance import solitude
+from skillwing.onboard.guidance import core as solitude
 from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
-from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.guidance.lookout import fastest
-from skillwing.onboard.guidance.solitude import LAND_AFTER
-from skillwing.onboard.topics import (
+from skillwing.onboard.guidance.core import LAND_AFTER, GuidanceCore
+from skillwing.onboard.guidance.path_monitor import fastest
+from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceStatus,
-    Health,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
-    Nose,
-    ObstacleSource,
-    ObstacleStatus,
     Orbit,
     Revoked,
-    SensorStatus,
     Stop,
     TakeOff,
     Turn,
+    YawMode,
 )
+from skillwing.onboard.topics.obstacles import ObstacleSource, ObstacleStatus
+from skillwing.onboard.topics.sensors import Health, SensorStatus
 from skillwing.services.protocol import ErrorCode
 from skillwing.sim_mujoco.autopilot.autopilot import Mode
 
-EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK)
+EAST = FlyTo(target=(12.0, 0.0, 4.0), speed=2.0, nose=YawMode.ALONG_TRACK)
 
 
 def refused(rig: Rig, goal: str, motion: Motion, token: int | None = None) -> ErrorCode:
-    with pytest.raises(RefusedError) as caught:
+    with pytest.raises(CommandRefusedError) as caught:
         rig.command(goal, motion, token)
     assert caught.value.reply.message
     assert caught.value.reply.help
@@ -51,7 +48,7 @@ def test_on_the_ground_only_take_off_is_possible() -> None:
     rig = Rig()
     assert refused(rig, "early", TakeOff(height=4.0, speed=1.0)) is ErrorCode.UNAVAILABLE
     rig.fly(1.1)
-    for motion in (EAST, Land(speed=1.0), Hold(), Turn(heading=1.0, lock=False)):
+    for motion in (EAST, Land(speed=1.0), HoldPosition(), Turn(heading=1.0, lock=False)):
         assert refused(rig, "grounded", motion) is ErrorCode.NOT_ALLOWED
     assert refused(rig, "too high", TakeOff(height=300.0, speed=1.0)) is ErrorCode.NOT_ALLOWED
     rig.sim.autopilot.authority = False
@@ -62,14 +59,14 @@ def test_on_the_ground_only_take_off_is_possible() -> None:
 @pytest.mark.parametrize("target", [(100.0, 0.0, 4.0), (0.0, 0.0, 0.2), (0.0, 0.0, 31.0), (0.0, -20.0, 4.0)])
 def test_targets_outside_the_fence_are_refused(target: tuple[float, float, float]) -> None:
     rig = airborne()
-    assert refused(rig, "out", FlyTo(target=target, speed=1.0, nose=Nose.FREE)) is ErrorCode.NOT_ALLOWED
+    assert refused(rig, "out", FlyTo(target=target, speed=1.0, nose=YawMode.FREE)) is ErrorCode.NOT_ALLOWED
     assert rig.status.body.goal_id == "takeoff"
 
 
 def test_stale_tokens_are_refused_for_each_axis_by_itself() -> None:
     rig = airborne()
-    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=Nose.FREE), token=10)
-    assert refused(rig, "old", Hold(), token=9) is ErrorCode.STALE_TOKEN
+    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=YawMode.FREE), token=10)
+    assert refused(rig, "old", HoldPosition(), token=9) is ErrorCode.STALE_TOKEN
     rig.command("b", Turn(heading=1.0, lock=False), token=5)
     assert refused(rig, "old", Turn(heading=0.0, lock=False), token=4) is ErrorCode.STALE_TOKEN
     assert rig.status.body.goal_id == "a"
@@ -87,7 +84,7 @@ def test_the_same_command_again_changes_nothing() -> None:
 
 def test_the_nose_turns_along_the_track_before_the_drone_moves() -> None:
     rig = airborne()
-    rig.command("north", FlyTo(target=(0.0, 8.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK))
+    rig.command("north", FlyTo(target=(0.0, 8.0, 4.0), speed=2.0, nose=YawMode.ALONG_TRACK))
     rig.fly_until(MotionState.TURNING, seconds=1.0)
     rig.track.clear()
     rig.fly_until(MotionState.MOVING, seconds=6.0)
@@ -125,7 +122,7 @@ def test_a_new_holder_takes_over_after_the_old_motion_has_come_to_rest() -> None
     rig = airborne()
     rig.command("a", EAST)
     rig.fly(4.0)
-    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE))
+    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE))
     assert rig.status.body.state is MotionState.STOPPING
     rig.fly_until(MotionState.DONE)
     assert rig.status.body.goal_id == "b"
@@ -152,7 +149,7 @@ def test_a_goal_revoked_before_its_motion_began_never_flies() -> None:
     rig = airborne()
     rig.command("a", EAST, token=10)
     rig.fly(4.0)
-    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=Nose.FREE), token=11)
+    rig.command("b", FlyTo(target=(0.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE), token=11)
     rig.core.revoke(Revoked(goal_id="b", token=11), rig.sim.t)
     rig.fly_until(MotionState.ABORTED, seconds=5.0)
     rig.fly(3.0)
@@ -186,7 +183,7 @@ def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: 
     assert rig.fly(patience + 8.0, lambda: rig.sim.autopilot.mode is phase)
     rig.fly(1.0)
     height = rig.sim.motion.position[2]
-    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=Nose.FREE))
+    rig.command("a", FlyTo(target=(3.0, 0.0, 4.0), speed=1.0, nose=YawMode.FREE))
     assert rig.fly(0.1, lambda: rig.sim.autopilot.mode is Mode.FOLLOW)
     assert abs(rig.sim.motion.position[2] - height) < 0.2
     rig.fly_until(MotionState.DONE)
@@ -194,13 +191,13 @@ def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: 
 
 def test_a_goal_that_holds_the_position_is_a_commander(patience: float) -> None:
     rig = airborne()
-    rig.command("hover", Hold())
+    rig.command("hover", HoldPosition())
     assert not rig.fly(patience + 5.0, lambda: rig.sim.autopilot.mode is not Mode.FOLLOW)
 
 
 def test_a_goal_that_was_revoked_at_rest_is_none_any_more(patience: float) -> None:
     rig = airborne()
-    rig.command("hover", Hold(), token=10)
+    rig.command("hover", HoldPosition(), token=10)
     rig.core.revoke(Revoked(goal_id="hover", token=10), rig.sim.t)
     assert rig.fly(patience + 2.0, lambda: rig.sim.autopilot.mode is Mode.HOVER)
 
@@ -313,9 +310,9 @@ UP, DOWN = (10.0, 0.0, 14.0), (10.0, 0.0, 4.0)
 @pytest.mark.parametrize(
     ("height", "motion", "what_first"),
     [
-        (4.0, FlyTo(target=UP, speed=2.0, nose=Nose.ALONG_TRACK), "climb to 14.0 m first"),
-        (4.0, FlyTo(target=UP, speed=2.0, nose=Nose.IN_VIEW), "climb to 14.0 m first"),
-        (9.0, FlyTo(target=DOWN, speed=2.0, nose=Nose.ALONG_TRACK), "descend to 4.0 m first"),
+        (4.0, FlyTo(target=UP, speed=2.0, nose=YawMode.ALONG_TRACK), "climb to 14.0 m first"),
+        (4.0, FlyTo(target=UP, speed=2.0, nose=YawMode.IN_VIEW), "climb to 14.0 m first"),
+        (9.0, FlyTo(target=DOWN, speed=2.0, nose=YawMode.ALONG_TRACK), "descend to 4.0 m first"),
         (4.0, Orbit(center=(9.0, 0.0, 0.0), radius=3.0, height=9.0, laps=1.0, speed=1.0), "climb to 9.0 m first"),
     ],
 )
@@ -323,7 +320,7 @@ def test_a_way_too_steep_for_the_camera_is_refused(height: float, motion: Motion
     rig = airborne(height)
     rig.obstacles = sees()
     rig.fly(0.1)
-    with pytest.raises(RefusedError, match=r"the way is \d\d degrees steep, and .* 20 at most") as caught:
+    with pytest.raises(CommandRefusedError, match=r"the way is \d\d degrees steep, and .* 20 at most") as caught:
         rig.command("steep", motion)
     assert caught.value.reply.code is ErrorCode.NOT_ALLOWED
     assert caught.value.reply.help is not None
@@ -336,10 +333,10 @@ def test_a_way_too_steep_for_the_camera_is_refused(height: float, motion: Motion
 @pytest.mark.parametrize(
     "motion",
     [
-        FlyTo(target=(0.2, 0.0, 14.0), speed=2.0, nose=Nose.ALONG_TRACK),
-        FlyTo(target=(10.0, 0.0, 7.5), speed=2.0, nose=Nose.ALONG_TRACK),
-        FlyTo(target=(0.6, 0.0, 4.5), speed=2.0, nose=Nose.ALONG_TRACK),
-        FlyTo(target=UP, speed=2.0, nose=Nose.FREE),
+        FlyTo(target=(0.2, 0.0, 14.0), speed=2.0, nose=YawMode.ALONG_TRACK),
+        FlyTo(target=(10.0, 0.0, 7.5), speed=2.0, nose=YawMode.ALONG_TRACK),
+        FlyTo(target=(0.6, 0.0, 4.5), speed=2.0, nose=YawMode.ALONG_TRACK),
+        FlyTo(target=UP, speed=2.0, nose=YawMode.FREE),
     ],
 )
 def test_what_is_vertical_or_flat_enough_or_leaves_the_nose_alone_is_not_refused(motion: FlyTo) -> None:
@@ -351,7 +348,7 @@ def test_what_is_vertical_or_flat_enough_or_leaves_the_nose_alone_is_not_refused
 
 def test_without_a_depth_map_no_way_is_too_steep() -> None:
     rig = airborne()
-    rig.command("a", FlyTo(target=UP, speed=2.0, nose=Nose.ALONG_TRACK))
+    rig.command("a", FlyTo(target=UP, speed=2.0, nose=YawMode.ALONG_TRACK))
     rig.fly_until(MotionState.DONE)
 
 
@@ -458,7 +455,7 @@ def test_the_nose_can_be_left_to_what_looks_along_the_way(across: bool, angle: f
         t=t, source=source, free_distance=30.0, horizon=14.0, ahead=None, stamp=t - 0.1, across=across
     )
     rig.fly(0.1)
-    rig.command("north", FlyTo(target=(0.0, 4.0, 4.0), speed=2.0, nose=Nose.IN_VIEW))
+    rig.command("north", FlyTo(target=(0.0, 4.0, 4.0), speed=2.0, nose=YawMode.IN_VIEW))
     rig.fly_until(MotionState.MOVING, seconds=6.0)
     off_track = abs(wrap(heading_of(rig.sim.motion.quaternion) - math.pi / 2))
     assert off_track == pytest.approx(angle, abs=0.1)
@@ -471,7 +468,7 @@ def test_it_flies_no_faster_than_the_depth_map_reaches() -> None:
         t=t, source=ObstacleSource.LIDAR, free_distance=25.0, horizon=4.0, ahead=None, stamp=t - 0.1, across=True
     )
     rig.fly(0.1)
-    rig.command("a", FlyTo(target=(12.0, 0.0, 4.0), speed=5.0, nose=Nose.FREE))
+    rig.command("a", FlyTo(target=(12.0, 0.0, 4.0), speed=5.0, nose=YawMode.FREE))
     fastest_seen = 0.0
 
     def look() -> bool:
@@ -511,7 +508,7 @@ def test_in_gusts_it_stops_in_time_at_every_speed(speed: float) -> None:
 
     rig.obstacles = report
     rig.fly(0.3)
-    rig.command("a", FlyTo(target=(30.0, 0.0, 4.0), speed=speed, nose=Nose.ALONG_TRACK))
+    rig.command("a", FlyTo(target=(30.0, 0.0, 4.0), speed=speed, nose=YawMode.ALONG_TRACK))
     rig.fly_until(MotionState.BLOCKED, seconds=60.0)
     nearest = wall - max(place[0] for _, place in rig.track)
     assert 1.0 < nearest < 5.0

@@ -1,5 +1,4 @@
-"""Whatever is commanded, and wherever wind or a pilot take the drone: guidance asks for no place outside the fence, or
-nearer to it than its margin."""
+"""The fence in guidance: no setpoint lies outside it or within its margin, for any command, wind or pilot."""
 
 from __future__ import annotations
 
@@ -13,26 +12,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec import structs
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.guidance.limits import HIGHEST, LOWEST, Limits
-from skillwing.onboard.topics import (
-    FlightState,
+from skillwing.onboard.topics.flight import FlightState
+from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceCommand,
-    Hold,
+    HoldPosition,
     Land,
     Motion,
     MotionState,
-    Navigation,
-    Nose,
     Orbit,
     Stop,
     TakeOff,
     Turn,
+    YawMode,
 )
+from skillwing.onboard.topics.navigation import Navigation
 from skillwing.sim_mujoco.autopilot.autopilot import Limits as AutopilotLimits
 
 FENCE = Box((-10.0, -10.0, -1.0), (10.0, 10.0, 12.0))
@@ -60,13 +59,13 @@ anywhere = st.floats(-14.0, 14.0)
 places = st.tuples(anywhere, anywhere, st.floats(-2.0, 16.0))
 speeds = st.floats(0.2, 6.0)
 events = st.one_of(
-    st.builds(FlyTo, target=places, speed=speeds, nose=st.sampled_from(Nose)),
+    st.builds(FlyTo, target=places, speed=speeds, nose=st.sampled_from(YawMode)),
     st.builds(
         Orbit, center=places, radius=st.floats(1.0, 8.0), height=st.floats(0.0, 14.0), laps=st.just(1.0), speed=speeds
     ),
     st.builds(Turn, heading=st.floats(-3.0, 3.0), lock=st.booleans()),
     st.builds(Land, speed=st.floats(0.2, 2.0)),
-    st.just(Hold()),
+    st.just(HoldPosition()),
     st.just(Stop()),
     st.builds(Blow, velocity=st.tuples(*[st.floats(-2.0, 2.0)] * 3)),
     st.builds(Pilot, place=st.tuples(anywhere, anywhere, st.floats(1.0, 16.0))),
@@ -119,7 +118,7 @@ class Drone:
             goal = f"goal-{self._token}"
         try:
             self.core.command(GuidanceCommand(goal_id=goal, token=self._token, motion=motion), self.t)
-        except RefusedError:
+        except CommandRefusedError:
             return
         if not isinstance(motion, Turn | Stop):
             self.landing = isinstance(motion, Land)
@@ -205,7 +204,7 @@ def test_what_is_accepted_is_reached_inside_the_fence_and_the_autopilot_lets_it(
         {-1.0: low, 0.0: here, 1.0: high}[side]
         for side, low, here, high in zip(corner, targets.low, (0.0, 0.0, 4.0), targets.high, strict=True)
     )
-    rig.command("edge", FlyTo(target=(x, y, z), speed=speed, nose=Nose.FREE))
+    rig.command("edge", FlyTo(target=(x, y, z), speed=speed, nose=YawMode.FREE))
     rig.fly_until(MotionState.DONE)
     assert not rig.fly(10.0, lambda: not (rig.sim.autopilot.follows and fence.contains(rig.sim.motion.position)))
 

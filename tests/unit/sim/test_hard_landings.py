@@ -1,4 +1,4 @@
-"""How fast the ground may be touched is judged by the speed that the drone had, not by what the touch left of it."""
+"""Collisions with the ground depend on the speed before the contact, not after it."""
 
 from __future__ import annotations
 

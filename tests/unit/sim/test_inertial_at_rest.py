@@ -1,4 +1,4 @@
-"""What inertial measurements say of a drone that stands on its pad."""
+"""Inertial measurements of a drone that stands on its pad."""
 
 from __future__ import annotations
 

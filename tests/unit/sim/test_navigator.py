@@ -9,7 +9,7 @@ import pytest
 from flight_rig import Rig
 
 from skillwing.onboard.frames.vectors import heading_of, wrap
-from skillwing.onboard.topics import FlyTo, MotionState, Nose
+from skillwing.onboard.topics.guidance import FlyTo, MotionState, YawMode
 from skillwing.sim_mujoco.navigation.error_filter import POSITION, VELOCITY
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, FixSteps, Navigator, Solution
 from skillwing.sim_mujoco.sensors.health import Condition
@@ -47,7 +47,7 @@ class Watch:
 
 def test_navigation_is_within_centimetres_and_says_so() -> None:
     watch = Watch()
-    watch.rig.command("leg", FlyTo(target=(6.0, 0.0, 4.0), speed=2.0, nose=Nose.ALONG_TRACK))
+    watch.rig.command("leg", FlyTo(target=(6.0, 0.0, 4.0), speed=2.0, nose=YawMode.ALONG_TRACK))
     watch.fly(8.0)
     assert watch.rig.status.body.state is MotionState.DONE
     assert max(error for _, error in watch.rows) < 0.15

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from imaginary_barometer import ROW, TOPIC, Pressure
 
-from skillwing.onboard import topics
+from skillwing.onboard.topics import common, faults, sensors
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
@@ -28,10 +28,10 @@ class Scene:
         self.network.attach(make_sim({"seed": 4, "sensors": ["barometer"]}))
         self._bus = self.network.bus("operator")
         self.measured: list[Pressure] = []
-        self.health: list[topics.Health] = []
+        self.health: list[sensors.Health] = []
         self._bus.subscribe(TOPIC, message_reader(Pressure, self.measured.append))
-        said = message_reader(topics.Health, self.health.append)
-        self._bus.subscribe(topics.health_key("barometer"), said, events=True)
+        said = message_reader(sensors.Health, self.health.append)
+        self._bus.subscribe(sensors.health_key("barometer"), said, events=True)
 
     def ask(self, key: str, message: Message) -> Answer:
         answers: list[Answer] = []
@@ -40,12 +40,12 @@ class Scene:
         return answers[0]
 
     def switch(self, kind: str, *, on: bool = True, magnitude: float | None = None) -> Answer:
-        return self.ask(topics.FAULT, topics.SetFault(sensor="barometer", kind=kind, on=on, magnitude=magnitude))
+        return self.ask(faults.FAULT, faults.SetFault(sensor="barometer", kind=kind, on=on, magnitude=magnitude))
 
-    def state(self) -> topics.FaultState:
-        answer = self.ask(topics.FAULTS, topics.Empty())
+    def state(self) -> faults.FaultState:
+        answer = self.ask(faults.FAULTS, common.Empty())
         assert isinstance(answer, Answered)
-        (found,) = (each for each in decode(answer.payload, topics.Faults).of if each.name == "barometer")
+        (found,) = (each for each in decode(answer.payload, faults.Faults).of if each.name == "barometer")
         return found
 
 
@@ -61,7 +61,7 @@ def test_it_is_published_at_its_rate_and_watched(scene: Scene) -> None:
     values = [each.pressure for each in scene.measured]
     assert np.mean(values) == pytest.approx(101_318.0, abs=3.0)
     assert 1.0 < np.std(values) < 3.0
-    assert [each.status for each in scene.health] == [topics.SensorStatus.OK]
+    assert [each.status for each in scene.health] == [sensors.SensorStatus.OK]
 
 
 def test_it_is_corrupted_and_notices(scene: Scene) -> None:
@@ -72,7 +72,7 @@ def test_it_is_corrupted_and_notices(scene: Scene) -> None:
     scene.switch("bias", on=False)
     scene.switch("freeze")
     scene.network.run_for(0.5)
-    assert (scene.health[-1].status, scene.health[-1].cause) == (topics.SensorStatus.FAILED, "fault/barometer/freeze")
+    assert (scene.health[-1].status, scene.health[-1].cause) == (sensors.SensorStatus.FAILED, "fault/barometer/freeze")
 
 
 def test_it_is_listed_with_its_faults_and_has_their_largest_magnitude(scene: Scene) -> None:

@@ -11,14 +11,26 @@ import msgspec
 import numpy as np
 import pytest
 
-from skillwing.onboard import topics
 from skillwing.onboard.guidance.node import make_guidance
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.names import CAMERA, GNSS
+from skillwing.onboard.topics import guidance, sensors
+from skillwing.onboard.topics.faults import FAULT, FAULTS, SetFault
+from skillwing.onboard.topics.flight import (
+    AUTOPILOT_SETPOINT,
+    BATTERY,
+    FLIGHT,
+    PILOT,
+    AutopilotSetpoint,
+    FlightState,
+    SetPilot,
+)
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus, Refused, Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import ErrorCode, Message, decode, encode
+from skillwing.services.options import OptionsError
+from skillwing.services.protocol import CLOCK_KEY, ErrorCode, Message, decode, encode
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES
 from skillwing.sim_mujoco.sensors.faults import KINDS
 from skillwing.sim_mujoco.sensors.table import SENSORS
@@ -65,57 +77,57 @@ def ground(network: InProcessNetwork) -> Iterator[Ground]:
 def take_off(network: InProcessNetwork, ground: Ground, height: float = 2.0, speed: float = 1.0) -> None:
     """Once its sensors have spoken the drone is told to take off."""
     network.run_for(1.5)
-    up = topics.GuidanceCommand(goal_id="up", token=1, motion=topics.TakeOff(height=height, speed=speed))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, up), Answered)
+    up = guidance.GuidanceCommand(goal_id="up", token=1, motion=guidance.TakeOff(height=height, speed=speed))
+    assert isinstance(ground.ask(guidance.GUIDANCE_COMMAND, up), Answered)
 
 
 def test_every_stream_is_published_at_its_rate_and_can_be_read(network: InProcessNetwork, ground: Ground) -> None:
     network.run_for(2.05)
     counts = {key: len(samples) for key, samples in ground.heard.items()}
-    assert counts[topics.CLOCK] == pytest.approx(26, abs=1)
-    assert counts[topics.NAVIGATION] == pytest.approx(92, abs=2), "50 Hz, from the first fix on"
-    assert counts[topics.GNSS] == pytest.approx(19, abs=1)
-    assert counts[topics.IMU] == pytest.approx(102, abs=2)
-    assert counts[topics.LIDAR] == 20
-    assert counts[topics.ZED_DEPTH] == pytest.approx(30, abs=1)
-    assert counts[topics.RANGE] == pytest.approx(40, abs=1)
-    assert counts[topics.BATTERY] == 2
-    assert counts[topics.TRUTH] == pytest.approx(41, abs=1)
+    assert counts[CLOCK_KEY] == pytest.approx(26, abs=1)
+    assert counts[NAVIGATION] == pytest.approx(92, abs=2), "50 Hz, from the first fix on"
+    assert counts[sensors.GNSS] == pytest.approx(19, abs=1)
+    assert counts[sensors.IMU] == pytest.approx(102, abs=2)
+    assert counts[sensors.LIDAR] == 20
+    assert counts[sensors.ZED_DEPTH] == pytest.approx(30, abs=1)
+    assert counts[sensors.RANGE] == pytest.approx(40, abs=1)
+    assert counts[BATTERY] == 2
+    assert counts[TRUTH] == pytest.approx(41, abs=1)
 
-    scan = ground.heard[topics.LIDAR][-1]
-    lidar = decode(scan.attachment, topics.LidarHeader)
+    scan = ground.heard[sensors.LIDAR][-1]
+    lidar = decode(scan.attachment, sensors.LidarHeader)
     ranges = np.frombuffer(scan.payload, "<f4").reshape(lidar.columns, lidar.beams)
     assert lidar.t1 - lidar.t0 == pytest.approx(0.1)
     assert ranges.max() < 61.0
 
-    picture = ground.heard[topics.ZED_DEPTH][-1]
-    camera = decode(picture.attachment, topics.DepthHeader)
+    picture = ground.heard[sensors.ZED_DEPTH][-1]
+    camera = decode(picture.attachment, sensors.DepthHeader)
     depth = np.frombuffer(picture.payload, "<u2").reshape(camera.height, camera.width)
     # On its pad the camera stands half a metre above flat ground: the lowest row sees it about 1 m ahead.
     assert int(depth[-1, camera.width // 2]) == pytest.approx(1010, abs=150)
 
-    inertial = ground.heard[topics.IMU][-1]
-    rows = np.frombuffer(inertial.payload, "<f4").reshape(decode(inertial.attachment, topics.ImuHeader).count, 7)
+    inertial = ground.heard[sensors.IMU][-1]
+    rows = np.frombuffer(inertial.payload, "<f4").reshape(decode(inertial.attachment, sensors.ImuHeader).count, 7)
     assert rows[:, 3].mean() == pytest.approx(9.81, abs=0.5)
 
-    truth = decode(ground.heard[topics.TRUTH][-1].payload, topics.Truth)
+    truth = decode(ground.heard[TRUTH][-1].payload, Truth)
     assert (truth.collisions, truth.inside_fence) == (0, True)
 
 
 def test_a_fault_by_command_is_noticed_by_the_sensor_itself(network: InProcessNetwork, ground: Ground) -> None:
     network.run_for(1.0)
-    answer = ground.ask(topics.FAULT, topics.SetFault(sensor="zed", kind="blackout"))
+    answer = ground.ask(FAULT, SetFault(sensor="zed", kind="blackout"))
     assert isinstance(answer, Answered)
     network.run_for(1.0)
-    health = [decode(s.payload, topics.Health) for s in ground.heard[topics.health_key("zed")]]
-    assert [h.status for h in health] == [topics.SensorStatus.OK, topics.SensorStatus.FAILED]
+    health = [decode(s.payload, sensors.Health) for s in ground.heard[sensors.health_key("zed")]]
+    assert [h.status for h in health] == [sensors.SensorStatus.OK, sensors.SensorStatus.FAILED]
     assert "no data" in health[-1].reason
     assert len({h.id for h in health}) == 2
 
 
 @pytest.mark.parametrize(("sensor", "kind"), [("nose", "blackout"), ("zed", "gremlin")])
 def test_an_unknown_fault_is_refused_with_the_known_names(ground: Ground, sensor: str, kind: str) -> None:
-    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind))
+    answer = ground.ask(FAULT, SetFault(sensor=sensor, kind=kind))
     assert isinstance(answer, Refused)
     assert answer.error.code is ErrorCode.UNKNOWN_NAME
     assert answer.error.known
@@ -124,8 +136,8 @@ def test_an_unknown_fault_is_refused_with_the_known_names(ground: Ground, sensor
 @pytest.mark.parametrize("magnitude", [1e39, -1e39, math.inf, math.nan])
 def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: Ground, magnitude: float) -> None:
     for sensor, kind in product((*SENSORS, CAMERA, ROTOR_NAMES[0]), (*KINDS, "weak")):
-        wanted = topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude)
-        answer = ground.ask(topics.FAULT, msgspec.msgpack.encode(wanted))
+        wanted = SetFault(sensor=sensor, kind=kind, magnitude=magnitude)
+        answer = ground.ask(FAULT, msgspec.msgpack.encode(wanted))
         assert isinstance(answer, Refused)
         assert answer.error.code is ErrorCode.BAD_REQUEST
 
@@ -147,7 +159,7 @@ def test_a_magnitude_that_is_none_is_refused_for_every_sensor_and_kind(ground: G
 def test_a_magnitude_that_a_kind_cannot_have_is_refused_in_words(
     ground: Ground, sensor: str, kind: str, magnitude: float, words: str
 ) -> None:
-    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
+    answer = ground.ask(FAULT, SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Refused)
     assert (answer.error.code, answer.error.message) == (ErrorCode.BAD_REQUEST, words)
 
@@ -159,10 +171,10 @@ def test_the_simulator_lives_through_the_largest_magnitudes(
 ) -> None:
     magnitude = sign * SENSORS[sensor].largest
     take_off(network, ground)
-    answer = ground.ask(topics.FAULT, topics.SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
+    answer = ground.ask(FAULT, SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Answered)
     network.run_for(3.0)
-    flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
+    flight = decode(ground.heard[FLIGHT][-1].payload, FlightState)
     assert network.now() - flight.t < 0.2
 
 
@@ -175,16 +187,16 @@ def test_fixes_and_navigation_with_the_largest_bias_and_noise_from_the_start_can
     ]
     network = InProcessNetwork()
     network.attach(make_sim({"seed": 2, "sensors": ["range"], "faults": faults}))
-    bus, fixes, solutions = network.bus("onlooker"), list[topics.Gnss](), list[topics.Navigation]()
-    bus.subscribe(topics.GNSS, lambda sample: fixes.append(decode(sample.payload, topics.Gnss)))
-    bus.subscribe(topics.NAVIGATION, lambda sample: solutions.append(decode(sample.payload, topics.Navigation)))
+    bus, fixes, solutions = network.bus("onlooker"), list[sensors.Gnss](), list[Navigation]()
+    bus.subscribe(sensors.GNSS, lambda sample: fixes.append(decode(sample.payload, sensors.Gnss)))
+    bus.subscribe(NAVIGATION, lambda sample: solutions.append(decode(sample.payload, Navigation)))
     network.run_for(3.0)
     assert len(fixes) > 20
     assert len(solutions) > 100
     assert abs(solutions[0].position[0]) > 100.0, "it began with such a fix"
 
 
-@pytest.mark.parametrize("key", [topics.FAULT, topics.FAULTS, topics.PILOT, topics.GUIDANCE_COMMAND])
+@pytest.mark.parametrize("key", [FAULT, FAULTS, PILOT, guidance.GUIDANCE_COMMAND])
 @pytest.mark.parametrize("payload", [b"", b"\xc1", msgspec.msgpack.encode({"v": 2, "unheard": 2})])
 def test_what_cannot_be_read_is_refused_and_the_node_lives(
     network: InProcessNetwork, ground: Ground, key: str, payload: bytes
@@ -192,20 +204,20 @@ def test_what_cannot_be_read_is_refused_and_the_node_lives(
     answer = ground.ask(key, payload)
     assert isinstance(answer, Refused)
     assert answer.error.code is ErrorCode.BAD_REQUEST
-    before = len(ground.heard.get(topics.CLOCK, ()))
+    before = len(ground.heard.get(CLOCK_KEY, ()))
     network.run_for(0.1)
-    assert len(ground.heard[topics.CLOCK]) > before
+    assert len(ground.heard[CLOCK_KEY]) > before
 
 
 def test_a_flight_over_the_bus_and_the_pilot_who_ends_it(network: InProcessNetwork, ground: Ground) -> None:
     take_off(network, ground)
     network.run_for(1.5)
-    flight = decode(ground.heard[topics.FLIGHT][-1].payload, topics.FlightState)
+    flight = decode(ground.heard[FLIGHT][-1].payload, FlightState)
     assert (flight.on_ground, flight.authority) == (False, True)
-    assert isinstance(ground.ask(topics.PILOT, topics.SetPilot(authority=False)), Answered)
+    assert isinstance(ground.ask(PILOT, SetPilot(authority=False)), Answered)
     network.run_for(2.0)
-    status = decode(ground.heard[topics.GUIDANCE_STATUS][-1].payload, topics.GuidanceStatus)
-    assert (status.body.goal_id, status.body.state) == ("up", topics.MotionState.ABORTED)
+    status = decode(ground.heard[guidance.GUIDANCE_STATUS][-1].payload, guidance.GuidanceStatus)
+    assert (status.body.goal_id, status.body.state) == ("up", guidance.MotionState.ABORTED)
     assert "pilot" in status.body.text
 
 
@@ -214,15 +226,15 @@ def test_guidance_hears_of_a_range_finder_that_has_failed_and_comes_down_as_with
 ) -> None:
     take_off(network, ground, height=8.0, speed=2.0)
     network.run_for(8.0)
-    lower = topics.SetFault(sensor="range", kind="bias", magnitude=15.0)
-    assert isinstance(ground.ask(topics.FAULT, lower), Answered)
+    lower = SetFault(sensor="range", kind="bias", magnitude=15.0)
+    assert isinstance(ground.ask(FAULT, lower), Answered)
     network.run_for(2.0)
-    health = decode(ground.heard[topics.health_key("range")][-1].payload, topics.Health)
-    assert health.status is topics.SensorStatus.FAILED
-    down = topics.GuidanceCommand(goal_id="down", token=2, motion=topics.Land(speed=2.0))
-    assert isinstance(ground.ask(topics.GUIDANCE_COMMAND, down), Answered)
+    health = decode(ground.heard[sensors.health_key("range")][-1].payload, sensors.Health)
+    assert health.status is sensors.SensorStatus.FAILED
+    down = guidance.GuidanceCommand(goal_id="down", token=2, motion=guidance.Land(speed=2.0))
+    assert isinstance(ground.ask(guidance.GUIDANCE_COMMAND, down), Answered)
     network.run_for(4.0)
-    navigation = decode(ground.heard[topics.NAVIGATION][-1].payload, topics.Navigation)
+    navigation = decode(ground.heard[NAVIGATION][-1].payload, Navigation)
     assert navigation.velocity[2] == pytest.approx(-0.5, abs=0.2)
 
 
@@ -230,17 +242,17 @@ def test_guidance_hears_of_a_range_finder_that_has_failed_and_comes_down_as_with
 def test_a_setpoint_counts_by_its_own_time(age: float, rises: bool) -> None:
     network = InProcessNetwork()
     network.run_for(2.0)  # The robot's time began before this process.
-    bus, states = network.bus("another guidance"), list[topics.FlightState]()
-    setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
+    bus, states = network.bus("another guidance"), list[FlightState]()
+    setpoints = bus.advertise(AUTOPILOT_SETPOINT)
 
     def answer(sample: Sample) -> None:
-        t = decode(sample.payload, topics.Navigation).t - age
+        t = decode(sample.payload, Navigation).t - age
         place = (0.0, 0.0, 2.0)
-        up = topics.AutopilotSetpoint(t=t, position=place, velocity=(0.0, 0.0, 0.0), heading=0.0, rotors=True)
+        up = AutopilotSetpoint(t=t, position=place, velocity=(0.0, 0.0, 0.0), heading=0.0, rotors=True)
         setpoints.put(encode(up))
 
-    bus.subscribe(topics.NAVIGATION, answer)
-    bus.subscribe(topics.FLIGHT, lambda sample: states.append(decode(sample.payload, topics.FlightState)))
+    bus.subscribe(NAVIGATION, answer)
+    bus.subscribe(FLIGHT, lambda sample: states.append(decode(sample.payload, FlightState)))
     network.attach(make_sim({"seed": 4, "sensors": ["range"]}))
     network.run_for(3.0)
     assert states[-1].on_ground is not rises
@@ -250,16 +262,16 @@ class Follower:
     """Looks on and answers each navigation with a setpoint: up, and from the height of 2 m on east, with 2 m/s."""
 
     def __init__(self, bus: Bus) -> None:
-        self.truth: list[topics.Truth] = []
+        self.truth: list[Truth] = []
         self.failsafes: set[str] = set()
-        self._setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
-        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._answer))
-        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self.truth.append))
-        bus.subscribe(topics.FLIGHT, message_reader(topics.FlightState, lambda s: self.failsafes.add(s.failsafe)))
+        self._setpoints = bus.advertise(AUTOPILOT_SETPOINT)
+        bus.subscribe(NAVIGATION, message_reader(Navigation, self._answer))
+        bus.subscribe(TRUTH, message_reader(Truth, self.truth.append))
+        bus.subscribe(FLIGHT, message_reader(FlightState, lambda s: self.failsafes.add(s.failsafe)))
 
-    def _answer(self, now: topics.Navigation) -> None:
+    def _answer(self, now: Navigation) -> None:
         speed = 2.0 if now.position[2] > 2.0 else 0.0
-        setpoint = topics.AutopilotSetpoint(
+        setpoint = AutopilotSetpoint(
             t=now.t,
             position=(now.position[0] + speed, 0.0, 3.0),
             velocity=(speed, 0.0, 0.0),
@@ -286,18 +298,18 @@ def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before
 ) -> None:
     take_off(network, ground)
     network.run_for(4.0)
-    revoked = topics.Revoked(goal_id="lost", token=2, record="r")
-    ground.bus.advertise(topics.AUTHORITY, events=True).put(encode(revoked))
+    revoked = guidance.Revoked(goal_id="lost", token=2, record="r")
+    ground.bus.advertise(guidance.AUTHORITY, events=True).put(encode(revoked))
     network.run_for(0.1)
     ground.guidance.close()
     network.attach(make_guidance({"geofence": FENCE}))
     network.run_for(0.2)
-    late = topics.GuidanceCommand(goal_id="lost", token=2, motion=topics.Hold())
-    answer = ground.ask(topics.GUIDANCE_COMMAND, late)
+    late = guidance.GuidanceCommand(goal_id="lost", token=2, motion=guidance.HoldPosition())
+    answer = ground.ask(guidance.GUIDANCE_COMMAND, late)
     assert isinstance(answer, Refused)
     assert answer.error.code is ErrorCode.STALE_TOKEN
     assert isinstance(
-        ground.ask(topics.GUIDANCE_COMMAND, msgspec.structs.replace(late, goal_id="next", token=3)), Answered
+        ground.ask(guidance.GUIDANCE_COMMAND, msgspec.structs.replace(late, goal_id="next", token=3)), Answered
     )
 
 

@@ -13,12 +13,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.onboard import topics
 from skillwing.onboard.frames.vectors import Quaternion, Vector, add, norm, subtract, to_world
+from skillwing.onboard.topics import flight
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.odometry import SLAM_ODOMETRY, Odometry, Tracking
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode, encode
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
-from skillwing.sim_mujoco.navigation.odometry_aid import DOUBTFUL, PROOF, OdometryReport, Reputation
+from skillwing.sim_mujoco.navigation.odometry_aid import CONTRADICTIONS, PROOF, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import GRAVITY
 from skillwing.sim_mujoco.sensors.gnss import DELAY
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
@@ -155,7 +158,7 @@ def test_what_was_not_right_with_fixes_is_not_believed_without(before: Says | No
 
 def test_once_it_has_contradicted_for_long_it_has_to_earn_its_say_again() -> None:
     def lying_for_a_while(report: OdometryReport) -> OdometryReport:
-        lies = report.t < FIXES_END + EPOCH * (DOUBTFUL + 0.5)
+        lies = report.t < FIXES_END + EPOCH * (CONTRADICTIONS + 0.5)
         return replace(report, velocity=(5.0, 0.0, 0.0)) if lies else report
 
     drone, alone = flown(lying_for_a_while, 5.0), flown(None, 5.0)
@@ -192,14 +195,14 @@ def test_no_jump_leads_navigation_far(way: float, size: float, since: float) -> 
 @given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=60))
 def test_a_say_is_earned_with_fixes_only_and_lost_by_contradicting(reports: list[tuple[bool, bool]]) -> None:
     reputation = Reputation()
-    reputation.meet(1.0)
+    reputation.reported_by(1.0)
     for agrees, fixed in reports:
         earned = reputation.earned
         reputation.observe(agrees=agrees, fixed=fixed)
         assert not reputation.earned or earned or (agrees and fixed)
     vouched = [fixed for agrees, fixed in reports if agrees]
     assert not reputation.earned or sum(vouched) >= PROOF
-    for _ in range(DOUBTFUL):
+    for _ in range(CONTRADICTIONS):
         reputation.observe(agrees=False, fixed=False)
     assert not reputation.earned
 
@@ -211,8 +214,8 @@ def test_the_frame_of_odometry_does_not_matter(turn: float, velocity: Vector) ->
     assert norm(subtract(odometry_report(told).velocity, in_body(velocity))) < 1e-9
 
 
-def message(t: float, attitude: Quaternion, velocity: Vector) -> topics.Odometry:
-    return topics.Odometry(
+def message(t: float, attitude: Quaternion, velocity: Vector) -> Odometry:
+    return Odometry(
         t=t,
         since=0.0,
         position=(0.0, 0.0, 0.0),
@@ -221,7 +224,7 @@ def message(t: float, attitude: Quaternion, velocity: Vector) -> topics.Odometry
         position_sigma=(0.1, 0.1, 0.1),
         attitude_sigma=(0.01, 0.01, 0.01),
         agreement=1.0,
-        tracking=topics.Tracking.GOOD,
+        tracking=Tracking.GOOD,
     )
 
 
@@ -229,22 +232,22 @@ def test_the_node_hears_odometry_and_navigation_stays_valid() -> None:
     network = InProcessNetwork()
     network.run_for(2.0)  # The robot's time began before this process.
     bus = network.bus("others")
-    odometry = bus.advertise(topics.SLAM_ODOMETRY)
-    setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
-    heard: list[topics.Navigation] = []
+    odometry = bus.advertise(SLAM_ODOMETRY)
+    setpoints = bus.advertise(flight.AUTOPILOT_SETPOINT)
+    heard: list[Navigation] = []
 
-    def on_navigation(navigation: topics.Navigation) -> None:
+    def on_navigation(navigation: Navigation) -> None:
         heard.append(navigation)
-        up = topics.AutopilotSetpoint(
+        up = flight.AutopilotSetpoint(
             t=navigation.t, position=(0.0, 0.0, 4.0), velocity=(0.0, 0.0, 0.0), heading=0.0, rotors=True
         )
         setpoints.put(encode(up))
 
-    def on_truth(true: topics.Truth) -> None:
+    def on_truth(true: Truth) -> None:
         odometry.put(encode(message(true.t, true.quaternion, true.velocity)))
 
-    bus.subscribe(topics.NAVIGATION, lambda sample: on_navigation(decode(sample.payload, topics.Navigation)))
-    bus.subscribe(topics.TRUTH, lambda sample: on_truth(decode(sample.payload, topics.Truth)))
+    bus.subscribe(NAVIGATION, lambda sample: on_navigation(decode(sample.payload, Navigation)))
+    bus.subscribe(TRUTH, lambda sample: on_truth(decode(sample.payload, Truth)))
     network.attach(
         make_sim({"seed": 4, "sensors": ["range"], "faults": [{"sensor": "gnss", "kind": "blackout", "at": 5.0}]})
     )

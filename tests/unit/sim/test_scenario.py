@@ -14,7 +14,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.scenario.fault_checks import check_fault
 from skillwing.sim_mujoco.scenario.field_errors import field_errors
 from skillwing.sim_mujoco.scenario.format import Scenario

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.sensor_data.names import LIDAR, ZED
 from skillwing.sim_mujoco.sensors.cross_checks import GroundCrossCheck, ImuCrossCheck
 from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
@@ -121,7 +121,7 @@ def test_the_end_of_a_freeze_is_no_jump(recorded) -> None:
 @given(st.lists(st.booleans(), max_size=200))
 def test_a_contradiction_needs_more_disagreement_than_agreement(agreements: list[bool]) -> None:
     contradiction = Contradiction(patience=10)
-    told = [contradiction.weigh(agree=agree) for agree in agreements]
+    told = [contradiction.update(agree=agree) for agree in agreements]
     for k in range(len(told)):
         if told[k]:
             assert agreements[max(0, k - 40) : k + 1].count(False) >= 10

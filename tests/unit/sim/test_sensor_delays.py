@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from skillwing.onboard import topics
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
+from skillwing.onboard.topics import sensors
 from skillwing.services.bus import Sample
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import decode
@@ -26,7 +26,7 @@ from skillwing.sim_mujoco.world.world import make_world
 
 @pytest.fixture(scope="module")
 def arrivals() -> list[tuple[float, Measurement]]:
-    """What comes out of a simulator within half a second, and when."""
+    """Measurements of a simulator within half a second, and their times."""
     simulator, come = Simulator(make_world(3)), []
     while simulator.t < 0.5:
         happened = simulator.advance(simulator.t + TICK)
@@ -63,15 +63,15 @@ def test_inertial_measurements_of_a_revolution_are_there_before_it() -> None:
 
     def on_imu(sample: Sample) -> None:
         nonlocal covered
-        covered = decode(sample.attachment, topics.ImuHeader).t0 + IMU_BATCH
+        covered = decode(sample.attachment, sensors.ImuHeader).t0 + IMU_BATCH
 
     def on_scan(sample: Sample) -> None:
-        header = decode(sample.attachment, topics.LidarHeader)
+        header = decode(sample.attachment, sensors.LidarHeader)
         assert bus.now() - header.t1 == pytest.approx(SENSORS[LIDAR].delay, abs=SLICE - 1e-6)
         uncovered.append(header.t1 - covered)
 
-    bus.subscribe(topics.IMU, on_imu)
-    bus.subscribe(topics.LIDAR, on_scan)
+    bus.subscribe(sensors.IMU, on_imu)
+    bus.subscribe(sensors.LIDAR, on_scan)
     network.run_for(1.05)
     assert len(uncovered) == 10
     assert max(uncovered) < 1e-6

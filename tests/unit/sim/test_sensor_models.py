@@ -1,11 +1,11 @@
-"""What the sensors' physics leaves out and adds: lost returns, holes, wandering biases."""
+"""Models of the sensors: lost returns, holes, wandering biases."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.sensors.depth_camera import BASELINE, FOCAL, NEAREST, REACH, DepthCamera
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD, IMU_TURN_ON, IMU_WALK, Imu
 from skillwing.sim_mujoco.sensors.lidar import Lidar

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from skillwing.onboard.frames.vectors import norm
 from skillwing.sim_mujoco.physics.wind import Eddies, Gust, Turbulence, Wind
 
-CALM = (0.0, 0.0, 0.0)
+NO_WIND = (0.0, 0.0, 0.0)
 
 
 def blow(wind: Wind, seconds: float = 20.0) -> list[tuple[float, float, float]]:
-    return [wind.advance(0.01 * k, 0.01, 6.0, CALM) for k in range(round(100 * seconds))]
+    return [wind.advance(0.01 * k, 0.01, 6.0, NO_WIND) for k in range(round(100 * seconds))]
 
 
 def test_turbulence_has_the_strengths_of_the_specification() -> None:
@@ -69,18 +69,18 @@ def test_a_gust_swells_to_its_velocity_and_ends(
     assert norm(gust.velocity_at(t)) <= norm(velocity) + 1e-9
     assert gust.velocity_at(at + duration / 2) == pytest.approx(velocity)
     if not at < t < at + duration:
-        assert gust.velocity_at(t) == CALM
+        assert gust.velocity_at(t) == NO_WIND
 
 
 def test_gusts_come_on_top_of_the_mean_wind() -> None:
     wind = Wind(np.random.default_rng(1), (3.0, 0.0, 0.0), gusts=[Gust(5.0, (0.0, 4.0, 0.0), 2.0)])
     assert not wind.is_steady
-    assert wind.advance(4.0, 0.01, 5.0, CALM) == (3.0, 0.0, 0.0)
-    assert wind.advance(6.0, 0.01, 5.0, CALM) == pytest.approx((3.0, 4.0, 0.0))
+    assert wind.advance(4.0, 0.01, 5.0, NO_WIND) == (3.0, 0.0, 0.0)
+    assert wind.advance(6.0, 0.01, 5.0, NO_WIND) == pytest.approx((3.0, 4.0, 0.0))
 
 
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ValueError, match="positive length"):
-        Gust(1.0, CALM, 0.0)
+        Gust(1.0, NO_WIND, 0.0)
     with pytest.raises(ValueError, match="0 or more"):
         Turbulence(-1.0, np.random.default_rng(1))

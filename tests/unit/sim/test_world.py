@@ -1,4 +1,4 @@
-"""What every world promises, whatever its seed."""
+"""Promises of every world, whatever its seed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import legs_of
@@ -115,7 +115,7 @@ def corners_of(world: World) -> Iterator[tuple[Obstacle, NDArray[np.float64]]]:
 
 
 def outside(outline: Footprint, points: NDArray[np.float64]) -> float:
-    """How far the farthest of the points (N, 3) lies outside the outline [m]."""
+    """Distance of the farthest of the points (N, 3) outside the outline [m]."""
     away = points[:, :2] - np.array(outline.centre)
     c, s = np.cos(outline.yaw), np.sin(outline.yaw)
     local = np.abs(away @ np.array([(c, -s), (s, c)]))

@@ -22,7 +22,7 @@ from skillwing.evaluation.judge.map_picture import (
     draw_map,
 )
 from skillwing.evaluation.judge.standing import STANDING
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 

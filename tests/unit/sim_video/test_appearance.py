@@ -1,4 +1,4 @@
-"""How the world looks: strips of paving, patterns, and surfaces that have only one side."""
+"""Appearance of the world: strips of paving, patterns, and surfaces that have only one side."""
 
 from __future__ import annotations
 

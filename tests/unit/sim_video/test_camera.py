@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.camera.camera import Camera, trace
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY, DepthCamera
@@ -123,16 +122,16 @@ def test_pictures_come_at_the_rate_that_is_wanted_as_long_as_they_are(fps: float
     shoot = Shoot()
     assert shoot.run(1.0) == 0
     assert not shoot.made, "a camera that nobody wants is not even made"
-    shoot.feed.want(shoot.t, fps, 3.0, 0.0)
+    shoot.feed.request(shoot.t, fps, 3.0, 0.0)
     assert shoot.run(2.0) == pytest.approx(2.0 * fps, abs=1)
-    shoot.feed.want(shoot.t, fps, 3.0, 0.0)
+    shoot.feed.request(shoot.t, fps, 3.0, 0.0)
     assert shoot.run(10.0) == pytest.approx(3.0 * fps, abs=2), "and one that was under way"
     assert shoot.made[0].taken == pytest.approx(5.0 * fps, abs=2)
 
 
 def test_a_picture_comes_late_and_says_when_it_was_taken() -> None:
     shoot = Shoot()
-    shoot.feed.want(0.0, 10.0, 1.0, 0.0)
+    shoot.feed.request(0.0, 10.0, 1.0, 0.0)
     shots = {0.01 * k: shoot.feed.take(0.01 * k, at((0.0, 0.0, 5.0))) for k in range(130)}
     late = [t - shot.t for t, shot in shots.items() if shot is not None]
     assert late == pytest.approx([DELAY] * 11, abs=1e-6), "the last one, too, though it is ready when none is wanted"
@@ -140,7 +139,7 @@ def test_a_picture_comes_late_and_says_when_it_was_taken() -> None:
 
 def test_faults_of_the_camera() -> None:
     shoot = Shoot()
-    shoot.feed.want(0.0, 10.0, 60.0, 0.0)
+    shoot.feed.request(0.0, 10.0, 60.0, 0.0)
     shoot.feed.corruption.switch("blackout", on=True)
     assert shoot.run(2.0) == 0
     shoot.feed.corruption.switch("blackout", on=False)

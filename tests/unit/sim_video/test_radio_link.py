@@ -12,11 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skillwing.onboard.options import OptionsError
-from skillwing.onboard.topics import LINK_FAULT, LINK_STATUS, Done, LinkStatus, SetLinkFault
+from skillwing.onboard.topics.common import Done
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.link.packet_queue import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, PacketQueue

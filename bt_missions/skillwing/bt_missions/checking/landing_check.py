@@ -87,8 +87,8 @@ def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> 
 
 def _landing_sentences(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
     for status in (Status.FAILURE, Status.SUCCESS):
-        makers = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
-        named = [node for node in root.iterate() if node.id in makers]
+        reasons = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
+        named = [node for node in root.iterate() if node.id in reasons]
         if not named:
             continue
         names = listed(dict.fromkeys(node.name for node in named))
@@ -234,16 +234,16 @@ class _TreeWalker:
                 yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
     def _ends_of_skill(self, leaf: SkillAction, skill: str, place: DronePlace) -> Iterator[NodeEnd]:
-        aloft, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
+        in_air, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
         if skill == TAKEOFF:
             yield NodeEnd(Status.FAILURE, place, leaf)
-            if not aloft:
+            if not in_air:
                 yield from (NodeEnd(status, DronePlace.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
         elif skill == LAND:
             yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
-            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if aloft else place, leaf)
+            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if in_air else place, leaf)
         else:
-            if aloft or not flying:
+            if in_air or not flying:
                 # A skill that flies controls the drone again.
                 yield NodeEnd(Status.SUCCESS, DronePlace.AIR if flying else place, leaf)
             yield NodeEnd(Status.FAILURE, place, leaf)

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from rich.console import Console, RenderableType
 
 from skillwing.bt_missions.running.runner import MissionNode
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Timers
 from skillwing.services.client.connection import Target
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.processes.stop_signal import StopSignal
@@ -37,7 +37,7 @@ def run_in_foreground(system: System, node: MissionNode, console: Console | None
 
 
 @contextmanager
-def aborted_by_signals(bus: Bus, node: MissionNode, console: Console | None) -> Iterator[None]:
+def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) -> Iterator[None]:
     """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands. The body runs the bus until then.
 
     After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without a landing. A
@@ -81,7 +81,7 @@ def print_if_open(console: Console | None, text: RenderableType) -> None:
             console.on_broken_pipe()
 
 
-def call_when_stopped(bus: Bus, target: Target, act: Callable[[], None]) -> None:
+def call_when_stopped(bus: Timers, target: Target, act: Callable[[], None]) -> None:
     """Call `act` once the system has stopped, while the bus runs. No effect for a system found by its endpoint."""
     if target.pid is None:
         return

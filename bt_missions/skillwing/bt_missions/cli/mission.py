@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,7 +14,7 @@ from skillwing.bt_missions.checking.mission_check import check_mission, offline_
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
-from skillwing.bt_missions.mission.mission import Mission
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
@@ -120,13 +120,7 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_fly(chosen, robot) as system:
         _refuse_second_mission(system)
-        known = mission_context(system.target, chosen.name)
-        site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
-        given = chosen.read_options(site | asked)
-        require_fit(chosen, system.skillset, given)
-        if console is not None and site:
-            text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
-            console.print(f"Options of the site: {text}", highlight=False)
+        given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
             print_if_open(console, status_line(status))
@@ -299,6 +293,20 @@ def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
     except NoSystemError:
         chosen.require_usable()
         raise
+
+
+def _options_with_site(
+    chosen: Mission, asked: dict[str, Any], system: System, console: Console | None
+) -> MissionOptions:
+    """Options of a mission: those that the user gives, then those of the site. Raises FaultyMissionError."""
+    known = mission_context(system.target, chosen.name)
+    site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
+    given = chosen.read_options(site | asked)
+    require_fit(chosen, system.skillset, given)
+    if console is not None and site:
+        text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
+        console.print(f"Options of the site: {text}", highlight=False)
+    return given
 
 
 def _refuse_second_mission(system: System) -> None:

@@ -65,9 +65,9 @@ def _compiled(file: Path) -> CodeType:
         # For a problem of the whole file some versions of Python report line -1.
         known = takewhile(lambda number: number is not None and number > 0, (error.lineno, error.offset))
         place = ":".join(map(str, (file, *known)))
-        raise FaultyMissionError([MissionProblem(f"This is no Python: {error.msg}. Mend it.", place)]) from error
+        raise FaultyMissionError([MissionProblem(f"This is not valid Python: {error.msg}. Fix it.", place)]) from error
     except ValueError as error:
         refuse_if_not_utf8(content, file)
         raise FaultyMissionError(
-            [MissionProblem("This is no Python: there is a zero byte in it.", str(file))]
+            [MissionProblem("This is not valid Python: there is a zero byte in it.", str(file))]
         ) from error

@@ -51,7 +51,7 @@ NO_MAP = {"S_DIVERGED": Status.FAILURE}
 ALIGNED = {"S_ALIGNED": Status.SUCCESS, HELD: Status.FAILURE}
 
 
-class MappingOptions(MissionOptions, frozen=True, kw_only=True):
+class MappingMissionOptions(MissionOptions, frozen=True, kw_only=True):
     """Options; lengths in metres, speed in m/s, times in seconds of robot time.
 
     route: waypoints (x, y, z), ENU, home at the origin. height: of the take-off; by default that of the first waypoint.
@@ -99,9 +99,9 @@ class MappingMission(Mission):
             "battery_status": ("NORMAL",),
         }
     )
-    Options = MappingOptions
+    Options = MappingMissionOptions
 
-    def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
+    def build(self, context: MissionContext, options: MappingMissionOptions) -> MissionTrees:
         planner = RoutePlanner(options.route, area=options.area)
         route = Route(context, planner)
         root = guarded_flight(
@@ -115,7 +115,7 @@ class MappingMission(Mission):
         return MissionTrees(root, rescue(context), progress=lambda: Progress.of(planner))
 
 
-def _flight(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
+def _flight(context: MissionContext, route: Route, options: MappingMissionOptions) -> Behaviour:
     """Figure 6: take off, map, return. The return is part of the navigation, as it needs the depth map as well."""
     height = options.height if options.height is not None else options.route[0][2]
     mapping = alongside(
@@ -135,12 +135,12 @@ def _flight(context: MissionContext, route: Route, options: MappingOptions) -> B
     )
 
 
-def _navigation(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
+def _navigation(context: MissionContext, route: Route, options: MappingMissionOptions) -> Behaviour:
     """Figure 7: by the camera, or else by the LiDAR. A camera that has failed is not used along the route again."""
     return first_that_works("navigate", _by_camera(context, route, options), _by_lidar(context, route, options))
 
 
-def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
+def _by_camera(context: MissionContext, route: Route, options: MappingMissionOptions) -> Behaviour:
     """Legs nose first, with the depth camera looking ahead."""
     fly_leg = SkillAction(
         "goto_straight",
@@ -158,7 +158,7 @@ def _by_camera(context: MissionContext, route: Route, options: MappingOptions) -
     )
 
 
-def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) -> Behaviour:
+def _by_lidar(context: MissionContext, route: Route, options: MappingMissionOptions) -> Behaviour:
     """Legs with the nose across the motion, so that the LiDAR's ring covers the way ahead."""
     heading = {"heading": route.crab}
     fly_leg = SkillAction(
@@ -190,7 +190,7 @@ def _by_lidar(context: MissionContext, route: Route, options: MappingOptions) ->
 
 
 def _route_and_home(
-    context: MissionContext, sensor: Sensor, route: Route, leg: Behaviour, options: MappingOptions
+    context: MissionContext, sensor: Sensor, route: Route, leg: Behaviour, options: MappingMissionOptions
 ) -> Behaviour:
     return flown_with(
         context,

@@ -6,7 +6,7 @@ Stages in this order:
 - FLYING the first tree
 - CHECKING for a drone in the air, after the end of that tree
 - RESCUING with the second tree, if the first one stopped or left the drone in the air
-- SETTLING until every goal has ended
+- STOPPING until every goal has ended
 - OVER
 """
 
@@ -38,7 +38,7 @@ class RunStage(StrEnum):
     FLYING = "flying"
     CHECKING = "checking"
     RESCUING = "rescuing"
-    SETTLING = "settling"
+    STOPPING = "stopping"
     OVER = "over"
 
 
@@ -94,9 +94,9 @@ class MissionRun:
                 self._check_for_drone_in_air()
             case RunStage.RESCUING:
                 self._rescue()
-            case RunStage.SETTLING | RunStage.OVER:
+            case RunStage.STOPPING | RunStage.OVER:
                 pass
-        if self._stage is RunStage.SETTLING and not self._context.reaper.unfinished:
+        if self._stage is RunStage.STOPPING and not self._context.reaper.unfinished:
             self._finish()
         if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
             self._publish_progress()
@@ -294,7 +294,7 @@ class MissionRun:
         self._show(self._trees.rescue)
 
     def _settle(self) -> None:
-        self._stage = RunStage.SETTLING
+        self._stage = RunStage.STOPPING
         self._at_end.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _finish(self) -> None:

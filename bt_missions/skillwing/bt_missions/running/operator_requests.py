@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
-from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.bus import Handle, Network, Request
 from skillwing.services.protocol import (
     AbortMission,
     ErrorCode,
@@ -32,7 +32,7 @@ class OperatedMission(Protocol):
     def resume(self, reason: str) -> str | None: ...
 
 
-def serve_operator_requests(bus: Bus, keys: Keys, mission: OperatedMission) -> list[Handle]:
+def serve_operator_requests(bus: Network, keys: Keys, mission: OperatedMission) -> list[Handle]:
     """Reply to each request with the status after it, or with a refusal."""
 
     def serve(key: str, kind: type[AbortMission | PauseMission | ResumeMission], handler: Handler) -> Handle:

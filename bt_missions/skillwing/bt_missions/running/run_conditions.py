@@ -8,7 +8,7 @@ from skillwing.bt_missions.leaves.interface import RobotInterface
 from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import taken_by
-from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus import Handle, Timers
 
 CLOCK_TIMEOUT = 15.0
 """Longest time for which robot time may stand still during a flight, in seconds of wall time."""
@@ -78,7 +78,7 @@ class AirborneCheck:
 class ClockWatchdog:
     """Calls `on_still` once robot time stands still for `CLOCK_TIMEOUT`: then no deadline in robot time would pass."""
 
-    def __init__(self, bus: Bus, on_still: Callable[[], None]) -> None:
+    def __init__(self, bus: Timers, on_still: Callable[[], None]) -> None:
         self._bus = bus
         self._on_still = on_still
         self._check_later(bus.now())

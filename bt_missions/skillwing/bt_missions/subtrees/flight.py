@@ -15,7 +15,7 @@ from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_A
 from skillwing.bt_missions.planning.waypoints import PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 
 LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}
 STOPPING_PATIENCE = 10.0
@@ -122,7 +122,7 @@ def unless_the_pilot_flies(context: MissionContext, patience: float, mission: Be
         resource="SDK_authority",
         states=("AVAILABLE",),
         patience=patience,
-        ended_by=ResourceChange(FLIGHT_STATUS, ON_GROUND),
+        ended_by=StateChange(FLIGHT_STATUS, ON_GROUND),
     )
 
 

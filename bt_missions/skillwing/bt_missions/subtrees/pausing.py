@@ -25,7 +25,7 @@ AGAIN_AFTER = 1.0
 """Time after which a paused node starts `meanwhile` again when it has failed, in seconds of robot time."""
 
 
-class ResourceChange(NamedTuple):
+class StateChange(NamedTuple):
     """A resource and its new state."""
 
     resource: str
@@ -48,7 +48,7 @@ class WhileGranted(Decorator):
         resource: str,
         states: tuple[str, ...],
         patience: float,
-        ended_by: ResourceChange,
+        ended_by: StateChange,
     ) -> None:
         super().__init__(name, child)
         set_caller_location(self)
@@ -100,14 +100,14 @@ class WhileGranted(Decorator):
         if interface.state(self.resource) in self.states:
             if self._gone_since is not None:
                 self._gone_since = None
-                self._learn_of_change()
+                self._observe_change()
             self.feedback_message = self._state_text
             return None
         ended = interface.state(self.ended_by.resource) == self.ended_by.state
         if self._gone_since is None:
             self._gone_since = now
             self._can_end = False
-            self._learn_of_change()
+            self._observe_change()
         self._can_end |= not ended
         self.feedback_message = f"{self._state_text}; waiting for {' or '.join(self.states)}"
         if ended and self._can_end:
@@ -116,7 +116,7 @@ class WhileGranted(Decorator):
             return f"{self._state_text} for more than {self.patience:g} s; it has to be {' or '.join(self.states)}"
         return None
 
-    def _learn_of_change(self) -> None:
+    def _observe_change(self) -> None:
         self._context.observe(self._state_text, self._context.interface.change_record(self.resource))
 
     @property

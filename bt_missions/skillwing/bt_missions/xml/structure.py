@@ -15,17 +15,17 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
-from skillwing.bt_missions.subtrees.pausing import Pausable, ResourceChange, WhileGranted
+from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.values import attribute_text
 
 
 def _make_while_granted(config: NodeConfig) -> Behaviour:
-    def change(value: object) -> ResourceChange:
+    def change(value: object) -> StateChange:
         words = str(value).split()
         if len(words) != 2:
             raise PortError(f"`ended_by` is `{value}`; it takes a resource and one of its states.")
-        return ResourceChange(*words)
+        return StateChange(*words)
 
     resource, states = config.text("resource"), config.words("states")
     return WhileGranted(
@@ -35,7 +35,7 @@ def _make_while_granted(config: NodeConfig) -> Behaviour:
         resource=resource,
         states=states,
         patience=config.number("patience"),
-        ended_by=config.value("ended_by", change, ResourceChange(resource, next(iter(states), ""))),
+        ended_by=config.value("ended_by", change, StateChange(resource, next(iter(states), ""))),
     )
 
 

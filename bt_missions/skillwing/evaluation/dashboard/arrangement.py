@@ -9,7 +9,7 @@ import numpy as np
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from skillwing.onboard import topics
+from skillwing.onboard.topics import common
 from skillwing.services.recording import palette
 from skillwing.services.recording.mission_view import MissionPanels, trailing, whole_run
 from skillwing.services.recording.rerun_stream import framed
@@ -48,8 +48,8 @@ class Front(Enum):
 class Eye:
     """Eye and target of the overview (ENU, m)."""
 
-    position: topics.Vector3
-    target: topics.Vector3
+    position: common.Vector3
+    target: common.Vector3
 
 
 def overview(site: Site) -> Eye:
@@ -108,7 +108,7 @@ class Arrangement:
         return framed(rrb.Horizontal(so_far, now, self._panels.tree, column_shares=[9, 7, 4]))
 
 
-def _place(xyz: NDArray[np.float64]) -> topics.Vector3:
+def _place(xyz: NDArray[np.float64]) -> common.Vector3:
     x, y, z = xyz.round(2).tolist()
     return x, y, z
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.topics import Navigation, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.navigation import Navigation
 
 DEPTH_STEP = 0.08
 """One grey level of a drawn depth image [m]."""

@@ -27,11 +27,12 @@ from skillwing.evaluation.dashboard.geometry import (
     world_points,
 )
 from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
-from skillwing.onboard import topics
-from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
+from skillwing.onboard.topics import common, flight, guidance, mapping, navigation, obstacles, sensors, video
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.options import read_options
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.recording import palette
 from skillwing.services.recording.mission_view import MissionPanels, at
@@ -68,12 +69,12 @@ class Dashboard:
         self._arrangement: Arrangement | None = None
         self._front = Front.WORLD
         self._directions = lidar_directions()[::SCAN_STRIDE]
-        self._pose: topics.Navigation | None = None
-        self._path: list[topics.Vector3] = []
+        self._pose: navigation.Navigation | None = None
+        self._path: list[common.Vector3] = []
         self._strips = 0
         self._colour = _BLIND
-        self._target: topics.Vector3 | None = None
-        self._waypoint: topics.Vector3 | None = None
+        self._target: common.Vector3 | None = None
+        self._waypoint: common.Vector3 | None = None
         self._voxels: VoxelPieces | None = None
         self._seen: VoxelPieces | None = VoxelPieces(SEEN_SIZE)
         self._seen_lately: list[NDArray[np.float32]] = []
@@ -102,21 +103,21 @@ class Dashboard:
             label = name.rpartition("/")[2].replace("_", " ")
             lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
             self._recording.log(f"plots/{name}", lines, static=True)
-        _follow(bus, topics.NAVIGATION, topics.Navigation, self._on_navigation)
+        _follow(bus, navigation.NAVIGATION, navigation.Navigation, self._on_navigation)
         bus.subscribe(
-            topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
+            guidance.GUIDANCE_STATUS, message_reader(guidance.GuidanceStatus, self._on_guidance), latest_only=True
         )
         bus.subscribe(
-            topics.OBSTACLE_STATUS, message_reader(topics.ObstacleStatus, self._on_obstacle), latest_only=True
+            obstacles.OBSTACLE_STATUS, message_reader(obstacles.ObstacleStatus, self._on_obstacle), latest_only=True
         )
-        _follow(bus, topics.BATTERY, topics.Battery, self._on_battery)
-        bus.subscribe(topics.LIDAR, stream_reader(topics.LidarHeader, self._on_scan), latest_only=True)
-        bus.subscribe(topics.ZED_DEPTH, stream_reader(topics.DepthHeader, self._on_depth), latest_only=True)
-        bus.subscribe(topics.VIDEO_SHOWN, stream_reader(topics.VideoShown, self._on_video), latest_only=True)
-        _follow(bus, topics.LINK_STATUS, topics.LinkStatus, self._on_link)
-        _follow(bus, topics.VIDEO_STATUS, topics.VideoStatus, self._on_video_status)
-        bus.subscribe(topics.MAP, stream_reader(topics.MapHeader, self._on_map))
-        bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
+        _follow(bus, flight.BATTERY, flight.Battery, self._on_battery)
+        bus.subscribe(sensors.LIDAR, stream_reader(sensors.LidarHeader, self._on_scan), latest_only=True)
+        bus.subscribe(sensors.ZED_DEPTH, stream_reader(sensors.DepthHeader, self._on_depth), latest_only=True)
+        bus.subscribe(video.VIDEO_SHOWN, stream_reader(video.VideoShown, self._on_video), latest_only=True)
+        _follow(bus, LINK_STATUS, LinkStatus, self._on_link)
+        _follow(bus, video.VIDEO_STATUS, video.VideoStatus, self._on_video_status)
+        bus.subscribe(mapping.MAP, stream_reader(mapping.MapHeader, self._on_map))
+        bus.subscribe(sensors.health_key("*"), message_reader(sensors.Health, self._on_health), events=True)
         bus.subscribe(self._keys.timeline, message_reader(Record, self._on_record), events=True)
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
 
@@ -125,7 +126,7 @@ class Dashboard:
 
     # --- where it is and where it goes ---------------------------------------------------------------------
 
-    def _on_navigation(self, pose: topics.Navigation) -> None:
+    def _on_navigation(self, pose: navigation.Navigation) -> None:
         self._pose = pose
         if not self._pose_due.due(pose.t):
             return
@@ -138,7 +139,7 @@ class Dashboard:
             self._scalar("motion/altitude", pose.position[2])
             self._scalar("motion/speed", math.hypot(*pose.velocity))
 
-    def _extend_path(self, position: topics.Vector3) -> None:
+    def _extend_path(self, position: common.Vector3) -> None:
         self._path.append(position)
         strip = rr.LineStrips3D([self._path], colors=[palette.rgba(self._colour)], radii=0.09)
         self._recording.log(f"world/path/{self._strips:03}", strip)
@@ -149,7 +150,7 @@ class Dashboard:
         self._path = self._path[-1:]
         self._strips += 1
 
-    def _on_guidance(self, status: topics.GuidanceStatus) -> None:
+    def _on_guidance(self, status: guidance.GuidanceStatus) -> None:
         if status.target == self._target and (status.target is None or not self._plan_due.due(status.t)):
             return
         self._target = status.target
@@ -179,14 +180,14 @@ class Dashboard:
             self._next_strip()
             self._colour = PATH_COLOURS.get(record.after, _BLIND)
 
-    def _on_obstacle(self, status: topics.ObstacleStatus) -> None:
+    def _on_obstacle(self, status: obstacles.ObstacleStatus) -> None:
         if not self._free_due.due(status.t):
             return
         at(self._recording, status.t)
         # A gap where the sensor does not look: not a number breaks the line.
         self._scalar("motion/free_distance", math.nan if status.free_distance is None else status.free_distance)
 
-    def _on_battery(self, battery: topics.Battery) -> None:
+    def _on_battery(self, battery: flight.Battery) -> None:
         at(self._recording, battery.t)
         self._scalar("battery/battery", battery.percent)
 
@@ -195,7 +196,7 @@ class Dashboard:
 
     # --- what it sees --------------------------------------------------------------------------------------
 
-    def _on_scan(self, header: topics.LidarHeader, payload: bytes) -> None:
+    def _on_scan(self, header: sensors.LidarHeader, payload: bytes) -> None:
         if self._pose is None or not self._scan_due.due(header.t1):
             return
         ranges = np.frombuffer(payload, np.float32).reshape(header.columns, header.beams)[::SCAN_STRIDE]
@@ -204,7 +205,7 @@ class Dashboard:
         self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
         self._pile_up(points, self._pose, header.t1)
 
-    def _pile_up(self, points: NDArray[np.float32], pose: topics.Navigation, t: float) -> None:
+    def _pile_up(self, points: NDArray[np.float32], pose: navigation.Navigation, t: float) -> None:
         """Accumulated scans stand for the world if no mapping runs."""
         if self._seen is None or math.hypot(*pose.angular_velocity) > STEADY:
             return
@@ -214,7 +215,7 @@ class Dashboard:
             self._seen_lately.clear()
             self._draw_voxels("seen", self._seen, changed)
 
-    def _on_depth(self, header: topics.DepthHeader, payload: bytes) -> None:
+    def _on_depth(self, header: sensors.DepthHeader, payload: bytes) -> None:
         if not self._depth_due.due(header.t):
             return
         if self._pixels is None:
@@ -236,32 +237,32 @@ class Dashboard:
             near = np.where(depths < SURE_DEPTH, depths, np.float32(0.0))
             self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
 
-    def _on_video(self, header: topics.VideoShown, payload: bytes) -> None:
+    def _on_video(self, header: video.VideoShown, payload: bytes) -> None:
         """Video as the ground station receives it. From the first picture on, video is the subject of the flight."""
         at(self._recording, header.t)
         self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
         self._bring_forward(Front.VIDEO)
 
-    def _on_link(self, link: topics.LinkStatus) -> None:
+    def _on_link(self, link: LinkStatus) -> None:
         if self._link_due.due(link.t):
             at(self._recording, link.t)
             self._scalar("link/bandwidth", link.bandwidth / 1e6)
 
-    def _on_video_status(self, status: topics.VideoStatus) -> None:
+    def _on_video_status(self, status: video.VideoStatus) -> None:
         at(self._recording, status.t)
         self._scalar("link/received", status.bitrate / 1e6)
         self._scalar("video/fps", status.fps)
         self._scalar("video/SSIM_tenths", math.nan if status.quality is None else 10.0 * status.quality)
 
-    def _on_health(self, health: topics.Health) -> None:
+    def _on_health(self, health: sensors.Health) -> None:
         """A failed camera shows nothing, instead of its last picture."""
-        if health.sensor == "zed" and health.status is topics.SensorStatus.FAILED:
+        if health.sensor == "zed" and health.status is sensors.SensorStatus.FAILED:
             at(self._recording, health.t)
             self._recording.log("world/drone/camera/depth", rr.EncodedDepthImage.cleared())
 
     # --- what it has mapped --------------------------------------------------------------------------------
 
-    def _on_map(self, header: topics.MapHeader, payload: bytes) -> None:
+    def _on_map(self, header: mapping.MapHeader, payload: bytes) -> None:
         """Draw the pieces of the map that changed. A whole map comes when something turned out to be free: that is
         worth a look every few seconds only. The first map takes the place of what was only seen, for good."""
         at(self._recording, header.t)
@@ -316,7 +317,7 @@ def _draw_drone(recording: rr.RecordingStream) -> None:
     recording.log("world/drone/nose", nose, static=True)
 
 
-def _draw_camera(recording: rr.RecordingStream, header: topics.DepthHeader) -> None:
+def _draw_camera(recording: rr.RecordingStream, header: sensors.DepthHeader) -> None:
     """The pinhole of the halved picture."""
     pinhole = rr.Pinhole(
         resolution=(header.width / 2, header.height / 2),

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from skillwing.evaluation.demo.flight_deck import FlightDeck
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.stop_signal import StopSignal
@@ -33,7 +33,7 @@ class FlightWatch:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: RunnableBus,
         keys: Keys,
         deck: FlightDeck,
         deaths: Sequence[ProcessExit],

@@ -10,17 +10,10 @@ from collections.abc import Sequence
 
 import msgspec
 
-from skillwing.onboard.topics import (
-    BATTERY,
-    FLIGHT,
-    TRUTH,
-    VIDEO_REPORT,
-    Battery,
-    FlightState,
-    Truth,
-    Vector3,
-    VideoStatus,
-)
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import BATTERY, FLIGHT, Battery, FlightState
+from skillwing.onboard.topics.truth import TRUTH, Truth
+from skillwing.onboard.topics.video import VIDEO_REPORT, VideoStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 

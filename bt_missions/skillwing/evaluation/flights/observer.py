@@ -10,18 +10,11 @@ import numpy as np
 from skillwing.evaluation.flights.cost import CostMeter
 from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.flights.result import End
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.topics import (
-    FLIGHT,
-    MAP_SNAPSHOT,
-    MAPPING_STATUS,
-    TRUTH,
-    Empty,
-    FlightState,
-    MapHeader,
-    MappingStatus,
-    Truth,
-)
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.topics.common import Empty
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.history.history import OVER

@@ -18,7 +18,8 @@ from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_picture import draw_map
 from skillwing.evaluation.judge.ply import write_ply
-from skillwing.onboard.topics import Truth, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.history.history import History
 from skillwing.services.history.report import MapCoverage, MissionReport, ProcessEntry
 from skillwing.services.report.mission_report import FlownMission, Verdict, report_flight

@@ -12,16 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from skillwing.evaluation.flights.coverage import SavedMap
-from skillwing.onboard.topics import (
-    MAP,
-    MAP_SNAPSHOT,
-    MAPPING_STATUS,
-    TRUTH,
-    Empty,
-    MapHeader,
-    MappingStatus,
-    Truth,
-)
+from skillwing.onboard.topics.common import Empty
+from skillwing.onboard.topics.mapping import MAP, MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.errors import PassingError

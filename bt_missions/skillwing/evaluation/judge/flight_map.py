@@ -9,7 +9,8 @@ import numpy as np
 
 from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.judge.map_picture import Flown, Happening, MapScene
-from skillwing.onboard.topics import Truth, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.history.history import History
 from skillwing.services.recording.palette import is_trouble
 from skillwing.sim_mujoco.world.world import World

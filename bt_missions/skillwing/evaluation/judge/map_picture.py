@@ -22,8 +22,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from skillwing.evaluation.judge.standing import stand_in_perspective, stand_in_plan
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 
 BRANCH_COLOURS: Final = {"zed": "#d62728", "lidar": "#1756c4"}

@@ -13,14 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from skillwing.dsl.checking.leaks import report_leaks
 from skillwing.dsl.checking.ranges import report_ranges
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.parts import PartByPart
 from skillwing.dsl.checking.reachability.relations import MOST_COMBINATIONS
 from skillwing.dsl.checking.reachability.statespace import Behaviour, StateSpace
 from skillwing.dsl.checking.resource_analysis import report_event, report_resources
-from skillwing.dsl.checking.skill_analysis import SkillAnalysis
+from skillwing.dsl.checking.skill_analysis import SkillAnalysis, report_leaks
 from skillwing.dsl.checking.wording import span_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import DiagnosticReport

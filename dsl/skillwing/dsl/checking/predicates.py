@@ -246,7 +246,7 @@ class Predicates:
     def _report_unknown(self, name: Name) -> None:
         if name.root in self._known.resources:
             message = f"`{name.root}` is a resource."
-            advice = "Write `resource=(...)` for what speaks of resources."
+            advice = "Write `resource=(...)` for predicates on resources."
             self._report.add("SW027", name.span, message, advice)
             return
         known = (*self._known.inputs, *self._known.data)
@@ -292,10 +292,8 @@ def _comparison_advice(left: Type, right: Type) -> str:
 def _data_advice(operand: Operand) -> str:
     """Advice for a predicate on data or inputs, which ONERA's robot language cannot express."""
     if _span(operand).file.endswith(".rl"):
-        return (
-            "Predicates of this language speak of resources only: rewrite it by `skillwing convert`, or use a resource."
-        )
-    return "Write `data=(...)` for what speaks of data or inputs."
+        return "Predicates of this language name resources only: rewrite it by `skillwing convert`, or use a resource."
+    return "Write `data=(...)` for predicates on data or inputs."
 
 
 def _states(resource: Resource) -> str:

@@ -68,7 +68,7 @@ def _judge(
         return
     interval, _ = _range(name, inputs)
     if math.isinf(interval.low) and math.isinf(interval.high):
-        advice = f"It asks for a number less than another and greater than it at once: mend what it says of `{name}`."
+        advice = f"It requires a number to be less and greater than another at once: fix the comparisons of `{name}`."
     else:
         advice = f"Ask for what `{name}` can be: {bounds_text(interval.low, interval.high)}."
     report.add(code, span_of(expression), f"{subject} can never hold.", advice)

@@ -62,7 +62,7 @@ def _disconnected(resource: Resource, connected: Set[str], report: DiagnosticRep
 def _unvisited(resource: Resource, state: str, is_driven: bool, report: DiagnosticReport) -> None:
     if is_driven:
         message = f"`{resource.name}` never gets to {state}: the effects that would bring it there can never apply."
-        advice = "Mend the skills that have these effects, or declare the transition `extern`."
+        advice = "Fix the skills that have these effects, or declare the transition `extern`."
     else:
         message = f"`{resource.name}` never gets to {state}: no effect brings it there, and no extern transition does."
         advice = f"Give a skill an effect with `{resource.name} -> {state}`, or declare the transition `extern`."

@@ -12,11 +12,10 @@ import msgspec
 import typer
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, misuse, show, text_of
+from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, show, text_of, usage_error
 from skillwing.dsl.diagnostics.codes import CODES, page_on
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
 from skillwing.dsl.diagnostics.sarif import sarif_log
-from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest
 
 
@@ -45,7 +44,7 @@ def check(
         _explain(explain)
         return
     if not files:
-        misuse("Name the files to check, or `-` for standard input.")
+        usage_error("Name the files to check, or `-` for standard input.")
     sources, unreadable = _read(files)
     checked = {name: check_source(text, name) for name, text in sources.items()}
     found = [diagnostic for outcome in checked.values() for diagnostic in outcome.diagnostics]
@@ -120,18 +119,6 @@ def _as_json(diagnostic: Diagnostic) -> dict[str, object]:
         "title": diagnostic.title,
         "message": diagnostic.message,
         "help": diagnostic.help,
-        **_place(diagnostic.span),
-        "related": None
-        if diagnostic.related is None
-        else {"message": diagnostic.related[1], **_place(diagnostic.related[0])},
-    }
-
-
-def _place(span: Span) -> dict[str, object]:
-    return {
-        "file": span.file,
-        "line": span.line,
-        "column": span.column,
-        "end_line": span.end_line,
-        "end_column": span.end_column,
+        **diagnostic.span._asdict(),
+        "related": diagnostic.related and {"message": diagnostic.related[1], **diagnostic.related[0]._asdict()},
     }

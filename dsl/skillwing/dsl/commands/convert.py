@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
+from skillwing.dsl.commands.source import PROBLEMS, read, show, usage_error, write
 from skillwing.dsl.diagnostics.diagnostic import summary
 from skillwing.dsl.printing.formatting import UnformattableError
 from skillwing.dsl.printing.source import to_source
@@ -38,14 +38,11 @@ def convert(
     try:
         text = to_source(outcome.skillset)
     except UnformattableError:
-        misuse(f"`{file}` uses a word of the skillset language as a name, where that cannot be told apart. Rename it.")
+        usage_error(f"`{file}` uses a word of the skillset language as a name where that is ambiguous. Rename it.")
     if output is None:
         typer.echo(text, nl=False)
         return
     if output.exists():
-        misuse(f"`{output}` exists. Choose another file, or remove it first.")
-    try:
-        output.write_text(text, encoding="utf-8")
-    except OSError as error:
-        misuse(f"`{output}` cannot be written: {error.strerror}.")
+        usage_error(f"`{output}` exists. Choose another file, or remove it first.")
+    write(output, text)
     typer.echo(f"{output}: written from {file}.")

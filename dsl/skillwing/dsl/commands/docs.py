@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import parse
-from skillwing.dsl.commands.source import PROBLEMS, misuse, read
+from skillwing.dsl.commands.source import PROBLEMS, read, usage_error, write
 from skillwing.dsl.printing.reference.page import reference_page
 
 
@@ -26,20 +26,13 @@ def docs(
     page = reference_page(parse(source, str(file)), source, file.name)
     if output is None:
         if check:
-            misuse("`--check` compares with a page that exists. Name it: `--check -o FILE.md`.")
+            usage_error("`--check` compares with a page that exists. Name it: `--check -o FILE.md`.")
         typer.echo(page, nl=False)
     elif not check:
-        _write(output, page)
+        write(output, page)
         typer.echo(f"{output}: written from {file}.")
     elif output.is_file() and read(output) == page:
         typer.echo(f"{output}: up to date.")
     else:
         typer.echo(f"{output} is not what {file} says; run `skillwing docs {file} -o {output}`.")
         raise typer.Exit(PROBLEMS)
-
-
-def _write(path: Path, page: str) -> None:
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        misuse(f"`{path}` cannot be written: {error.strerror}.")

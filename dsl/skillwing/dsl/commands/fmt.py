@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from skillwing.dsl.commands.source import PROBLEMS, STANDARD_INPUT, misuse, read
+from skillwing.dsl.commands.source import PROBLEMS, STANDARD_INPUT, read, write
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
 
 _COLOURS = {"+": "green", "-": "red", "@": "cyan"}
@@ -43,7 +43,7 @@ def fmt(
         elif file == STANDARD_INPUT:
             typer.echo(formatted, nl=False)
         elif changes:
-            _write(file, formatted)
+            write(file, formatted)
             typer.echo(f"{file}: formatted.")
     raise typer.Exit(PROBLEMS if failed else 0)
 
@@ -52,10 +52,3 @@ def _show_changes(file: Path, source: str, formatted: str) -> None:
     before, after = source.splitlines(), formatted.splitlines()
     for line in difflib.unified_diff(before, after, str(file), f"{file} (formatted)", lineterm=""):
         typer.secho(line, fg=_COLOURS.get(line[:1]))
-
-
-def _write(file: Path, text: str) -> None:
-    try:
-        file.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        misuse(f"`{file}` cannot be written: {error.strerror}.")

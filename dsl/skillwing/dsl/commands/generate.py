@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import PROBLEMS, folder_named, misuse, read, show
+from skillwing.dsl.commands.source import PROBLEMS, folder_named, read, show, usage_error
 from skillwing.dsl.diagnostics.diagnostic import summary
 from skillwing.dsl.generating.package import RobotFolder, is_generated, skillset_copy
 from skillwing.dsl.generating.package import generate as generate_files
@@ -44,14 +44,14 @@ def generate(
     """
     source = read(file)
     if is_generated(file):
-        misuse(f"`{file}` is a copy that was generated. Name the skillset that it is a copy of.")
+        usage_error(f"`{file}` is a generated copy. Name the original skillset.")
     outcome = check_source(source, str(file))
     if outcome.skillset is None:
         show(outcome, source)
         typer.echo(f"{file}: {summary(outcome.diagnostics)}; nothing was generated.")
         raise typer.Exit(PROBLEMS)
     if problem := place_problem(output):
-        misuse(problem)
+        usage_error(problem)
     try:
         if check_only:
             _check(outcome.skillset, file, source, RobotFolder(output))
@@ -61,7 +61,7 @@ def generate(
                 once = skeletons(outcome.skillset, output.resolve().name)
             write_package(outcome.skillset, file, source, RobotFolder(output), once)
     except OSError as error:
-        misuse(f"`{output}` cannot be written: {error.strerror}.")
+        usage_error(f"`{output}` cannot be written: {error.strerror}.")
 
 
 def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFolder, once: Mapping[str, str]) -> None:
@@ -70,7 +70,7 @@ def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFold
     once: files that are written only if they do not exist, by their path from the package.
     """
     if theirs := folder.foreign(_products(skillset, file, source, folder)):
-        misuse(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
+        usage_error(f"`{theirs[0]}` was not generated and would be overwritten. Choose another directory.")
     fresh = folder.write_once(once)
     products = _products(skillset, file, source, folder)
     folder.write(products)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from skillwing.dsl import parse
-from skillwing.dsl.commands.source import misuse, read
+from skillwing.dsl.commands.source import read, usage_error, write
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.pictures.diagram import Diagram
 from skillwing.dsl.printing.pictures.dot import to_dot
@@ -58,12 +58,12 @@ def graph(
 ) -> None:
     """Draw a skillset: all skills with their resources, or one resource or skill. See docs/tools.md."""
     if sum((resource is not None, skill is not None, everything)) > 1:
-        misuse("Choose one of `--resource`, `--skill` and `--all`.")
+        usage_error("Choose one of `--resource`, `--skill` and `--all`.")
     if everything and output is None:
-        misuse("`--all` draws many pictures. Name a directory for them: `--all -o pictures`.")
+        usage_error("`--all` draws many pictures. Name a directory for them: `--all -o pictures`.")
     extension = output.suffix.lower() if output is not None and not everything else ""
     if extension and written_as is None and extension not in _EXTENSIONS:
-        misuse(f"`{extension}` cannot be written. Name a file in {', '.join(_EXTENSIONS)}, or give `--format`.")
+        usage_error(f"`{extension}` cannot be written. Name a file in {', '.join(_EXTENSIONS)}, or give `--format`.")
     form = written_as or _EXTENSIONS.get(extension, PictureFormat.SVG)
     skillset = parse(read(file), str(file))
     try:
@@ -72,11 +72,11 @@ def graph(
             return
         text = _PRINTERS[form](_diagram(skillset, resource, skill))
     except PicturesUnavailableError as error:
-        misuse(str(error))
+        usage_error(str(error))
     if output is None:
         typer.echo(text, nl=False)
     else:
-        _write(output, text)
+        write(output, text, make_folder=True)
 
 
 def _diagram(skillset: Skillset, resource: str | None, skill: str | None) -> Diagram:
@@ -91,13 +91,5 @@ def _draw_all(skillset: Skillset, form: PictureFormat, directory: Path) -> None:
     diagrams |= {f"resource-{resource.name}": resource_diagram(resource) for resource in skillset.resources}
     diagrams |= {f"skill-{skill.name}": skill_diagram(skill) for skill in skillset.skills}
     for name, diagram in diagrams.items():
-        _write(directory / f"{name}.{_EXTENSION[form]}", _PRINTERS[form](diagram))
+        write(directory / f"{name}.{_EXTENSION[form]}", _PRINTERS[form](diagram), make_folder=True)
     typer.echo(f"{directory}: {len(diagrams)} pictures of `{skillset.name}`.")
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        misuse(f"`{path}` cannot be written: {error.strerror}.")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from skillwing.dsl.commands.source import misuse
+from skillwing.dsl.commands.source import usage_error
 
 
 def language_server(
@@ -23,7 +23,7 @@ def language_server(
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] not in {"pygls", "lsprotocol"}:
             raise
-        misuse("The language server needs the extra `editor`. Run `pip install 'skillwing[editor]'`.")
+        usage_error("The language server needs the extra `editor`. Run `pip install 'skillwing[editor]'`.")
     if tcp is None:
         server.start_io()
         return
@@ -31,4 +31,4 @@ def language_server(
     try:
         server.start_tcp("127.0.0.1", tcp)
     except OSError as error:
-        misuse(f"Port {tcp} cannot be opened: {os.strerror(error.errno or 0)}.")
+        usage_error(f"Port {tcp} cannot be opened: {os.strerror(error.errno or 0)}.")

@@ -10,9 +10,9 @@ import typer
 
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.generate import place_problem, write_package
-from skillwing.dsl.commands.source import PROBLEMS, misuse, read, show
+from skillwing.dsl.commands.source import PROBLEMS, read, show, usage_error
 from skillwing.dsl.diagnostics.diagnostic import has_errors, summary
-from skillwing.dsl.generating.new_skill import Surroundings, checklist, skill_test, with_skill
+from skillwing.dsl.generating.new_skill import checklist, skill_test, with_skill
 from skillwing.dsl.generating.package import RobotFolder, is_generated
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
@@ -41,45 +41,40 @@ def new_skill(
     source = read(skillset)
     before = _checked(skillset, source)
     if problem := _name_problem(name, before) or _file_problem(skillset):
-        misuse(problem)
+        usage_error(problem)
     folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
     if folder is not None and (problem := place_problem(folder) or _robot_problem(folder, skillset)):
-        misuse(problem)
-    around: Surroundings | None = None
+        usage_error(problem)
+    test = Path(f"test_{name}.py")
     extended = with_skill(source, name, str(skillset))
     outcome = check_source(extended, str(skillset))
     after = outcome.skillset
     if after is None:
         # What the words and classes of the language leave open as a name, only the checker knows.
         first = next(each for each in outcome.diagnostics if has_errors([each]))
-        misuse(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
+        usage_error(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
     try:
         skillset.write_text(extended, encoding="utf-8", newline="\n")
         typer.echo(f"{skillset}: `{name}` was added.")
         if folder is not None:
-            around = _around(folder, skillset, name, before)
+            test = tests_folder(folder, [skill.name for skill in before.skills]) / test
             files = skeletons(after, folder.resolve().name, skills=[name])
-            tests = {os.path.relpath(around.test, folder): skill_test(name, import_name(folder)[0])}
-            if around.test.is_relative_to(folder):  # a package, so that modules of two robots may have one name
+            tests = {os.path.relpath(test, folder): skill_test(name, import_name(folder)[0])}
+            if test.is_relative_to(folder):  # a package, so that modules of two robots may have one name
                 tests["tests/__init__.py"] = ""
             write_package(after, skillset, extended, RobotFolder(folder), {**files, **tests})
     except OSError as error:
-        misuse(f"`{error.filename}` cannot be written: {error.strerror}.")
+        usage_error(f"`{error.filename}` cannot be written: {error.strerror}.")
     typer.echo("")
-    for line in checklist(after.skill(name), skillset, around):
+    for line in checklist(after.skill(name), skillset, folder, test, folder is not None and _makes_all(folder)):
         typer.echo(line)
 
 
-def _around(folder: Path, file: Path, name: str, skillset: Skillset) -> Surroundings:
-    script = file.with_suffix(".mock.toml")
+def _makes_all(folder: Path) -> bool:
+    """True if the project has a `make generate`."""
     project = project_of(folder)
     makefile = None if project is None else project / "Makefile"
-    return Surroundings(
-        package=folder,
-        test=tests_folder(folder, [skill.name for skill in skillset.skills]) / f"test_{name}.py",
-        mock_script=script if script.is_file() else None,
-        makes_all=makefile is not None and makefile.is_file() and "\ngenerate:" in makefile.read_text("utf-8"),
-    )
+    return makefile is not None and makefile.is_file() and "\ngenerate:" in makefile.read_text("utf-8")
 
 
 def _checked(file: Path, source: str) -> Skillset:
@@ -120,5 +115,5 @@ def _file_problem(file: Path) -> str | None:
             f"`{file}` is in the .rl notation, which is only read. Turn it into the other: `skillwing convert {file}`."
         )
     if is_generated(file):
-        return f"`{file}` is a copy that is made anew each time. Name the skillset that it is a copy of."
+        return f"`{file}` is a generated copy. Name the original skillset."
     return None

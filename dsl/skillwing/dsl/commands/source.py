@@ -38,7 +38,7 @@ def read(file: Path) -> str:
     try:
         return text_of(file)
     except UnreadableError as error:
-        misuse(str(error))
+        usage_error(str(error))
 
 
 def text_of(file: Path) -> str:
@@ -53,7 +53,7 @@ def text_of(file: Path) -> str:
         raise UnreadableError(f"`{file}` cannot be read: {error.strerror}. Name one that can.") from error
 
 
-def misuse(sentence: str) -> NoReturn:
+def usage_error(sentence: str) -> NoReturn:
     typer.echo(sentence, err=True)
     raise typer.Exit(MISUSE)
 
@@ -63,3 +63,13 @@ def show(outcome: Checked, source: str) -> None:
         headline, _, rest = render(diagnostic, source).partition("\n")
         typer.secho(headline, fg="red" if diagnostic.severity == "error" else "yellow", bold=True)
         typer.echo(f"{rest}\n")
+
+
+def write(path: Path, text: str, *, make_folder: bool = False) -> None:
+    """Write a file. Ends the command if it fails."""
+    try:
+        if make_folder:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        usage_error(f"`{path}` cannot be written: {error.strerror}.")

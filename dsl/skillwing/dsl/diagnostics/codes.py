@@ -71,7 +71,7 @@ _TABLE = (
     Code("SW055", "error", "guard never holds"),
     # --- results and ends
     Code("SW060", "error", "no interrupt effect"),
-    Code("SW061", "error", "result that nobody can observe"),
+    Code("SW061", "error", "result that cannot be observed"),
     Code("SW062", "error", "half-marked results"),
     # --- warnings
     Code("SW080", "warning", "resource leak"),
@@ -81,15 +81,15 @@ _TABLE = (
     Code("SW084", "warning", "start effect may not apply"),
     Code("SW085", "warning", "invariant may be false from the start"),
     Code("SW086", "warning", "state that nothing brings about"),
-    Code("SW087", "warning", "results that nothing tells apart"),
-    Code("SW088", "warning", "too many combinations to judge"),
+    Code("SW087", "warning", "results that cannot be distinguished"),
+    Code("SW088", "warning", "too many combinations to check"),
     # --- files in ONERA's robot language
-    Code("SW090", "warning", "type that holds nothing"),
+    Code("SW090", "warning", "type without contents"),
     Code("SW091", "warning", "parameter read as something else"),
-    Code("SW092", "error", "nothing is included"),
+    Code("SW092", "error", "include is not supported"),
     Code("SW093", "warning", "postcondition of an interruption"),
     Code("SW094", "warning", "interruption that changes nothing"),
-    Code("SW095", "warning", "postcondition judged after the effect"),
+    Code("SW095", "warning", "postcondition evaluated after the effect"),
     Code("SW096", "warning", "name of a postcondition"),
 )
 

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.extents import excerpt
+from skillwing.dsl.editor.document import Document, excerpt
 from skillwing.dsl.editor.glossary import glossary_of
 from skillwing.dsl.editor.names import NameScope, Symbol, SymbolKind
 from skillwing.dsl.model import STALE_AFTER_PERIODS

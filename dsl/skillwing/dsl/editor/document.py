@@ -5,10 +5,11 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping
 from functools import cached_property
+from textwrap import dedent
 
 from skillwing.dsl.checking.checker import Checked, check
 from skillwing.dsl.editor.index import index
-from skillwing.dsl.editor.names import Index
+from skillwing.dsl.editor.names import Index, Symbol, SymbolKind
 from skillwing.dsl.editor.positions import Lines
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.reading import syntax
@@ -16,6 +17,9 @@ from skillwing.dsl.reading.dialect import lex
 from skillwing.dsl.reading.lexemes import COMMENT, Lexeme
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.dsl.spans import Span
+
+_AFTER_KEYWORD: frozenset[SymbolKind] = frozenset({"skillset", "type", "resource", "event", "skill"})
+_SINGLE_WORDS: frozenset[SymbolKind] = frozenset({"state", "value"})
 
 
 class Document:
@@ -87,3 +91,29 @@ class Document:
     @cached_property
     def _starts(self) -> list[int]:
         return [word.start for word in self.words]
+
+
+def extent(document: Document, symbol: Symbol) -> tuple[int, int] | None:
+    """Offsets of a declaration's first character and behind its last; None if it is not in the text."""
+    declaration = document.names.declarations[symbol]
+    place = declaration.place
+    if place is None:
+        return None
+    if symbol.kind in _SINGLE_WORDS:
+        return place.start, place.end
+    position = document.word_at(place.start)
+    start = document.words[position - 1].start if symbol.kind in _AFTER_KEYWORD and position else place.start
+    follower = document.words[position + 1].start if position + 1 < len(document.words) else place.end
+    if follower in document.blocks:
+        return start, document.blocks[follower]
+    return start, max([place.end, *(document.range(span)[1] for span in syntax.spans(declaration.node))])
+
+
+def excerpt(document: Document, symbol: Symbol) -> str:
+    """The text of the declaration, without the indentation that all its lines share."""
+    found = extent(document, symbol)
+    if found is None:
+        return symbol.name
+    start, end = found
+    column = start - document.text.rfind("\n", 0, start) - 1
+    return dedent(" " * column + document.text[start:end])

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Literal as OneOf
 
-from skillwing.dsl.editor.document import Document
-from skillwing.dsl.editor.extents import extent
+from skillwing.dsl.editor.document import Document, extent
 from skillwing.dsl.editor.names import Symbol, SymbolKind
 from skillwing.dsl.reading.lexemes import COMMENT
 

@@ -31,7 +31,7 @@ def renameable(document: Document, offset: int) -> Occurrence:
     """The name at an offset. Raises RenameRefusedError where there is none that the file declares."""
     occurrence = document.names.at(offset)
     if occurrence is None:
-        raise RenameRefusedError("Here is no name that could be changed.")
+        raise RenameRefusedError("There is no name here that can be changed.")
     if occurrence.symbol is None:
         raise RenameRefusedError(f"`{occurrence.name}` is not declared in this file.")
     return occurrence
@@ -85,7 +85,7 @@ def _refuse_unread(document: Document, symbol: Symbol) -> None:
         if word.kind == "NAME" and word.text == symbol.name and word.start not in known:
             line = document.lines.line(word.start)
             raise RenameRefusedError(
-                f"`{symbol.name}` also stands in line {line}, which cannot be read. Mend it first."
+                f"`{symbol.name}` also stands in line {line}, which cannot be read. Fix that first."
             )
 
 

@@ -20,7 +20,7 @@ from skillwing.dsl.editor.rename import Edit, RenameRefusedError, rename, rename
 from skillwing.dsl.editor.tokens import tokens
 from skillwing.dsl.printing.formatting import UnformattableError, format_source
 
-# A text is checked when nobody has typed for so long, in seconds.
+# A text is checked after this time without a key stroke, in seconds.
 _QUIET = 0.15
 _TRIGGERS = [">", "=", ":", ".", "("]
 

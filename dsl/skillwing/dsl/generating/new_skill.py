@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from skillwing.dsl.generating.skeletons import skill_file
@@ -58,21 +57,12 @@ def skill_test(skill: str, package: str) -> str:
     return _TEST.format(skill=skill, manager=manager_class(skill), imports="\n".join(imports))
 
 
-@dataclass(frozen=True, slots=True)
-class Surroundings:
-    """The files around a skillset that follow it. package: the robot's package; test: the first test of the new skill.
+def checklist(skill: Skill, file: Path, folder: Path | None, test: Path, makes_all: bool) -> Iterator[str]:
+    """The remaining work, in its order.
 
-    mock_script: the script of its mocks. makes_all: whether `make generate` renews everything that is generated.
+    folder: the robot's package, None if there is none yet; test: the first test of the skill; makes_all: whether
+    `make generate` renews everything that is generated.
     """
-
-    package: Path
-    test: Path
-    mock_script: Path | None
-    makes_all: bool
-
-
-def checklist(skill: Skill, file: Path, around: Surroundings | None) -> Iterator[str]:
-    """The remaining work, in its order. around: None if the robot has no package yet."""
     yield f"Describe it in {file}:"
     yield "  [ ] `input`, `output` and `progress`: the values that go in and come out, with units and ranges"
     yield "  [ ] `effect`: the resources that it takes, and how it gives them back"
@@ -81,25 +71,24 @@ def checklist(skill: Skill, file: Path, around: Surroundings | None) -> Iterator
     yield "  [ ] `result`: each end, with the effect that it applies and a `post` if you can promise one"
     yield "  [ ] `interrupt` with its timeout, and `lost` if a dead manager needs another effect"
     yield f"  [ ] `skillwing check {file}`"
-    if around is None:
+    if folder is None:
         yield "Then make the robot's package, with its manager in it:"
         yield f"  [ ] `skillwing generate {file} -o DIR`"
         return
-    folder = around.package
     yield f"Write it in {folder}/{skill_file(skill.name)}:"
-    if around.makes_all:
+    if makes_all:
         yield "  [ ] `make generate`, which gives the hooks their types and renews everything that is generated"
     else:
         yield f"  [ ] `skillwing generate {file} -o {folder}`, which gives the hooks their types"
     yield "  [ ] `on_dispatch` starts the functional layer; callbacks end the goal by `terminated_<RESULT>`"
     yield "  [ ] `on_interrupt` stops it and calls `interrupted` when it has stopped"
     yield f"  [ ] `progress`, if there is any, returns a `{class_name(skill.name)}Feedback`"
-    yield f"Test it in {around.test}:"
+    yield f"Test it in {test}:"
     yield "  [ ] each result, the interruption, each invariant, a rejected start"
-    yield f"  [ ] `pytest {around.test.parent}`"
+    yield f"  [ ] `pytest {test.parent}`"
     yield "Where you have them:"
-    script = around.mock_script or file.with_suffix(".mock.toml")
+    script = file.with_suffix(".mock.toml")
     yield f"  [ ] mock script: `[skill.{skill.name}]` in {script}, if a mock has to do more than succeed after 1 s"
-    if not around.makes_all:
+    if not makes_all:
         yield f"  [ ] reference page: `skillwing docs {file} -o PAGE.md`"
         yield f"  [ ] your own Compose file: the service `skill_{skill.name}`, as in {folder}/generated/compose.yml"

@@ -27,7 +27,7 @@ class UnformattableError(ValueError):
     def __init__(self, file: str, diagnostics: Sequence[Diagnostic]) -> None:
         self.file = file
         self.diagnostics = tuple(diagnostics)
-        super().__init__(f"`{file}` has syntax errors. Mend what `skillwing check {file}` shows, then format it.")
+        super().__init__(f"`{file}` has syntax errors. Fix what `skillwing check {file}` shows, then format it.")
 
 
 def format_source(text: str, file: str = "<text>") -> str:

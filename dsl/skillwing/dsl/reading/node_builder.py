@@ -5,13 +5,19 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import cast
 
-from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Operator, Or
+from skillwing.dsl.expressions import And, Comparison, Implies, Literal, Name, Not, Operator, Or
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 
 
 class NodeBuilder:
     """A builder of syntax nodes. The method named after a rule gets the nodes and words within it."""
+
+    # --- nodes of the same parts as their rules
+
+    initial, guard = syntax.InitialSyntax, syntax.GuardSyntax
+    change, check = syntax.ChangeSyntax, syntax.CheckSyntax
+    implies, disjunction, conjunction, negation = Implies, Or, And, Not
 
     # --- declarations
 
@@ -26,14 +32,8 @@ class NodeBuilder:
     def states(self, *names: Lexeme) -> syntax.StatesSyntax:
         return syntax.StatesSyntax(names)
 
-    def initial(self, state: Lexeme) -> syntax.InitialSyntax:
-        return syntax.InitialSyntax(state)
-
     def event(self, name: Lexeme, *items: syntax.GuardSyntax | syntax.EventEffectSyntax) -> syntax.EventSyntax:
         return syntax.EventSyntax(name, items)
-
-    def guard(self, predicate: syntax.PredicateSyntax) -> syntax.GuardSyntax:
-        return syntax.GuardSyntax(predicate)
 
     def event_effect(self, *changes: syntax.ChangeSyntax) -> syntax.EventEffectSyntax:
         return syntax.EventEffectSyntax(changes)
@@ -43,25 +43,7 @@ class NodeBuilder:
     def fields(self, keyword: Lexeme, *fields: syntax.FieldSyntax) -> syntax.FieldsSection:
         return syntax.FieldsSection(keyword, fields)
 
-    def change(self, resource: Lexeme, target: Lexeme) -> syntax.ChangeSyntax:
-        return syntax.ChangeSyntax(resource, target)
-
-    def check(self, name: Lexeme, predicate: syntax.PredicateSyntax) -> syntax.CheckSyntax:
-        return syntax.CheckSyntax(name, predicate)
-
     # --- predicates
-
-    def implies(self, left: Expression, right: Expression) -> Implies:
-        return Implies(left, right)
-
-    def disjunction(self, left: Expression, right: Expression) -> Or:
-        return Or(left, right)
-
-    def conjunction(self, left: Expression, right: Expression) -> And:
-        return And(left, right)
-
-    def negation(self, operand: Expression) -> Not:
-        return Not(operand)
 
     def comparison(self, left: Name | Literal, sign: Lexeme, right: Name | Literal) -> Comparison:
         assert left.span is not None and right.span is not None

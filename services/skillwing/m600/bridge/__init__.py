@@ -1,1 +1,1 @@
-"""The bridge: the only translator between functional layer and skillset."""
+"""The bridge between functional layer and resource manager: states and data up, revoked authority down."""

@@ -1,8 +1,10 @@
-"""The robot bridge: the only translator between the functional layer and the skillset.
+"""The robot bridge: states and data from the functional layer up, revoked authority down.
 
-Upwards, health and flight state become extern transitions and telemetry becomes data. Downwards, fencing tokens that
-the resource manager no longer honours become `fl/authority`, on which guidance stops flying for the old commander.
-(A diverged map is the business of the `lidar_mapping` manager, which ends with that result.)
+Upwards, health and flight state become extern transitions, and telemetry becomes data. Downwards, fencing tokens that
+the resource manager revokes become `fl/authority`: guidance then brakes, and refuses commands with these tokens.
+
+Goals do not pass through the bridge. Skill managers command the functional layer themselves: guidance at
+`fl/guidance/command`, the other nodes at their command keys. The `lidar_mapping` manager itself ends on a diverged map.
 """
 
 from __future__ import annotations
@@ -13,24 +15,13 @@ from typing import Any
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.m600.bridge.battery_level import BatteryLevel
-from skillwing.m600.bridge.extern_levels import ExternLevels, Level
-from skillwing.m600.bridge.link_level import SILENCE, LinkLevel, LinkState
+from skillwing.m600.bridge.levels import SILENCE, BatteryLevel, ExternLevels, Level, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics import (
-    AUTHORITY,
-    BATTERY,
-    FLIGHT,
-    HEALTH,
-    LINK_STATUS,
-    Battery,
-    FlightState,
-    Health,
-    LinkStatus,
-    Revoked,
-    SensorStatus,
-)
+from skillwing.onboard.topics.flight import BATTERY, FLIGHT, Battery, FlightState
+from skillwing.onboard.topics.guidance import AUTHORITY, Revoked
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Answer, Bus, Refused, Sample
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.options import required
@@ -38,13 +29,13 @@ from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, Recor
 from skillwing.services.timeline import Timeline
 
 RESEND_PERIOD = 0.5
-"""Between two comparisons of the resources with the robot; a change is passed on at once [s]."""
+"""Period of the comparison of the resources with the robot; a change is passed on at once [s]."""
 FLIGHT_SILENCE = 2.0
-"""A vehicle that has not told its flight state for so long lets nobody fly it [s]."""
-SECOND_LOOK = 0.5
-"""Later than the first one: a bridge that was stopped itself hears first what it has missed [s]."""
+"""Time without a flight state after which the authority is UNAVAILABLE [s]."""
+SECOND_CHECK = 0.5
+"""Delay of a second check: a bridge that was suspended itself first receives the messages it missed [s]."""
 SENSOR_RESOURCES = {"zed": "zed_status", "lidar": "lidar_status"}
-"""Sensors whose health a resource stands for; that of the others goes to the timeline only."""
+"""Resources that mirror the health of a sensor; the health of other sensors goes to the timeline only."""
 _log = logging.getLogger(__name__)
 
 
@@ -79,18 +70,18 @@ class RobotBridge:
         self._telemetry = Telemetry(bus, self._skillset)
         Latest(bus, f"{HEALTH}/*", Health, self._on_health, events=True)
         self._flight = Latest(bus, FLIGHT, FlightState, self._on_flight)
-        bus.every(FLIGHT_SILENCE / 4, self._miss_the_vehicle)
+        bus.every(FLIGHT_SILENCE / 4, self._check_vehicle)
         Latest(bus, BATTERY, Battery, self._on_battery)
         self._modem = Latest(bus, LINK_STATUS, LinkStatus, self._on_link)
-        bus.every(SILENCE / 4, self._miss_the_modem)
+        bus.every(SILENCE / 4, self._check_modem)
         bus.subscribe(keys.verdict("*"), self._on_verdict, events=True)
         self._resources.on_change(self._follow)
         bus.every(RESEND_PERIOD, self._follow)
 
     def detach(self) -> None:
-        """Nothing outlives the bridge: its successor reads the robot anew."""
+        """Nothing to release: the next bridge reads the robot's state from the start."""
 
-    # --- what the robot says -----------------------------------------------------------------------------------------
+    # --- from the robot -----------------------------------------------------------------------------------------------
 
     def _on_health(self, health: Health) -> None:
         before = self._health.get(health.sensor)
@@ -98,7 +89,7 @@ class RobotBridge:
             return
         self._health[health.sensor] = health.status
         if health.cause is not None:
-            self._tell_fault(health.cause, health.sensor, health.t)
+            self._record_fault(health.cause, health.sensor, health.t)
         self._timeline.publish(
             Record(
                 id=health.id,
@@ -117,9 +108,8 @@ class RobotBridge:
             self._levels.want(resource, health.status, health.id)
             self._follow()
 
-    def _tell_fault(self, cause: str, subject: str, t: float) -> None:
-        """Write down, once, the root of a chain: the fault `fault/<subject>/<kind>` that a simulator names behind a
-        failure."""
+    def _record_fault(self, cause: str, subject: str, t: float) -> None:
+        """Record, once, the root of a cause chain: the fault `fault/<subject>/<kind>` that a simulator names."""
         if cause in self._faults:
             return
         self._faults.add(cause)
@@ -141,14 +131,14 @@ class RobotBridge:
         self._want("SDK_authority", "AVAILABLE" if flight.authority else "UNAVAILABLE", "safety pilot")
         self._want("homepoint_status", "VALID" if flight.home_valid else "INVALID", "home point")
         self._want("flight_status", "ON_GROUND" if flight.on_ground else "IN_AIR", "landing gear")
-        self._tell_failsafe(flight.failsafe)
+        self._record_failsafe(flight.failsafe)
 
-    def _miss_the_vehicle(self) -> None:
+    def _check_vehicle(self) -> None:
         if self._is_silent:
-            self._bus.after(SECOND_LOOK, self._lose_the_vehicle)
+            self._bus.after(SECOND_CHECK, self._lose_vehicle)
 
-    def _lose_the_vehicle(self) -> None:
-        """Nobody flies what does not answer: skills that need the authority end, and none of them starts."""
+    def _lose_vehicle(self) -> None:
+        """Withdraw the authority over a silent vehicle: skills that need it end, and none of them starts."""
         if self._is_silent:
             self._want(
                 "SDK_authority", "UNAVAILABLE", "vehicle", f"its flight state is silent for {FLIGHT_SILENCE:g} s"
@@ -158,8 +148,8 @@ class RobotBridge:
     def _is_silent(self) -> bool:
         return self._flight.value is not None and not self._flight.is_fresh(FLIGHT_SILENCE)
 
-    def _tell_failsafe(self, failsafe: str) -> None:
-        """What the autopilot does by itself is no resource's state, but those who read the timeline need to know."""
+    def _record_failsafe(self, failsafe: str) -> None:
+        """Record a failsafe of the autopilot: no resource has this state, but readers of the timeline need it."""
         if failsafe != self._failsafe:
             before, after = ("FAILSAFE" if each else "NORMAL" for each in (self._failsafe, failsafe))
             self._timeline.record(RecordKind.HEALTH, "autopilot", before, after, text=failsafe)
@@ -174,26 +164,25 @@ class RobotBridge:
         fault = f"fault/link/{link.faults[0]}" if link.faults and state is not LinkState.GOOD else None
         self._want("link_status", state, "link", f"{through:.2f} Mbit/s", fault)
 
-    def _miss_the_modem(self) -> None:
+    def _check_modem(self) -> None:
         if self._modem.value is not None and not self._modem.is_fresh(SILENCE):
             self._want("link_status", self._link.update(0.0), "link", f"the modem is silent for {SILENCE:g} s")
 
     def _want(self, resource: str, state: str, subject: str, text: str = "", fault: str | None = None) -> None:
-        """Note where a resource should be. A change of that is the root of a chain of causes, unless a simulator names
-        the fault behind it."""
+        """Require a state of a resource. A change is the root of a cause chain, unless a simulator names its fault."""
         before = self._levels.wanted(resource)
         if state == before:
             return
         if fault is not None:
-            self._tell_fault(fault, subject, self._bus.now())
+            self._record_fault(fault, subject, self._bus.now())
         cause = self._timeline.record(RecordKind.HEALTH, subject, before, state, text=text, cause=fault)
         self._levels.want(resource, state, cause)
         self._follow()
 
-    # --- what the resource manager says ------------------------------------------------------------------------------
+    # --- from the resource manager ------------------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Bring every resource to where the robot is, with one request at a time for each."""
+        """Ask for each resource's required state, with one request at a time for each."""
         for level in self._levels.mismatches(self._resources.states):
             if level.resource not in self._asked:
                 self._asked.add(level.resource)
@@ -205,7 +194,7 @@ class RobotBridge:
             self._complaints.add(answer.error.message)
             _log.warning("%s -> %s was refused: %s", level.resource, level.state, answer.error.message)
         if self._levels.wanted(level.resource) != level.state:
-            # The robot has moved on meanwhile. Asking for the same again has to wait: it may be refused for ever.
+            # The robot has changed meanwhile. The same request waits for the next period: it may always be refused.
             self._follow()
 
     def _on_verdict(self, sample: Sample) -> None:

@@ -10,29 +10,19 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.m600.latest import Latest, M
-from skillwing.onboard.topics import (
-    BATTERY,
-    LINK_STATUS,
-    MAP,
-    MAPPING_STATUS,
-    NAVIGATION,
-    OBSTACLE_STATUS,
-    VIDEO_STATUS,
-    Battery,
-    LinkStatus,
-    MapHeader,
-    MappingStatus,
-    Navigation,
-    ObstacleStatus,
-    Vector3,
-    VideoStatus,
-)
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.flight import BATTERY, Battery
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
+from skillwing.onboard.topics.mapping import MAP, MAPPING_STATUS, MapHeader, MappingStatus
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.obstacles import OBSTACLE_STATUS, ObstacleStatus
+from skillwing.onboard.topics.video import VIDEO_STATUS, VideoStatus
 from skillwing.services.bus import Bus, Sample
 from skillwing.services.protocol import DataSample, Keys, ProtocolError, decode, encode
 
 _log = logging.getLogger(__name__)
 DEFAULT_PERIOD = 1.0
-"""For data whose model promises no period [s]."""
+"""Period of data for which the model promises none [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +50,7 @@ def battery(message: Battery) -> Stamped:
 
 
 def obstacle_distance(status: ObstacleStatus) -> Stamped | None:
-    """What is free on the way to the target; without a target, the distance of whatever is ahead; None if unknown."""
+    """Free distance on the way to the target; without a target, distance of the next obstacle; None if unknown."""
     distance = status.free_distance if status.free_distance is not None else status.ahead
     return None if distance is None or status.stamp is None else Stamped(distance, status.stamp)
 
@@ -70,7 +60,7 @@ def link_bandwidth(status: LinkStatus) -> Stamped:
 
 
 def video_quality(status: VideoStatus) -> Stamped | None:
-    """None while nothing is seen on the ground."""
+    """Quality of pictures on the ground; None while there are none."""
     return None if status.quality is None else Stamped(status.quality, status.t)
 
 
@@ -97,9 +87,9 @@ class MapFeed:
 
 
 class Telemetry:
-    """Publishes each datum of the skillset that the functional layer gives, at the datum's promised period.
+    """Publisher of the skillset's data that the functional layer provides, at each datum's promised period.
 
-    A measurement is published once: data of which nothing new is known become stale with their readers.
+    It publishes a measurement once, so that data without new measurements become stale at their readers.
     """
 
     def __init__(self, bus: Bus, skillset: Skillset) -> None:

@@ -1,4 +1,4 @@
-"""What the two skills that produce the depth map have in common."""
+"""Base of the managers of the two skills that produce the depth map."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import (
+from skillwing.onboard.topics.obstacles import (
     OBSTACLE_COMMAND,
     OBSTACLE_STATUS,
     ObstacleSource,
@@ -20,11 +20,11 @@ from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Terminal
 
 PATIENCE = 2.0
-"""Without a measurement younger than this there is no depth map [s]."""
+"""Largest age of a measurement in a depth map [s]."""
 
 
 class DepthmapManager(SkillHooks[I, O, F]):
-    """Has the obstacle node make its depth map from `source` until the skill ends."""
+    """Depth map from `source`, made by the obstacle node until the skill ends."""
 
     source: ClassVar[ObstacleSource]
 
@@ -36,7 +36,7 @@ class DepthmapManager(SkillHooks[I, O, F]):
 
     @property
     def obstacle_distance(self) -> float | None:
-        """Metres that are free on the way, or to the nearest obstacle ahead; None where the depth map shows none."""
+        """Free metres on the way, or to the nearest obstacle ahead; None if the depth map shows none."""
         status = self._status.value
         if status is None or status.source is not self.source:
             return None
@@ -44,7 +44,7 @@ class DepthmapManager(SkillHooks[I, O, F]):
 
     @abstractmethod
     def no_data(self, goal: Goal[I]) -> None:
-        """There is no fresh depth map, from the start or any more."""
+        """End the goal: there is no fresh depth map."""
 
     def on_dispatch(self, goal: Goal[I]) -> None:
         self._measured_at = self.bus.now()

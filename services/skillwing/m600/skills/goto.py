@@ -7,18 +7,18 @@ from msgspec.structs import replace
 from skillwing.m600.generated.managers import AbstractGotoManager
 from skillwing.m600.generated.types import GotoFeedback, GotoInputs, GotoOutputs
 from skillwing.m600.skills.motion import MotionManager, point
-from skillwing.onboard.topics import Nose
+from skillwing.onboard.topics.guidance import YawMode
 from skillwing.services.managers.skill_manager import Goal
 
 
 class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], AbstractGotoManager):
-    """Flies to a point and leaves the heading to whoever holds it."""
+    """Flight to a point; another skill may command the heading."""
 
     def validate(self, goal: Goal[GotoInputs]) -> str | None:
         return self.fence.refusal(point(goal.inputs.target))
 
     def on_dispatch(self, goal: Goal[GotoInputs]) -> None:
-        self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, Nose.FREE)
+        self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, YawMode.FREE)
 
     def progress(self, goal: Goal[GotoInputs]) -> GotoFeedback:
         return GotoFeedback(distance=self.guidance.remaining)

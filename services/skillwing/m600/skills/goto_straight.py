@@ -7,20 +7,20 @@ from msgspec.structs import replace
 from skillwing.m600.generated.managers import AbstractGotoStraightManager
 from skillwing.m600.generated.types import GotoStraightFeedback, GotoStraightInputs, GotoStraightOutputs
 from skillwing.m600.skills.motion import MotionManager, point
-from skillwing.onboard.topics import Nose
+from skillwing.onboard.topics.guidance import YawMode
 from skillwing.services.managers.skill_manager import Goal
 
 
 class GotoStraightManager(
     MotionManager[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback], AbstractGotoStraightManager
 ):
-    """Flies to a point with the nose, hence the camera, along the track."""
+    """Flight to a point with the nose, and so the camera, along the track."""
 
     def validate(self, goal: Goal[GotoStraightInputs]) -> str | None:
         return self.fence.refusal(point(goal.inputs.target))
 
     def on_dispatch(self, goal: Goal[GotoStraightInputs]) -> None:
-        self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, Nose.ALONG_TRACK)
+        self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, YawMode.ALONG_TRACK)
 
     def progress(self, goal: Goal[GotoStraightInputs]) -> GotoStraightFeedback:
         return GotoStraightFeedback(distance=self.guidance.remaining)

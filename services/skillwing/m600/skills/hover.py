@@ -5,14 +5,14 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractHoverManager
 from skillwing.m600.generated.types import HoverFeedback, HoverInputs
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.onboard.topics import AxisStatus, Hold, MotionState
+from skillwing.onboard.topics.guidance import AxisStatus, HoldPosition, MotionState
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 
 
 class HoverManager(AbstractHoverManager):
-    """Holds the position for a while of robot time."""
+    """Holding of the position for a duration of robot time."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
@@ -20,7 +20,7 @@ class HoverManager(AbstractHoverManager):
         self._until = 0.0
 
     def on_dispatch(self, goal: Goal[HoverInputs]) -> None:
-        self.guidance.fly(goal, Hold())
+        self.guidance.fly(goal, HoldPosition())
         self._until = self.bus.now() + goal.inputs.duration
         self._timer = self.bus.after(goal.inputs.duration, lambda: self.terminated_DONE(goal.id))
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractInspectManager
 from skillwing.m600.generated.types import InspectFeedback, InspectInputs
 from skillwing.m600.skills.motion import MotionManager, point
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 from skillwing.services.managers.skill_manager import Goal
 
 
 class InspectManager(MotionManager[InspectInputs, None, InspectFeedback], AbstractInspectManager):
-    """Flies to the circle and around it, with the nose, hence the camera, on its centre.
+    """Flight to the circle and around it, with the nose, and so the camera, to its centre.
 
-    With a depth map from the LiDAR the way around is watched: its ring looks along the circle's tangent.
+    With a depth map from the LiDAR the way is monitored: the LiDAR's ring looks along the circle's tangent.
     """
 
     def validate(self, goal: Goal[InspectInputs]) -> str | None:

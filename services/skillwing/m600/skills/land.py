@@ -9,74 +9,63 @@ from skillwing.m600.generated.types import LandFeedback, LandInputs
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.m600.skills.headway import Headway
-from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import (
-    FLIGHT,
-    LANDING_PLACE,
-    AxisStatus,
-    Empty,
-    FlightState,
-    FlyTo,
-    Land,
-    LandingPlace,
-    MotionState,
-    Nose,
-    Vector3,
-)
+from skillwing.m600.skills.position_tracker import PositionTracker
+from skillwing.m600.skills.timers import StallDetector
+from skillwing.onboard.topics.common import Empty, Vector3
+from skillwing.onboard.topics.flight import FLIGHT, FlightState
+from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, Land, MotionState, YawMode
+from skillwing.onboard.topics.obstacles import LANDING_PLACE, LandingPlace
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import ProtocolError, RecordKind, Terminal, decode, encode
 from skillwing.services.timeline import Timeline
 
 PATIENCE = 1.0
-"""So long a landing waits to hear of a better place [s]."""
+"""Longest wait for the reply with a landing place [s]."""
 ASIDE = 1.0
-"""Speed at which the drone flies there [m/s]."""
+"""Speed of the flight to a better place [m/s]."""
 ASIDES = 2
-"""So often it flies aside at most: underway more is seen of the ground than was known before."""
-HANGS_AFTER = 10.0
-"""A drone that has come no lower for so long hangs [s]. The autopilot takes up to 8 s to notice that it stands, if the
-range-finder says that the ground is lower."""
+"""Most flights to a better place: on the way the sensors see more of the ground than was known before."""
+STALLED_AFTER = 10.0
+"""Time without descent after which the landing is blocked [s]. The autopilot takes up to 8 s to detect the touchdown if
+the range-finder reports a lower ground."""
 SUBJECT = "landing place"
-"""Of the record in the timeline that says what is known to stand below."""
+"""Subject of the timeline record about an obstacle below the drone."""
 AT_AN_END = frozenset({MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
-"""The way aside is flown, or as much of it as can be."""
+"""States at the end of a flight to a better place, complete or not."""
 
 
 class Stage(Enum):
-    """Of a landing."""
+    """Stage of a landing."""
 
     ASKING = auto()
-    """Where to."""
     GOING_ASIDE = auto()
     DESCENDING = auto()
     STOPPING = auto()
 
 
 class LandManager(AbstractLandManager):
-    """Descends until the drone stands and its rotors are off: where it is, or beside what is known to stand below.
+    """Descent until the drone stands and its rotors are off: straight down, or beside a known obstacle below.
 
-    Where it has flown aside it asks again, for it may have been stopped on the way, or see by now what stands there.
-    It asks a last time where it goes aside no more: should something stand there, too, the timeline has to tell.
+    After a flight aside the manager asks again: the drone may have stopped on the way, or has seen an obstacle there.
+    After the last flight aside it asks once more, so that the timeline records an obstacle at that place too.
 
-    Whoever does not answer where to land, or refuses to fly there, does not keep the drone from landing where it is,
-    nor does what stands below where no better place is known: the battery may not wait. Whether something is known to
-    stand below, the timeline tells.
+    The drone lands where it is if there is no reply, if guidance refuses the flight aside, or if no better place is
+    known: the battery may not last. The timeline records a known obstacle below.
     """
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.whereabouts = Whereabouts(self)
+        self.tracker = PositionTracker(self)
         self.flight = Latest(self.bus, FLIGHT, FlightState, self._on_flight, at_rest=True)
         self._timeline = Timeline(self.bus, KEYS)
         self._stage = Stage.ASKING
         self._asides = 0
-        self._descent: Headway | None = None
+        self._descent: StallDetector | None = None
 
     def on_dispatch(self, goal: Goal[LandInputs]) -> None:
         self._asides, self._descent = 0, None
-        self.whereabouts.follow()
+        self.tracker.follow()
         self.flight.follow()
         self._ask(goal)
 
@@ -88,22 +77,22 @@ class LandManager(AbstractLandManager):
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[LandInputs], terminal: Terminal) -> None:
-        self.whereabouts.rest()
+        self.tracker.rest()
         self.flight.rest()
         self.guidance.release(goal)
 
     def _ask(self, goal: Goal[LandInputs]) -> None:
         self._stage = Stage.ASKING
-        self.bus.ask(LANDING_PLACE, encode(Empty()), lambda answer: self._told(goal, answer), timeout=PATIENCE)
+        self.bus.ask(LANDING_PLACE, encode(Empty()), lambda answer: self._on_place(goal, answer), timeout=PATIENCE)
 
-    def _told(self, goal: Goal[LandInputs], answer: Answer) -> None:
+    def _on_place(self, goal: Goal[LandInputs], answer: Answer) -> None:
         if self.current is None or self.current.id != goal.id or self._stage is not Stage.ASKING:
             return
-        told = _read(answer)
-        place, text = told.place, told.text
+        reply = _read(answer)
+        place, text = reply.place, reply.text
         if place is not None and self._asides == ASIDES:
             place, text = None, f"{text}, but the drone goes aside no more"
-        if told.taken:
+        if reply.taken:
             self._timeline.record(RecordKind.HEALTH, SUBJECT, None, "TAKEN", text=text, goal_id=goal.id)
         if place is None:
             self._descend(goal)
@@ -113,11 +102,11 @@ class LandManager(AbstractLandManager):
     def _go_aside(self, goal: Goal[LandInputs], place: Vector3) -> None:
         self._stage = Stage.GOING_ASIDE
         self._asides += 1
-        aside = FlyTo(target=place, speed=ASIDE, nose=Nose.FREE)
+        aside = FlyTo(target=place, speed=ASIDE, nose=YawMode.FREE)
         self.guidance.fly(goal, aside, on_refused=lambda _: self._stay(goal))
 
     def _stay(self, goal: Goal[LandInputs]) -> None:
-        """Guidance does not fly there, and would not the next time."""
+        """Guidance refused the flight aside, and would refuse the next one."""
         self._asides = ASIDES
         self._ask(goal)
 
@@ -132,7 +121,7 @@ class LandManager(AbstractLandManager):
     def _on_guidance(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
         match self._stage:
             case Stage.ASKING:
-                pass  # There is no motion, or it was that of the way aside.
+                pass  # No motion yet, or the report is about the flight aside.
             case Stage.GOING_ASIDE:
                 if axis.state in AT_AN_END:
                     self._ask(goal)
@@ -142,22 +131,22 @@ class LandManager(AbstractLandManager):
     def _watch_descent(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
         if axis.state is MotionState.ABORTED:
             self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.")
-        elif axis.state is MotionState.BLOCKED or self._hangs():
+        elif axis.state is MotionState.BLOCKED or self._has_stalled():
             self.terminated_BLOCKED(goal.id)
 
-    def _hangs(self) -> bool:
-        """The drone no longer comes down."""
-        position, now = self.whereabouts.position, self.bus.now()
+    def _has_stalled(self) -> bool:
+        """Test for a drone that no longer descends."""
+        position, now = self.tracker.position, self.bus.now()
         if position is None:
             return False
         depth = -position[2]
         if self._descent is None:
-            self._descent = Headway(now, depth, patience=HANGS_AFTER)
+            self._descent = StallDetector(now, depth, patience=STALLED_AFTER)
         return self._descent.stalled(now, depth)
 
 
 def _read(answer: Answer) -> LandingPlace:
-    """What was answered; where it is, if nobody knows better."""
+    """The place in the reply; straight down without a valid reply."""
     try:
         return decode(answer.payload, LandingPlace) if isinstance(answer, Answered) else LandingPlace(place=None)
     except ProtocolError:

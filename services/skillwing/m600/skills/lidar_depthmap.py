@@ -5,14 +5,14 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractLidarDepthmapManager
 from skillwing.m600.generated.types import LidarDepthmapFeedback, LidarDepthmapInputs
 from skillwing.m600.skills.depthmap import DepthmapManager
-from skillwing.onboard.topics import ObstacleSource
+from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.services.managers.skill_manager import Goal
 
 
 class LidarDepthmapManager(
     DepthmapManager[LidarDepthmapInputs, None, LidarDepthmapFeedback], AbstractLidarDepthmapManager
 ):
-    """The depth map from the LiDAR, whose ring sees only sideways."""
+    """Depth map from the LiDAR, whose ring sees only sideways."""
 
     source = ObstacleSource.LIDAR
 

@@ -7,20 +7,20 @@ from skillwing.m600.generated.types import LidarMappingFeedback, LidarMappingInp
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
+from skillwing.onboard.topics.mapping import MAPPING_COMMAND, MAPPING_STATUS, ControlMapping, MappingStatus
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import RecordKind, Terminal
 from skillwing.services.timeline import Timeline
 
 PATIENCE = 4.0
-"""Without a status for this long the mapping node is gone [s]."""
+"""Time without a status after which the goal fails [s]."""
 UNDER_WAY = 1.0
-"""Until so long after the node was switched on, a status may still be one from before [s]."""
+"""Time after switching the node on in which a status may still be an old one [s]."""
 
 
 class LidarMappingManager(AbstractLidarMappingManager):
-    """Has the mapping node fuse LiDAR scans into its map until the skill ends. The map outlives the goal."""
+    """Mapping by the mapping node until the skill ends. The map outlives the goal."""
 
     def setup(self) -> None:
         self.mapping = Switch(self, MAPPING_COMMAND, _control, node="mapping node")
@@ -56,7 +56,7 @@ class LidarMappingManager(AbstractLidarMappingManager):
             self.terminated_DIVERGED(goal.id, cause=why)
         elif not status.running and on_since is not None and status.t > on_since + UNDER_WAY:
             self._given_up = goal.id
-            self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill anew.")
+            self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill again.")
 
     def _watch(self, goal: Goal[LidarMappingInputs], dispatched_at: float) -> None:
         if self.bus.now() - dispatched_at >= PATIENCE and not self.status.is_fresh(PATIENCE):

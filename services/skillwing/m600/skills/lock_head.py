@@ -5,13 +5,13 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractLockHeadManager
 from skillwing.m600.generated.types import LockHeadFeedback, LockHeadInputs
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.onboard.topics import AxisStatus, MotionState, Turn
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState, Turn
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 
 
 class LockHeadManager(AbstractLockHeadManager):
-    """Turns the nose to a heading and holds it there until it is interrupted."""
+    """Turn to a heading, which is held until an interruption."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.HEADING, self._on_guidance)

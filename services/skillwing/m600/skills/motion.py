@@ -1,4 +1,4 @@
-"""What the skills that fly somewhere have in common."""
+"""Base of the managers of skills that fly to points."""
 
 from __future__ import annotations
 
@@ -7,31 +7,32 @@ from abc import abstractmethod
 from skillwing.m600.generated.types import Position
 from skillwing.m600.geofence import Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import AxisStatus, FlyTo, MotionState, Nose, Vector3
+from skillwing.m600.skills.position_tracker import PositionTracker
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, MotionState, YawMode
 from skillwing.services.managers.hooks import F, I, O
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
 from skillwing.services.protocol import Terminal
 
 
 class MotionManager(SkillHooks[I, O, F]):
-    """Flies to one point after another. A skill says in `on_dispatch` where to, and in the three callbacks what the
-    end of a leg means to it; all of them are called with the drone at rest."""
+    """Flight to one point after another. A skill gives the points in `on_dispatch`, and handles the end of a leg in
+    `arrived`, `blocked` or `aborted`, with the drone at rest."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.whereabouts = Whereabouts(self)
+        self.tracker = PositionTracker(self)
         self.fence = Geofence(self.bus)
 
-    def fly_to(self, goal: Goal[I], target: Vector3, speed: float, nose: Nose) -> None:
+    def fly_to(self, goal: Goal[I], target: Vector3, speed: float, yaw: YawMode) -> None:
         """Fly to a point (ENU, m) at most at `speed` (m/s)."""
-        self.whereabouts.follow()
-        self.guidance.fly(goal, FlyTo(target=target, speed=speed, nose=nose))
+        self.tracker.follow()
+        self.guidance.fly(goal, FlyTo(target=target, speed=speed, nose=yaw))
 
     @property
     def here(self) -> Position:
-        """Where the drone is; the origin before the goal's first navigation solution."""
-        x, y, z = self.whereabouts.position or (0.0, 0.0, 0.0)
+        """The drone's position; the origin before the goal's first navigation solution."""
+        x, y, z = self.tracker.position or (0.0, 0.0, 0.0)
         return Position(x=x, y=y, z=z)
 
     @abstractmethod
@@ -39,7 +40,7 @@ class MotionManager(SkillHooks[I, O, F]):
 
     @abstractmethod
     def blocked(self, goal: Goal[I], obstacle_distance: float | None) -> None:
-        """Something stands on the way, so many metres ahead if it was seen."""
+        """An obstacle is on the way, `obstacle_distance` metres ahead if a sensor saw it."""
 
     @abstractmethod
     def aborted(self, goal: Goal[I]) -> None: ...
@@ -48,7 +49,7 @@ class MotionManager(SkillHooks[I, O, F]):
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
-        self.whereabouts.rest()
+        self.tracker.rest()
         self.guidance.release(goal)
 
     def _on_guidance(self, goal: Goal[I], axis: AxisStatus) -> None:
@@ -64,5 +65,5 @@ class MotionManager(SkillHooks[I, O, F]):
 
 
 def point(position: Position) -> Vector3:
-    """A position of the skillset as the functional layer writes it."""
+    """A position of the skillset in the functional layer's form."""
     return position.x, position.y, position.z

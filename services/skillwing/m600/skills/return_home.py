@@ -8,37 +8,38 @@ from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
 from skillwing.m600.geofence import HOME
 from skillwing.m600.skills.motion import MotionManager
-from skillwing.onboard.topics import Nose, Vector3
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import YawMode
 from skillwing.services.managers.skill_manager import Goal
 
 CLIMB = 3.0
-"""So much higher the drone tries again where something stands in its way [m]."""
+"""Height of each further climb over an obstacle on the way [m]."""
 OVER_HOME = 2.0
-"""Within this distance the drone counts as being over the home point [m]."""
+"""Distance within which the drone counts as over the home point [m]."""
 
 
 class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback], AbstractReturnHomeManager):
-    """Climbs to a height, unless the drone is higher already, and flies back over the home point.
+    """Climb to a height, unless the drone is higher already, and flight back over the home point.
 
-    The nose is laid so that the depth map, if there is one, looks along the way home. Where something stands in it,
-    the drone climbs on until it can fly over that, up to the ceiling of the geofence. A drone that is over the home
-    point already has nothing to climb for, and only centres itself.
+    The drone turns the depth map's sensor, if there is one, along the way home. If an obstacle is on the way, the drone
+    climbs until it can fly over it, up to the ceiling of the geofence. A drone that is over the home point already does
+    not climb; it only centres itself.
     """
 
     def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
         return self.fence.refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
-        self.whereabouts.locate(goal, lambda position: self._depart(goal, position))
+        self.tracker.locate(goal, lambda position: self._depart(goal, position))
 
     def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback | None:
-        position = self.whereabouts.position
+        position = self.tracker.position
         return None if position is None else ReturnHomeFeedback(distance=_from_home(position))
 
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.IN_VIEW)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.IN_VIEW)
         else:
             self.terminated_ARRIVED(goal.id)
 
@@ -47,7 +48,7 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
         if self._climbing or self._height >= ceiling:
             self.terminated_ABORTED(goal.id)
             return
-        position = self.whereabouts.position or (*HOME, self._height)
+        position = self.tracker.position or (*HOME, self._height)
         self._climb(goal, position, min(ceiling, self._height + CLIMB))
 
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
@@ -58,13 +59,15 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
             self._climb(goal, position, max(position[2], goal.inputs.height))
         else:
             self._climbing, self._height = False, position[2]
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, Nose.FREE)
+            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.FREE)
 
     def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
         self._climbing, self._height = True, height
-        self.fly_to(goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, Nose.FREE)
+        self.fly_to(
+            goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, YawMode.FREE
+        )
 
 
 def _from_home(position: Vector3) -> float:
-    """From the drone to the home point, over the ground [m]."""
+    """Distance from the home point over the ground [m]."""
     return hypot(position[0] - HOME[0], position[1] - HOME[1])

@@ -5,13 +5,13 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractRotateHeadManager
 from skillwing.m600.generated.types import RotateHeadFeedback, RotateHeadInputs
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.onboard.topics import AxisStatus, MotionState, Turn
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState, Turn
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 
 
 class RotateHeadManager(AbstractRotateHeadManager):
-    """Turns the nose to a heading while another skill may move the body."""
+    """Turn to a heading, while another skill may move the body."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.HEADING, self._on_guidance)

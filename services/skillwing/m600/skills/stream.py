@@ -6,9 +6,9 @@ from skillwing.m600.generated.managers import AbstractStreamManager
 from skillwing.m600.generated.types import StreamFeedback, StreamInputs
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
-from skillwing.m600.skills.shortfall import Shortfall
 from skillwing.m600.skills.switch import Switch
-from skillwing.onboard.topics import (
+from skillwing.m600.skills.timers import LeakyTimer
+from skillwing.onboard.topics.video import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
     VIDEO_STATUS,
@@ -21,24 +21,23 @@ from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import ResourceChange, Terminal
 
 MOST_FPS = 25.0
-"""The camera takes 30 pictures a second, and some are late or lost."""
-SETTLING = 3.0
-"""A stream has this long to begin before it is judged [s]."""
+"""Highest rate that a goal may demand: the camera takes 30 pictures a second, and some are late or lost."""
+START_TIME = 3.0
+"""Time for a stream to begin before its quality counts [s]."""
 TOLERANCE = 4.0
-"""How much longer it may be worse than demanded than it was good since [s]."""
-NEWS = 1.5
-"""The ground's last report counts for so long; it comes over the link, four times a second [s]."""
+"""Limit of the leaky timer of time below the demands [s]."""
+REPORT_LIMIT = 1.5
+"""Largest age of the ground's report, which comes over the link four times a second [s]."""
 PATIENCE = 4.0
-"""Without a status for this long the video process is gone [s]."""
+"""Time without a status after which the goal fails [s]."""
 CHECK_PERIOD = 0.25
 LINK = KEYS.resource("link_status")
 
 
 class StreamManager(AbstractStreamManager):
-    """Has the video process stream, and judges what the ground reports of it: both demands have to be met at once.
+    """Live video by the video process, checked against the ground's reports: both demands have to be met at once.
 
-    How to meet them is the video process's business, which alone is fast enough for it; when to give up is decided
-    here.
+    The video process adapts its rates to meet them; this manager decides when to give up.
     """
 
     def setup(self) -> None:
@@ -57,8 +56,8 @@ class StreamManager(AbstractStreamManager):
         self._ground.follow()
         self._encoder.follow()
         begun = self.bus.now()
-        shortfall = Shortfall(begun + SETTLING)
-        self._watch = self.bus.every(CHECK_PERIOD, lambda: self._judge(goal, begun, shortfall))
+        timer = LeakyTimer(begun + START_TIME)
+        self._watch = self.bus.every(CHECK_PERIOD, lambda: self._check(goal, begun, timer))
         self._video.on(goal)
 
     def progress(self, goal: Goal[StreamInputs]) -> StreamFeedback | None:
@@ -78,11 +77,12 @@ class StreamManager(AbstractStreamManager):
         self._video.release(goal)
 
     def _seen(self, goal: Goal[StreamInputs]) -> VideoStatus | None:
-        """What the ground says of this goal's stream; None where that is not known any more."""
+        """The ground's report about this goal's stream; None without a fresh one."""
         status = self._ground.value
-        return status if status is not None and status.stream == goal.id and self._ground.is_fresh(NEWS) else None
+        is_known = status is not None and status.stream == goal.id and self._ground.is_fresh(REPORT_LIMIT)
+        return status if is_known else None
 
-    def _judge(self, goal: Goal[StreamInputs], begun: float, shortfall: Shortfall) -> None:
+    def _check(self, goal: Goal[StreamInputs], begun: float, timer: LeakyTimer) -> None:
         now = self.bus.now()
         if now - begun >= PATIENCE and not self._encoder.is_fresh(PATIENCE):
             self.failed(goal.id, f"The video process has not reported for {PATIENCE:g} s. Check that it runs.")
@@ -94,12 +94,12 @@ class StreamManager(AbstractStreamManager):
             and seen.fps >= goal.inputs.min_fps
             and seen.quality >= goal.inputs.min_quality
         )
-        if shortfall.observe(now, good=good) >= TOLERANCE:
+        if timer.observe(now, good=good) >= TOLERANCE:
             self.terminated_FPS_LOST(goal.id, cause=self._trouble)
 
     @property
     def _trouble(self) -> str | None:
-        """The record of what became of the link, if it is not good now."""
+        """Record of the link's last change, if its state is not GOOD."""
         change = self._link.value
         return None if change is None or change.after == "GOOD" else change.record
 

@@ -8,50 +8,51 @@ from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
 from skillwing.m600.geofence import HOME, Geofence
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
-from skillwing.m600.skills.headway import Headway
-from skillwing.m600.skills.whereabouts import Whereabouts
-from skillwing.onboard.topics import AxisStatus, MotionState, TakeOff, Vector3
+from skillwing.m600.skills.position_tracker import PositionTracker
+from skillwing.m600.skills.timers import StallDetector
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.guidance import AxisStatus, MotionState, TakeOff
 from skillwing.services.managers.skill_manager import Goal
 from skillwing.services.protocol import Terminal
 
 MAX_DRIFT = 2.0
-"""Horizontally, from where the climb began [m]."""
+"""Horizontal distance from the start of the climb [m]."""
 TOLERANCE = 0.5
 """Largest error of the height reached [m]."""
 
 
 class TakeoffManager(AbstractTakeoffManager):
-    """Climbs to a height over the home point, and judges by the navigation solution whether it really does."""
+    """Climb to a height over the home point, checked against the navigation solution."""
 
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
-        self.whereabouts = Whereabouts(self)
+        self.tracker = PositionTracker(self)
         self.fence = Geofence(self.bus)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
         return self.fence.refusal((*HOME, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[TakeoffInputs]) -> None:
-        self.whereabouts.locate(goal, lambda position: self._climb_from(goal, position))
+        self.tracker.locate(goal, lambda position: self._climb_from(goal, position))
 
     def progress(self, goal: Goal[TakeoffInputs]) -> TakeoffFeedback | None:
-        position = self.whereabouts.position
+        position = self.tracker.position
         return None if position is None else TakeoffFeedback(height=position[2])
 
     def on_interrupt(self, goal: Goal[TakeoffInputs]) -> None:
         self.guidance.stop(goal)
 
     def on_ended(self, goal: Goal[TakeoffInputs], terminal: Terminal) -> None:
-        self.whereabouts.rest()
+        self.tracker.rest()
         self.guidance.release(goal)
 
     def _climb_from(self, goal: Goal[TakeoffInputs], position: Vector3) -> None:
         self._start = position
-        self._climb = Headway(self.bus.now(), position[2])
+        self._climb = StallDetector(self.bus.now(), position[2])
         self.guidance.fly(goal, TakeOff(height=goal.inputs.height, speed=goal.inputs.speed))
 
     def _on_guidance(self, goal: Goal[TakeoffInputs], axis: AxisStatus) -> None:
-        position = self.whereabouts.position
+        position = self.tracker.position
         if position is None:
             return
         x, y, z = position

@@ -5,12 +5,12 @@ from __future__ import annotations
 from skillwing.m600.generated.managers import AbstractZedDepthmapManager
 from skillwing.m600.generated.types import ZedDepthmapFeedback, ZedDepthmapInputs
 from skillwing.m600.skills.depthmap import DepthmapManager
-from skillwing.onboard.topics import ObstacleSource
+from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.services.managers.skill_manager import Goal
 
 
 class ZedDepthmapManager(DepthmapManager[ZedDepthmapInputs, None, ZedDepthmapFeedback], AbstractZedDepthmapManager):
-    """The depth map from the camera in front."""
+    """Depth map from the front camera."""
 
     source = ObstacleSource.ZED
 

@@ -1,4 +1,4 @@
-"""Small vectors, quaternions and headings in plain floats: at 500 Hz they are faster than arrays.
+"""Small vectors, quaternions, headings and motion in plain floats: at 500 Hz they are faster than arrays.
 
 Quaternions are (w, x, y, z) and turn body coordinates (FLU) into world coordinates (ENU). Headings are radians,
 counter-clockwise from east.
@@ -7,9 +7,21 @@ counter-clockwise from east.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Motion of the body at `t`: position and velocity ENU, attitude body to world, angular rate FLU."""
+
+    t: float
+    position: Vector
+    velocity: Vector
+    quaternion: Quaternion
+    rate: Vector
 
 
 def add(a: Vector, b: Vector) -> Vector:

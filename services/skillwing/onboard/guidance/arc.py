@@ -8,20 +8,22 @@ from dataclasses import dataclass, replace
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.heading_control import TURN_RATE
 from skillwing.onboard.guidance.trajectory import Profile, braking, trapezoid
-from skillwing.onboard.topics import Orbit
+from skillwing.onboard.topics.guidance import Orbit
 
 MAX_CENTRIPETAL = 1.0
 """Acceleration towards the centre: with the tangential one it leaves the autopilot room against gusts [m/s2]."""
 _TURNING_SHARE = 0.8
 """Share of the turn rate that an orbit may need, so that the nose can catch up."""
 _CHORD = 1.0
-"""Longest chord by which a way along the circle is told to others [m]."""
+"""Longest chord of a way along the circle, in the status [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """A flight along the circle of `radius` around `center` (x, y) at the height z, from `bearing` (radians
-    counter-clockwise from east, seen from the centre), that began at `began` (robot time)."""
+    """A flight along the circle of `radius` around `center` (x, y) at the height z, from `bearing`.
+
+    `bearing` is seen from the centre, in radians counter-clockwise from east. `began` is its start in robot time.
+    """
 
     center: tuple[float, float]
     radius: float
@@ -54,13 +56,13 @@ class Arc:
         return replace(self, bearing=self.bearing + s / self.radius, profile=braking(v), began=t)
 
     def flown(self, t: float) -> float:
-        """Metres of this arc that are behind at `t`."""
+        """Metres flown of this arc at `t`."""
         return self.profile.at(t - self.began)[0]
 
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """What is left of an orbit for a drone that is on its circle: `laps` with the nose to the centre."""
+    """Rest of an orbit for a drone on its circle: `laps` with the nose to the centre."""
 
     center: tuple[float, float]
     radius: float
@@ -76,11 +78,11 @@ class Round:
         return 2.0 * math.pi * self.radius * self.laps
 
     def after(self, flown: float) -> Round:
-        """What is left after so many metres."""
+        """The rest after `flown` metres."""
         return replace(self, laps=max(0.0, self.laps - flown / (2.0 * math.pi * self.radius)))
 
     def bearing(self, place: Vector) -> float:
-        """Of a place, seen from the centre; east for the centre itself."""
+        """Bearing of a place, seen from the centre; east for the centre itself."""
         return math.atan2(place[1] - self.center[1], place[0] - self.center[0])
 
     def entry(self, place: Vector, height: float) -> Vector:
@@ -88,7 +90,7 @@ class Round:
         return _on_circle(self.center, self.radius, height, self.bearing(place))
 
     def arc(self, start: Vector, speed: float, t: float) -> Arc:
-        """From rest at `start`, a place on the circle, to rest at the end; it begins at `t`."""
+        """The arc from rest at `start`, a place on the circle, to rest at the end; it begins at `t`."""
         profile = trapezoid(self.length, min(speed, self.speed, fastest_around(self.radius)))
         return Arc(self.center, self.radius, start[2], self.bearing(start), profile, t)
 
@@ -101,7 +103,7 @@ class Round:
 
 
 def fastest_around(radius: float) -> float:
-    """The speed at which the drone can follow a circle of this radius and keep its nose on the centre [m/s]."""
+    """Highest speed on a circle of this radius with the nose to the centre [m/s]."""
     return min(math.sqrt(MAX_CENTRIPETAL * radius), _TURNING_SHARE * TURN_RATE * radius)
 
 

@@ -1,7 +1,7 @@
-"""The body's motion: from what a goal asks for to a place for every moment, short of obstacles and inside the fence.
+"""The body's motion: a setpoint for every moment of a goal's motion, short of obstacles and inside the fence.
 
-A motion is flown in legs along paths that begin and end at rest. Where it is stopped, whatever the reason, the drone
-brakes along its path, and what the motion has come to is told at rest.
+A motion consists of legs along paths that begin and end at rest. To stop it early, the drone brakes along its path; the
+status shows the motion's end state once the drone is at rest.
 """
 
 from __future__ import annotations
@@ -9,55 +9,56 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import CommandAuthority
 from skillwing.onboard.frames.vectors import Vector, norm, subtract, wrap
 from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import MAX_SPEED, Limits
-from skillwing.onboard.guidance.lookout import Lookout, View, stopping_distance
+from skillwing.onboard.guidance.path_monitor import PathMonitor, PathVisibility, stopping_distance
 from skillwing.onboard.guidance.trajectory import Segment, straight
-from skillwing.onboard.topics import FlyTo, Land, Motion, MotionState, Navigation, Nose, Orbit, TakeOff
+from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
+from skillwing.onboard.topics.navigation import Navigation
 
 Path: TypeAlias = Segment | Arc
 Leg: TypeAlias = FlyTo | Round
-"""A part of a motion on which the drone looks where it flies."""
+"""A part of a motion along a monitored path."""
 ARRIVED_WITHIN = 0.3
-"""How far from a path's end the drone may come to rest [m]."""
+"""Largest distance from a path's end at which the drone may come to rest [m]."""
 UNDER_WAY = (MotionState.TURNING, MotionState.MOVING, MotionState.WAITING)
 BUSY = (*UNDER_WAY, MotionState.STOPPING)
 AT_REST = 0.25
-"""What is slower than this counts as at rest [m/s]."""
+"""Speed below which the drone counts as at rest [m/s]."""
 DRIFT = 3.0
-"""How far the drone may be from its path [m]."""
+"""Largest distance of the drone from its path [m]."""
 PATIENCE = 10.0
-"""How long after its planned end a motion may take to get there before it counts as blocked [s]."""
-_WORD_WITHIN = 1.0
-"""How long a round waits for a word on its way before it begins, if there is a depth map [s]."""
-_TOLD_AHEAD = stopping_distance(MAX_SPEED)
-"""How much of a bent way is told to those who look along it [m]."""
+"""Time after the planned end of a path at which the motion counts as blocked [s]."""
+_REPORT_WAIT = 1.0
+"""Longest wait of a round for a report on its way before it begins, if there is a depth map [s]."""
+_PUBLISHED_AHEAD = stopping_distance(MAX_SPEED)
+"""Length of a bent way in the status, for the obstacle node [m]."""
 MAX_CLIMB = 1.8
-"""Up and down [m/s]."""
+"""Largest vertical speed [m/s]."""
 FLARE_HEIGHT, TOUCHDOWN_SPEED = 1.5, 0.5
-"""So low above the ground [m] a landing is so slow [m/s]."""
+"""Height above the ground [m] below which a landing slows down to this speed [m/s]."""
 _BELOW_ANY_GROUND = 50.0
 _RANGE_VALID = 0.5
 _STILL: Vector = (0.0, 0.0, 0.0)
 
 
 class BodyMotion:
-    """Flies one motion after another; `advance` it at 50 Hz, and ask `place` for the setpoint."""
+    """One motion after another; call `advance` at 50 Hz, then `place` for the setpoint."""
 
-    def __init__(self, heading: HeadingControl, limits: Limits, lookout: Lookout) -> None:
-        self.axis = Axis("body axes")
+    def __init__(self, heading: HeadingControl, limits: Limits, monitor: PathMonitor) -> None:
+        self.axis = CommandAuthority("body axes")
         self.path: Path | None = None
         self._heading = heading
         self._limits = limits
-        self._lookout = lookout
+        self._monitor = monitor
         self._motion: Motion | None = None
         self._next: Motion | None = None
         self._legs: list[Leg] = []
         self._across: bool | None = None
-        """What is turned along the first leg; as in `Lookout.begin`."""
+        """Side of the drone that was turned along the first leg, as in `PathMonitor.begin`."""
         self._after_stop = (MotionState.STOPPED, "")
         self._range: tuple[float, float | None] = (-math.inf, None)
         self._range_is_trusted = True
@@ -68,7 +69,7 @@ class BodyMotion:
         self._range = t, distance if self._range_is_trusted else None
 
     def trust_range(self, t: float, *, trusted: bool) -> None:
-        """Whether the range-finder may be believed. A descent by what it told goes on as one that sees no ground."""
+        """Trust the range-finder or not. A descent by its distances goes on as one that sees no ground."""
         self._range_is_trusted = trusted
         if trusted:
             return
@@ -76,21 +77,21 @@ class BodyMotion:
         if self.lands and self.path is not None:
             self.path = self.path.broken_off(t)
 
-    # --- what it is doing ------------------------------------------------------------------------------------
+    # --- state -----------------------------------------------------------------------------------------------
 
     @property
     def has_plans(self) -> bool:
-        """The holder's motion is under way, or will be as soon as the one before has come to rest."""
+        """The holder's motion is under way, or will be once the previous one is at rest."""
         return self.axis.state in UNDER_WAY or self._next is not None
 
     @property
     def rises(self) -> bool:
-        """It is taking off: on the ground, but not to stay."""
+        """The drone is taking off."""
         return isinstance(self._motion, TakeOff) and self.axis.state is MotionState.MOVING
 
     @property
     def lands(self) -> bool:
-        """It is coming down to land."""
+        """The drone is descending to land."""
         return isinstance(self._motion, Land) and self.axis.state is MotionState.MOVING
 
     def is_flying(self, motion: Motion) -> bool:
@@ -98,7 +99,7 @@ class BodyMotion:
 
     @property
     def target(self) -> Vector | None:
-        """Where the leg being flown leads to, for those who look along it."""
+        """End of the leg being flown, for the obstacle node."""
         if self.axis.state not in (*BUSY, MotionState.BLOCKED):
             return None
         match self._legs:
@@ -110,34 +111,34 @@ class BodyMotion:
                 return None
 
     def way(self, t: float) -> tuple[Vector, ...]:
-        """Corners of the way ahead where it is bent."""
+        """Corners of the way ahead; empty for a straight one."""
         if self.path is None or self.target is None or not isinstance(self._legs[0], Round):
             return ()
-        return self._legs[0].after(self._flown(t)).ahead(self.path.at(t)[0], _TOLD_AHEAD)
+        return self._legs[0].after(self._flown(t)).ahead(self.path.at(t)[0], _PUBLISHED_AHEAD)
 
     def laps_done(self, t: float) -> float | None:
-        """Of the orbit that is being flown, or was flown last."""
+        """Laps flown of the present orbit, or of the last one."""
         if not isinstance(self._motion, Orbit):
             return None
         left = self._legs[-1] if self._legs else None
         return self._motion.laps - (left.after(self._flown(t)).laps if isinstance(left, Round) else 0.0)
 
     def place(self, t: float) -> tuple[Vector, Vector, Vector]:
-        """Where to be at `t`, with velocity and acceleration; inside the fence, whatever the path."""
+        """Position, velocity and acceleration at `t`; inside the fence, whatever the path."""
         assert self.path is not None
         wanted, velocity, acceleration = self.path.at(t)
         confined = self._limits.confine(wanted, landing=isinstance(self._motion, Land))
         return (wanted, velocity, acceleration) if confined == wanted else (confined, _STILL, _STILL)
 
-    # --- what others tell it ---------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
     def hold(self, place: Vector, t: float) -> None:
-        """Be at this place, or as near to it as the fence allows."""
+        """Hold this position, or the nearest one inside the fence."""
         place = self._limits.confine(place)
         self.path = straight(place, place, 1.0, t)
 
     def rest(self) -> None:
-        """Rotors off: there is no path, and a stop under way has come to its end."""
+        """Drop the path on the ground, and complete a stop that is under way."""
         self.path = None
         if self.axis.state is MotionState.STOPPING:
             self.axis.become(*self._after_stop)
@@ -152,20 +153,20 @@ class BodyMotion:
         self._next = None
 
     def next_start(self, navigation: Navigation, t: float) -> Vector:
-        """Where the next motion would begin: the drone comes to rest first."""
+        """Start of the next motion: the place where the drone comes to rest."""
         if self.path is None:
             return navigation.position
         return self.path.end if self.path.is_over(t) else self.path.broken_off(t).end
 
     def require_in_view(self, motion: Motion, navigation: Navigation, t: float) -> None:
-        """Raise RefusedError if the nose would be laid along a leg so that it is in view, and it could not be."""
+        """Raise CommandRefusedError for a first leg that the turned sensor could not see."""
         here = self.next_start(navigation, t)
         for leg in _legs(motion, here)[:1]:
-            if isinstance(leg, FlyTo) and self._nose(leg, here, navigation) is not None:
-                self._lookout.require_in_view(here, leg.target, t)
+            if isinstance(leg, FlyTo) and self._heading_of_leg(leg, here, navigation) is not None:
+                self._monitor.require_in_view(here, leg.target, t)
 
     def start(self, motion: Motion, navigation: Navigation, t: float) -> None:
-        """Begin a motion, after coming to rest from the one before."""
+        """Begin a motion, after the previous one has come to rest."""
         self._legs = []
         if self.path is not None and not self.path.is_over(t):
             self.path = self.path.broken_off(t)
@@ -187,7 +188,7 @@ class BodyMotion:
                 self.axis.become(MotionState.DONE)
 
     def brake(self, t: float, then: MotionState, text: str = "") -> None:
-        """Come to rest along the path; at rest the motion becomes `then`."""
+        """Brake along the path; at rest the motion's state becomes `then`."""
         if self.path is not None and not self.path.is_over(t):
             flown, self.path = self._flown(t), self.path.broken_off(t)
             if self._legs and isinstance(self._legs[0], Round):
@@ -197,7 +198,7 @@ class BodyMotion:
         self.axis.become(MotionState.STOPPING, text)
 
     def abort(self, t: float, why: str) -> None:
-        """Give the holder's motion up: brake, and report it as aborted once at rest."""
+        """Abort the holder's motion: brake, and report ABORTED once at rest."""
         self.brake(t, MotionState.ABORTED, why)
         if self._heading.axis.goal == self.axis.goal and self._heading.axis.state is MotionState.TURNING:
             self._heading.stop(MotionState.ABORTED, why)
@@ -205,14 +206,14 @@ class BodyMotion:
     # --- legs ------------------------------------------------------------------------------------------------
 
     def _begin_leg(self, here: Vector, navigation: Navigation, t: float) -> None:
-        """Turn the nose as the next leg wants it, then go."""
+        """Turn to the heading that the next leg needs, then fly it."""
         leg = self._legs[0]
         self._turning_since = t
-        heading = self._nose(leg, here, navigation)
+        heading = self._heading_of_leg(leg, here, navigation)
         self._across = None
         if heading is not None and isinstance(leg, FlyTo):
-            self._across = leg.nose is Nose.IN_VIEW and self._lookout.looks_across
-        self._lookout.begin(t, across=self._across)
+            self._across = leg.nose is YawMode.IN_VIEW and self._monitor.looks_across
+        self._monitor.begin(t, across=self._across)
         self.axis.remaining = self._left(leg, here, t) + self._later
         if heading is not None:
             self._heading.turn_to(heading, navigation.heading)
@@ -222,34 +223,34 @@ class BodyMotion:
         else:
             self._go(here, leg.target, leg.speed, t)
 
-    def _nose(self, leg: Leg, here: Vector, navigation: Navigation) -> float | None:
-        """The heading that a leg wants, None for any."""
+    def _heading_of_leg(self, leg: Leg, here: Vector, navigation: Navigation) -> float | None:
+        """The heading that a leg needs, None for any."""
         if isinstance(leg, Round):
             return leg.bearing(here) + math.pi
         way = subtract(leg.target, here)
-        if leg.nose is Nose.FREE or math.hypot(way[0], way[1]) <= 0.5:
+        if leg.nose is YawMode.FREE or math.hypot(way[0], way[1]) <= 0.5:
             return None
         track = math.atan2(way[1], way[0])
-        if leg.nose is Nose.ALONG_TRACK or not self._lookout.looks_across:
+        if leg.nose is YawMode.ALONG_TRACK or not self._monitor.looks_across:
             return track
         sides = (track - math.pi / 2, track + math.pi / 2)
         return min(sides, key=lambda side: abs(wrap(side - navigation.heading)))
 
     def _left(self, leg: Leg, place: Vector, t: float) -> float:
-        """Metres from a place to the end of the leg being flown."""
+        """Metres from a place to the end of the present leg."""
         return leg.length - self._flown(t) if isinstance(leg, Round) else norm(subtract(leg.target, place))
 
     @property
     def _later(self) -> float:
-        """Metres of the legs after the one being flown."""
+        """Metres of the legs after the present one."""
         return sum(leg.length for leg in self._legs[1:] if isinstance(leg, Round))
 
     def _flown(self, t: float) -> float:
-        """Metres of the round being flown that its leg does not count yet."""
+        """Metres of the present round that its leg does not count yet."""
         return self.path.flown(t) if isinstance(self.path, Arc) and self.axis.state is MotionState.MOVING else 0.0
 
     def _begin_descent(self, landing: Land, here: Vector, t: float) -> None:
-        """Come down to `FLARE_HEIGHT` above the ground if it is in view, and gently from there."""
+        """Descend to `FLARE_HEIGHT` above the ground if the range-finder sees it, and slowly from there."""
         ground = self._ground(t)
         if ground is not None and ground > FLARE_HEIGHT + 1.0:
             self._go(here, (here[0], here[1], here[2] - (ground - FLARE_HEIGHT)), landing.speed, t)
@@ -257,7 +258,7 @@ class BodyMotion:
             self._go(here, (here[0], here[1], here[2] - _BELOW_ANY_GROUND), min(landing.speed, TOUCHDOWN_SPEED), t)
 
     def _ground(self, t: float) -> float | None:
-        """Distance to the ground, if the range-finder has told it lately."""
+        """Distance to the ground by a recent measurement of the range-finder."""
         measured, distance = self._range
         return distance if t - measured <= _RANGE_VALID else None
 
@@ -267,18 +268,18 @@ class BodyMotion:
         if climb > 0.0:
             speed = min(speed, MAX_CLIMB / climb)
         if self._legs:
-            speed = min(speed, self._lookout.speed_limit(t))
+            speed = min(speed, self._monitor.speed_limit(t))
         self._fly(straight(here, target, speed, t), t)
 
     def _fly(self, path: Path, t: float) -> None:
         self.path = path
-        self._lookout.begin(t, across=self._across if self._legs else None)
+        self._monitor.begin(t, across=self._across if self._legs else None)
         self.axis.become(MotionState.MOVING)
 
-    # --- as time passes --------------------------------------------------------------------------------------
+    # --- progress --------------------------------------------------------------------------------------------
 
     def advance(self, t: float, navigation: Navigation) -> None:
-        """See how far the motion has come at `t`, and what has come in its way."""
+        """Update the motion's state at `t`."""
         state, path = self.axis.state, self.path
         assert path is not None
         if state in UNDER_WAY and self._limits.has_left(navigation.position):
@@ -294,7 +295,7 @@ class BodyMotion:
 
     def _advance_stop(self, t: float, navigation: Navigation, path: Path) -> None:
         at_rest = norm(navigation.velocity) <= AT_REST
-        # In a storm the drone may never come to rest; whoever waits for it must not wait for ever.
+        # In a storm the drone may never come to rest; the wait for it has to end all the same.
         overdue = t - path.began > path.profile.duration + PATIENCE
         if not path.is_over(t) or not (at_rest or overdue):
             return
@@ -312,15 +313,15 @@ class BodyMotion:
         elif isinstance(leg, FlyTo):
             self._go(path.end, leg.target, leg.speed, t)
         elif self._knows_enough(t):
-            self._fly(leg.arc(path.end, self._lookout.speed_limit(t), t), t)
+            self._fly(leg.arc(path.end, self._monitor.speed_limit(t), t), t)
 
     def _knows_enough(self, t: float) -> bool:
-        """For a round to begin: there is a word on its way, or none is to be had."""
-        lookout = self._lookout
-        return lookout.knows_the_way(t) or t - self._turning_since > _WORD_WITHIN or not lookout.has_depth_map(t)
+        """Test for the start of a round: there is a report on its way, or none will come."""
+        monitor = self._monitor
+        return monitor.has_report(t) or t - self._turning_since > _REPORT_WAIT or not monitor.has_depth_map(t)
 
     def _advance_wait(self, t: float, navigation: Navigation, path: Path) -> None:
-        if self._lookout.lets_go_on(t):
+        if self._monitor.may_go_on(t):
             self._begin_leg(path.end, navigation, t)
         elif t - path.began > path.profile.duration + PATIENCE:
             self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {PATIENCE:g} s")
@@ -340,10 +341,10 @@ class BodyMotion:
         elif path.is_over(t):
             self._conclude(t, navigation, path)
         elif self._legs:
-            self._look_ahead(t, norm(velocity), left)
-            self._look_to_the_centre(self._legs[0], t, position)
+            self._check_path(t, norm(velocity), left)
+            self._face_centre(self._legs[0], t, position)
 
-    def _look_to_the_centre(self, leg: Leg, t: float, position: Vector) -> None:
+    def _face_centre(self, leg: Leg, t: float, position: Vector) -> None:
         if not isinstance(leg, Round):
             return
         if self._heading.axis.goal == self.axis.goal:
@@ -351,15 +352,15 @@ class BodyMotion:
         else:
             self.abort(t, "another goal has taken the heading")
 
-    def _look_ahead(self, t: float, speed: float, left: float) -> None:
-        match self._lookout.view(t, speed, left):
-            case View.BLOCKED:
+    def _check_path(self, t: float, speed: float, left: float) -> None:
+        match self._monitor.view(t, speed, left):
+            case PathVisibility.BLOCKED:
                 self.brake(t, MotionState.BLOCKED, "an obstacle stands on the way")
-            case View.BLIND:
+            case PathVisibility.BLIND:
                 self.brake(t, MotionState.WAITING, "no fresh view of the way ahead")
-            case View.TOO_FAST:
+            case PathVisibility.TOO_FAST:
                 self.brake(t, MotionState.WAITING, "the view of the way ahead has become too short for this speed")
-            case View.CLEAR | View.UNWATCHED:
+            case PathVisibility.CLEAR | PathVisibility.UNWATCHED:
                 pass
 
     def _advance_landing(self, landing: Land, t: float, navigation: Navigation, path: Path) -> None:
@@ -386,12 +387,12 @@ class BodyMotion:
 
 
 def _legs(motion: Motion, here: Vector) -> list[Leg]:
-    """What a motion from this place consists of on which the drone looks where it flies."""
+    """The monitored legs of a motion from this place."""
     match motion:
         case FlyTo():
             return [motion]
         case Orbit():
             left = Round.of(motion)
-            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=Nose.IN_VIEW), left]
+            return [FlyTo(target=left.entry(here, motion.height), speed=motion.speed, nose=YawMode.IN_VIEW), left]
         case _:
             return []

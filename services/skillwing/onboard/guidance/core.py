@@ -1,70 +1,86 @@
-"""Guidance: turns motions that a goal asks for into setpoints for the autopilot, and refuses what is not safe.
+"""Guidance: makes setpoints for the autopilot from the motions of goals, and refuses unsafe commands.
 
-A pure core: feed it navigation, flight state, obstacle reports and commands; `tick` gives the setpoint for now.
-Two axes have a holder each: the body (where the drone is) and the heading (where its nose points).
+The core is pure: feed it navigation, flight state, obstacle reports and commands; `tick` gives the setpoint for now.
+Each of the two axes, body and heading, has a holder of its own.
 """
 
 from __future__ import annotations
 
 import math
 
-from skillwing.onboard.axis import Axis, RefusedError
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import CommandRefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.guidance.arc import rim
 from skillwing.onboard.guidance.body_motion import BodyMotion
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import Limits
-from skillwing.onboard.guidance.lookout import Lookout
-from skillwing.onboard.guidance.solitude import LAND_AFTER, Solitude
+from skillwing.onboard.guidance.path_monitor import PathMonitor
 from skillwing.onboard.sensor_data.names import RANGE
-from skillwing.onboard.topics import (
-    AutopilotSetpoint,
-    FlightState,
+from skillwing.onboard.topics.flight import AutopilotSetpoint, FlightState
+from skillwing.onboard.topics.guidance import (
     FlyTo,
     GuidanceCommand,
     GuidanceStatus,
-    Health,
     Land,
     Motion,
     MotionState,
-    Navigation,
-    Nose,
-    ObstacleStatus,
     Orbit,
     Revoked,
-    SensorStatus,
     Stop,
     TakeOff,
     Turn,
+    YawMode,
 )
+from skillwing.onboard.topics.navigation import Navigation
+from skillwing.onboard.topics.obstacles import ObstacleStatus
+from skillwing.onboard.topics.sensors import Health, SensorStatus
 from skillwing.services.protocol import ErrorCode
 
+LAND_AFTER = 30.0
+"""Robot time without a commander, in the air, after which guidance lets the drone land [s]."""
 _LEAST_RADIUS = 2.0
 _GIVEN_BACK = (MotionState.IDLE, MotionState.STOPPED, MotionState.ABORTED)
-"""Nobody commands the axis: a goal that is over gives it back with a stop, and a revocation takes it."""
+"""States without a commander: a goal gives its axis back with a stop, and a revocation takes it away."""
+
+
+class UnattendedTimer:
+    """Timer of a drone in the air that no goal commands: it holds its position for a while, then it lands."""
+
+    def __init__(self) -> None:
+        self._since: float | None = None
+
+    def update(self, t: float, *, commanded: bool) -> bool:
+        """Test at `t` for a drone that was not commanded for so long that it has to land."""
+        if commanded:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = t
+        return t - self._since >= LAND_AFTER
 
 
 class GuidanceCore:
-    """One drone's guidance inside a fence. Times are robot time; call `tick` at 50 Hz.
+    """Guidance of one drone inside a fence. Times are robot time; call `tick` at 50 Hz.
 
-    `watch` False makes it deaf to obstacle reports: for showing what they are good for.
+    `watch` False makes it ignore obstacle reports, for comparison.
     """
 
     def __init__(self, fence: Box, *, watch: bool = True) -> None:
         self._limits = Limits(fence)
-        self._lookout = Lookout()
+        self._monitor = PathMonitor()
         self._watch = watch
         self._heading = HeadingControl()
-        self._body = BodyMotion(self._heading, self._limits, self._lookout)
-        self._solitude = Solitude()
+        self._body = BodyMotion(self._heading, self._limits, self._monitor)
+        self._unattended = UnattendedTimer()
         self._navigation: Navigation | None = None
         self._flight: FlightState | None = None
         self._home: Vector | None = None
         self._ticked: float | None = None
         self._setpoint: Vector = (0.0, 0.0, 0.0)
 
-    # --- what comes in ---------------------------------------------------------------------------------------
+    # --- inputs ----------------------------------------------------------------------------------------------
 
     def navigation(self, navigation: Navigation) -> None:
         self._navigation = navigation
@@ -88,16 +104,16 @@ class GuidanceCore:
         self._body.range(t, distance)
 
     def health(self, health: Health, t: float) -> None:
-        """What a sensor says of itself; only the range-finder's word matters here."""
+        """Take a sensor's health; only that of the range-finder matters here."""
         if health.sensor == RANGE:
             self._body.trust_range(t, trusted=health.status is not SensorStatus.FAILED)
 
     def obstacles(self, status: ObstacleStatus) -> None:
         if self._watch:
-            self._lookout.report(status)
+            self._monitor.report(status)
 
     def revoke(self, revoked: Revoked, t: float) -> None:
-        """The goal's commands no longer count; what it held brakes and holds still."""
+        """Refuse the goal's commands from now on; an axis that it held brakes and holds still."""
         body, heading = self._body.axis, self._heading.axis
         if body.revoke(revoked.goal_id, revoked.token):
             if self._body.has_plans:
@@ -108,7 +124,10 @@ class GuidanceCore:
             self._heading.stop(MotionState.ABORTED, "its authority was revoked")
 
     def command(self, command: GuidanceCommand, t: float) -> str:
-        """Take a command; the answer says in words what will happen. Raises RefusedError."""
+        """Accept a command, and return a sentence about it. Raises CommandRefusedError.
+
+        The command itself yields no setpoint: the next `tick` does, after the next navigation message.
+        """
         motion = command.motion
         if isinstance(motion, Stop):
             return self._stop(command, t)
@@ -128,12 +147,12 @@ class GuidanceCore:
         self._body.start(motion, navigation, t)
         return "under way"
 
-    # --- what goes out ---------------------------------------------------------------------------------------
+    # --- outputs ---------------------------------------------------------------------------------------------
 
     def tick(self, t: float) -> AutopilotSetpoint | None:
         """The setpoint for now; None while there is nothing to fly.
 
-        That includes a drone that nobody has commanded for 30 s: without setpoints the autopilot lands it.
+        It is also None once no goal has commanded the drone for 30 s: without setpoints the autopilot lands it.
         """
         dt = 0.0 if self._ticked is None else t - self._ticked
         self._ticked = t
@@ -144,9 +163,9 @@ class GuidanceCore:
             body.rest()
             self._setpoint = navigation.position
             self._heading.settle(navigation.heading)
-            self._solitude.update(t, commanded=True)
+            self._unattended.update(t, commanded=True)
             return None
-        if self._solitude.update(t, commanded=body.axis.state not in _GIVEN_BACK or not flight.authority):
+        if self._unattended.update(t, commanded=body.axis.state not in _GIVEN_BACK or not flight.authority):
             body.path, self._setpoint = None, navigation.position
             body.axis.become(body.axis.state, f"nobody has commanded the drone for {LAND_AFTER:g} s: it lands")
             return None
@@ -173,45 +192,45 @@ class GuidanceCore:
             heading=self._heading.axis.status,
             setpoint=self._setpoint,
             target=body.target,
-            free_distance=self._lookout.free_distance,
+            free_distance=self._monitor.free_distance,
             way=body.way(t),
             laps_done=body.laps_done(t),
         )
 
     @property
     def targets(self) -> Box:
-        """Where the target of a motion may lie."""
+        """The box of permitted targets."""
         return self._limits.targets
 
     @property
     def home(self) -> Vector | None:
-        """Where the drone stood at its first fix on the ground."""
+        """The drone's position at its first fix on the ground."""
         return self._home
 
     # --- commands --------------------------------------------------------------------------------------------
 
     def _require_ready(self, motion: Motion) -> tuple[FlightState, Navigation]:
         if self._flight is None or self._navigation is None:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.UNAVAILABLE, "guidance does not know yet where the drone is", "wait for the first fix"
             )
         if not self._flight.authority:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.NOT_ALLOWED, "the safety pilot has the authority", "wait until the pilot gives it back"
             )
         if not self._flight.follows and not isinstance(motion, Land):
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.NOT_ALLOWED,
                 f"the autopilot acts by itself ({self._flight.failsafe})",
                 "let it; it takes no command for as long",
             )
         return self._flight, self._navigation
 
-    def _axes_of(self, motion: Motion) -> tuple[Axis, ...]:
+    def _axes_of(self, motion: Motion) -> tuple[CommandAuthority, ...]:
         match motion:
             case Turn():
                 return (self._heading.axis,)
-            case FlyTo(nose=Nose.ALONG_TRACK | Nose.IN_VIEW) | Orbit():
+            case FlyTo(nose=YawMode.ALONG_TRACK | YawMode.IN_VIEW) | Orbit():
                 return self._body.axis, self._heading.axis
             case _:
                 return (self._body.axis,)
@@ -219,11 +238,11 @@ class GuidanceCore:
     def _require_possible(self, motion: Motion, flight: FlightState, navigation: Navigation) -> None:
         if isinstance(motion, TakeOff):
             if not flight.on_ground:
-                raise RefusedError(ErrorCode.NOT_ALLOWED, "the drone is already in the air", "use fly_to")
+                raise CommandRefusedError(ErrorCode.NOT_ALLOWED, "the drone is already in the air", "use fly_to")
             if self._home is None:
-                raise RefusedError(ErrorCode.UNAVAILABLE, "the home point is not fixed yet", "wait a second")
+                raise CommandRefusedError(ErrorCode.UNAVAILABLE, "the home point is not fixed yet", "wait a second")
         elif flight.on_ground:
-            raise RefusedError(ErrorCode.NOT_ALLOWED, "the drone stands on the ground", "take off first")
+            raise CommandRefusedError(ErrorCode.NOT_ALLOWED, "the drone stands on the ground", "take off first")
         match motion:
             case TakeOff(height=height, speed=speed):
                 self._limits.require_speed(speed)
@@ -240,7 +259,7 @@ class GuidanceCore:
 
     def _require_round(self, orbit: Orbit) -> None:
         if orbit.radius < _LEAST_RADIUS or not math.isfinite(orbit.laps) or orbit.laps <= 0.0:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.BAD_REQUEST,
                 f"{orbit.laps:g} laps on a radius of {orbit.radius:g} m cannot be flown",
                 f"give a part of a lap at least, on {_LEAST_RADIUS:g} m at least",
@@ -251,7 +270,7 @@ class GuidanceCore:
     def _stop(self, command: GuidanceCommand, t: float) -> str:
         held = [axis for axis in (self._body.axis, self._heading.axis) if axis.goal == command.goal_id]
         if not held:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.UNKNOWN_GOAL, f"goal {command.goal_id} holds no axis", "there is nothing to stop"
             )
         for axis in held:

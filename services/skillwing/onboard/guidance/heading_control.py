@@ -1,33 +1,33 @@
-"""The heading: turns at a limited rate to where its holder wants the nose, and holds it there."""
+"""Heading control: turns at a limited rate to the holder's heading, and holds it."""
 
 from __future__ import annotations
 
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import CommandAuthority
 from skillwing.onboard.frames.vectors import clamp, wrap
-from skillwing.onboard.topics import MotionState
+from skillwing.onboard.topics.guidance import MotionState
 
 TURN_RATE = 0.6
-"""[rad/s]"""
+"""Rate of the heading setpoint [rad/s]."""
 ALIGNED = 0.05
 """Largest error of a heading that counts as reached [rad]."""
 
 
 class HeadingControl:
-    """Slews the heading setpoint and tells when the nose is there."""
+    """Control of the heading setpoint, and of the state of the heading axis."""
 
     def __init__(self) -> None:
-        self.axis = Axis("heading")
+        self.axis = CommandAuthority("heading")
         self.setpoint = 0.0
         self._target = 0.0
         self._error = 0.0
 
     @property
     def aligned(self) -> bool:
-        """The nose points where it should."""
+        """The heading is reached."""
         return abs(self._error) < ALIGNED
 
     def settle(self, heading: float) -> None:
-        """Forget all targets: from now on `heading` is held."""
+        """Drop the target, and hold `heading` from now on."""
         self.setpoint = self._target = heading
         self._error = 0.0
 
@@ -37,16 +37,16 @@ class HeadingControl:
         self.axis.become(MotionState.TURNING)
 
     def follow(self, heading: float) -> None:
-        """From now on the nose should be there, while the holder's motion goes on."""
+        """Set the target during the holder's motion, without a new turn."""
         self._target = wrap(heading)
 
     def stop(self, state: MotionState, text: str = "") -> None:
-        """Stop turning at once and hold what is reached."""
+        """Stop turning at once, and hold the heading reached."""
         self._target = self.setpoint
         self.axis.become(state, text)
 
     def give_up(self, why: str) -> None:
-        """Nobody can point the nose any more: whoever turned it or held it is told so."""
+        """Abort the holder's turn or hold: the drone can no longer control its heading."""
         if self.axis.state in (MotionState.TURNING, MotionState.DONE):
             self.stop(MotionState.ABORTED, why)
 

@@ -1,32 +1,32 @@
-"""What guidance never flies: places outside the fence or right at it, and speeds that nobody can."""
+"""Limits of guidance: the fence with a margin, heights and speeds."""
 
 from __future__ import annotations
 
 import math
 
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 from skillwing.services.protocol import ErrorCode
 
 LOWEST, HIGHEST = 1.0, 120.0
-"""Heights above the home pad between which a target may lie, whatever the fence [m]; 120 m is the limit of EU law."""
+"""Lowest and highest target above the home pad, whatever the fence [m]; 120 m is the limit of EU law."""
 FENCE_MARGIN = 0.5
-"""From the fence, where guidance keeps its targets and setpoints [m]: as far as wind and overshoot carry the drone past
-them, it neither breaks the fence nor comes so near that the autopilot's guard stops it."""
+"""Distance of targets and setpoints from the fence [m]. Wind and overshoot carry the drone less far past them. So it
+neither breaks the fence, nor comes so near that the autopilot's guard stops it."""
 MAX_SPEED = 6.0
 SETPOINT_TIMEOUT = 0.5
 """Age above which an autopilot ignores a setpoint; without a fresh one it holds its position [s]."""
 HOLD_TIME = 5.0
 """Time for which an autopilot without setpoints holds its position before it lands [s]."""
 _BLOWN_OUT = 1.0
-"""So far outside the fence the drone has left it [m]."""
+"""Distance outside the fence from which the drone counts as having left it [m]."""
 
 
 class Limits:
     """Fence, altitude limits and speed limit of one drone.
 
-    A target has to lie between the altitude limits, too; a setpoint may be lower, on the way up or down.
+    A target has to lie between the altitude limits; a setpoint may be lower, on the way up or down.
     """
 
     def __init__(self, fence: Box) -> None:
@@ -34,13 +34,13 @@ class Limits:
         west, south, floor = (x + FENCE_MARGIN for x in fence.low)
         east, north, ceiling = (x - FENCE_MARGIN for x in fence.high)
         self.targets = Box((west, south, max(floor, LOWEST)), (east, north, min(ceiling, HIGHEST)))
-        """Where a target may lie."""
+        """The box of permitted targets."""
 
     def require_inside(self, *targets: Vector) -> None:
-        """Raise RefusedError unless all these places may be flown to."""
+        """Raise CommandRefusedError unless all these targets are permitted."""
         for target in targets:
             if not self.targets.contains(target):
-                raise RefusedError(
+                raise CommandRefusedError(
                     ErrorCode.NOT_ALLOWED,
                     "the target ({:.1f}, {:.1f}, {:.1f}) lies outside the geofence, or too near to it".format(*target),
                     f"stay between {_text(self.targets.low)} and {_text(self.targets.high)}",
@@ -49,12 +49,12 @@ class Limits:
     @staticmethod
     def require_speed(speed: float) -> None:
         if not 0.0 < speed <= MAX_SPEED:
-            raise RefusedError(
+            raise CommandRefusedError(
                 ErrorCode.BAD_REQUEST, f"a speed of {speed:g} m/s cannot be flown", f"give 0 to {MAX_SPEED:g} m/s"
             )
 
     def has_left(self, place: Vector) -> bool:
-        """Whether a drone there is outside, and not just blown a little over the border."""
+        """Test for a drone outside the fence by more than a gust carries it."""
         return not self._fence.contains(place, _BLOWN_OUT)
 
     def confine(self, place: Vector, *, landing: bool = False) -> Vector:

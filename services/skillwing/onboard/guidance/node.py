@@ -7,14 +7,15 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from skillwing.onboard import topics
-from skillwing.onboard.geofence import FenceOptions
+from skillwing.onboard.commands.service import answer_with
+from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.messaging import answer_with
-from skillwing.onboard.options import read_options
 from skillwing.onboard.sensor_data.names import RANGE
+from skillwing.onboard.topics import flight, guidance, obstacles, sensors
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import read_options
 from skillwing.services.protocol import Message, encode
 
 M = TypeVar("M", bound=Message)
@@ -22,8 +23,11 @@ STATUS_PERIOD = 0.05
 
 
 class GuidanceNode:
-    """Shell around a `GuidanceCore`. It is clocked by navigation: without it there are no setpoints, and the
-    autopilot's failsafe takes over."""
+    """Shell around a `GuidanceCore`, clocked by navigation.
+
+    A command is answered at once, but yields no setpoint before the next navigation message (50 Hz). Without navigation
+    there are no setpoints, and the autopilot's failsafe takes over.
+    """
 
     name = "guidance"
     owns_clock = False
@@ -37,38 +41,38 @@ class GuidanceNode:
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._setpoints = bus.advertise(topics.AUTOPILOT_SETPOINT)
-        self._status = bus.advertise(topics.GUIDANCE_STATUS)
+        self._setpoints = bus.advertise(flight.AUTOPILOT_SETPOINT)
+        self._status = bus.advertise(guidance.GUIDANCE_STATUS)
         core = self._core
-        self._follow(topics.FLIGHT, topics.FlightState, core.flight)
-        self._follow(topics.RANGE, topics.Range, lambda seen: core.range(seen.t, seen.distance))
-        self._follow(topics.OBSTACLE_STATUS, topics.ObstacleStatus, core.obstacles)
-        self._follow(topics.NAVIGATION, topics.Navigation, self._on_navigation)
-        health = message_reader(topics.Health, lambda said: core.health(said, bus.now()))
-        bus.subscribe(topics.health_key(RANGE), health, events=True)
-        revoke = message_reader(topics.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
-        bus.subscribe(topics.AUTHORITY, revoke, events=True)
+        self._follow(flight.FLIGHT, flight.FlightState, core.flight)
+        self._follow(sensors.RANGE, sensors.Range, lambda seen: core.range(seen.t, seen.distance))
+        self._follow(obstacles.OBSTACLE_STATUS, obstacles.ObstacleStatus, core.obstacles)
+        self._follow(NAVIGATION, Navigation, self._on_navigation)
+        health = message_reader(sensors.Health, lambda said: core.health(said, bus.now()))
+        bus.subscribe(sensors.health_key(RANGE), health, events=True)
+        revoke = message_reader(guidance.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
+        bus.subscribe(guidance.AUTHORITY, revoke, events=True)
         targets = core.targets
-        # Held, for what nobody holds is taken back, and whoever comes later has to hear it.
-        self._geofence = bus.advertise(topics.GEOFENCE, events=True)
-        self._geofence.put(encode(topics.Geofence(low=targets.low, high=targets.high)))
-        bus.serve(topics.GUIDANCE_COMMAND, answer_with(topics.GuidanceCommand, self._on_command))
+        # Kept in a field: the bus withdraws a publisher without a reference, and late subscribers need this message.
+        self._geofence = bus.advertise(guidance.GEOFENCE, events=True)
+        self._geofence.put(encode(guidance.Geofence(low=targets.low, high=targets.high)))
+        bus.serve(guidance.GUIDANCE_COMMAND, answer_with(guidance.GuidanceCommand, self._on_command))
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
-        """The autopilot notices by itself that setpoints have ended."""
+        """Nothing to release: the autopilot detects the end of setpoints by itself."""
 
     def _follow(self, key: str, kind: type[M], use: Callable[[M], object]) -> None:
         assert self._bus is not None
         self._bus.subscribe(key, message_reader(kind, use), latest_only=True)
 
-    def _on_navigation(self, navigation: topics.Navigation) -> None:
+    def _on_navigation(self, navigation: Navigation) -> None:
         self._core.navigation(navigation)
         setpoint = self._core.tick(navigation.t)
         if setpoint is not None and self._setpoints is not None:
             self._setpoints.put(encode(setpoint))
 
-    def _on_command(self, command: topics.GuidanceCommand) -> str:
+    def _on_command(self, command: guidance.GuidanceCommand) -> str:
         assert self._bus is not None
         return self._core.command(command, self._bus.now())
 

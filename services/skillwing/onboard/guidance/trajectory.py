@@ -1,4 +1,4 @@
-"""Straight segments flown with a trapezoidal speed profile, which stop at their end and can be broken off early."""
+"""Straight segments with a trapezoidal speed profile, which end at rest and can be broken off early."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def trapezoid(distance: float, speed: float, acceleration: float = ACCELERATION)
 
 
 def braking(speed: float, deceleration: float = BRAKING) -> Profile:
-    """From `speed` to rest as soon as the deceleration allows."""
+    """From `speed` to rest at constant deceleration."""
     return Profile(speed, ((speed / deceleration, -deceleration),))
 
 

@@ -11,6 +11,7 @@ from skillwing.onboard.guidance.body_motion import (
     PATIENCE,
     TOUCHDOWN_SPEED,
 )
+from skillwing.onboard.guidance.core import LAND_AFTER as ALONE
 from skillwing.onboard.guidance.heading_control import ALIGNED, TURN_RATE
 from skillwing.onboard.guidance.limits import (
     FENCE_MARGIN,
@@ -20,8 +21,7 @@ from skillwing.onboard.guidance.limits import (
     MAX_SPEED,
     SETPOINT_TIMEOUT,
 )
-from skillwing.onboard.guidance.lookout import MARGIN, STALE
-from skillwing.onboard.guidance.solitude import LAND_AFTER as ALONE
+from skillwing.onboard.guidance.path_monitor import MARGIN, STALE
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
 
 VEHICLE = f"""\

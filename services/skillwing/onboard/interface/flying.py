@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.interface.topic import (
     BRIDGE,
     GUIDANCE,
@@ -15,25 +14,26 @@ from skillwing.onboard.interface.topic import (
     Kind,
     Topic,
 )
+from skillwing.onboard.topics import common, guidance
 from skillwing.services.protocol import ErrorCode
 
 COMMANDING = (
     Topic(
-        topics.GUIDANCE_COMMAND,
+        guidance.GUIDANCE_COMMAND,
         Kind.QUERY,
-        topics.GuidanceCommand,
+        guidance.GuidanceCommand,
         Duty.MUST,
         GUIDANCE,
         (SKILLS,),
         "A motion for a goal, or its end. Answered at once with whether it was taken; the status tells how it goes.",
         "A skill asks six times, then its goal fails: guidance does not answer.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.STALE_TOKEN, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE, ErrorCode.UNKNOWN_GOAL),
     ),
     Topic(
-        topics.GUIDANCE_STATUS,
+        guidance.GUIDANCE_STATUS,
         Kind.STREAM,
-        topics.GuidanceStatus,
+        guidance.GuidanceStatus,
         Duty.MUST,
         GUIDANCE,
         (SKILLS, OBSTACLES, RECORDER),
@@ -43,9 +43,9 @@ COMMANDING = (
         rate=20.0,
     ),
     Topic(
-        topics.GEOFENCE,
+        guidance.GEOFENCE,
         Kind.EVENTS,
-        topics.Geofence,
+        guidance.Geofence,
         Duty.SHOULD,
         GUIDANCE,
         (SKILLS, OBSTACLES),
@@ -54,9 +54,9 @@ COMMANDING = (
         when="at the start",
     ),
     Topic(
-        topics.AUTHORITY,
+        guidance.AUTHORITY,
         Kind.EVENTS,
-        topics.Revoked,
+        guidance.Revoked,
         Duty.MUST,
         BRIDGE,
         (GUIDANCE, OBSTACLES, MAPPING, VIDEO),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.interface.topic import (
     BRIDGE,
     GROUND,
@@ -14,25 +13,26 @@ from skillwing.onboard.interface.topic import (
     Kind,
     Topic,
 )
+from skillwing.onboard.topics import common, link, video
 from skillwing.services.protocol import ErrorCode
 
 STREAMING = (
     Topic(
-        topics.VIDEO_COMMAND,
+        video.VIDEO_COMMAND,
         Kind.QUERY,
-        topics.ControlVideo,
+        video.ControlVideo,
         Duty.SOME,
         VIDEO,
         (SKILLS,),
         "Begin or end the live video of a goal, and what its viewers need.",
         "`stream` fails: the video process does not answer.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.STALE_TOKEN,),
     ),
     Topic(
-        topics.VIDEO_ENCODER,
+        video.VIDEO_ENCODER,
         Kind.STREAM,
-        topics.EncoderStatus,
+        video.EncoderStatus,
         Duty.SOME,
         VIDEO,
         (SKILLS,),
@@ -42,33 +42,33 @@ STREAMING = (
         when="while a stream runs",
     ),
     Topic(
-        topics.VIDEO_SENT,
+        video.VIDEO_SENT,
         Kind.ARRAYS,
-        topics.VideoPiece,
+        video.VideoPacket,
         Duty.SOME,
         VIDEO,
         (LINK,),
         "A packet on its way to the ground.",
         "Nothing arrives.",
         when="while a stream runs",
-        array="a piece of an H.264 access unit, or of its parity",
+        array="a packet of an H.264 access unit, or of its parity",
     ),
     Topic(
-        topics.VIDEO_RECEIVED,
+        video.VIDEO_RECEIVED,
         Kind.ARRAYS,
-        topics.VideoPiece,
+        video.VideoPacket,
         Duty.SOME,
         LINK,
         (GROUND,),
         "The same packet, where the link has not lost it.",
         "Nothing is seen, and `stream` ends FPS_LOST.",
         when="while a stream runs",
-        array="a piece of an H.264 access unit, or of its parity",
+        array="a packet of an H.264 access unit, or of its parity",
     ),
     Topic(
-        topics.VIDEO_REPORT,
+        video.VIDEO_REPORT,
         Kind.STREAM,
-        topics.VideoStatus,
+        video.VideoStatus,
         Duty.SOME,
         GROUND,
         (LINK,),
@@ -78,9 +78,9 @@ STREAMING = (
         when="while a stream comes in",
     ),
     Topic(
-        topics.VIDEO_STATUS,
+        video.VIDEO_STATUS,
         Kind.STREAM,
-        topics.VideoStatus,
+        video.VideoStatus,
         Duty.SOME,
         LINK,
         (VIDEO, SKILLS, BRIDGE, RECORDER),
@@ -90,9 +90,9 @@ STREAMING = (
         when="while a stream comes in",
     ),
     Topic(
-        topics.VIDEO_SHOWN,
+        video.VIDEO_SHOWN,
         Kind.ARRAYS,
-        topics.VideoShown,
+        video.VideoShown,
         Duty.TRIALS,
         GROUND,
         (RECORDER,),
@@ -102,9 +102,9 @@ STREAMING = (
         array="a JPEG file",
     ),
     Topic(
-        topics.LINK_STATUS,
+        link.LINK_STATUS,
         Kind.STREAM,
-        topics.LinkStatus,
+        link.LinkStatus,
         Duty.SOME,
         LINK,
         (VIDEO, BRIDGE, RECORDER),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skillwing.onboard.interface.duties import GUIDANCE, VEHICLE
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.services.bus import EVENT_HISTORY
 
 _DOORS = """\

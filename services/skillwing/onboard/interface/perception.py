@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.guidance.body_motion import PATIENCE
 from skillwing.onboard.interface.topic import (
     BRIDGE,
@@ -16,25 +15,26 @@ from skillwing.onboard.interface.topic import (
     Kind,
     Topic,
 )
+from skillwing.onboard.topics import common, mapping, obstacles, odometry
 from skillwing.services.protocol import ErrorCode
 
 SEEING = (
     Topic(
-        topics.OBSTACLE_COMMAND,
+        obstacles.OBSTACLE_COMMAND,
         Kind.QUERY,
-        topics.SelectObstacleSource,
+        obstacles.SelectObstacleSource,
         Duty.SOME,
         OBSTACLES,
         (SKILLS,),
         "Which sensor the depth map is made from; NONE gives it back.",
         "`zed_depthmap` and `lidar_depthmap` fail: the obstacle node does not answer.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.STALE_TOKEN,),
     ),
     Topic(
-        topics.OBSTACLE_STATUS,
+        obstacles.OBSTACLE_STATUS,
         Kind.STREAM,
-        topics.ObstacleStatus,
+        obstacles.ObstacleStatus,
         Duty.SHOULD,
         OBSTACLES,
         (GUIDANCE, SKILLS, BRIDGE, RECORDER),
@@ -44,32 +44,32 @@ SEEING = (
         rate=10.0,
     ),
     Topic(
-        topics.LANDING_PLACE,
+        obstacles.LANDING_PLACE,
         Kind.QUERY,
-        topics.Empty,
+        common.Empty,
         Duty.SHOULD,
         OBSTACLES,
         (SKILLS,),
         "Where to land, by what was seen of the ground.",
         "**`land` comes down where the drone is**, whatever stands there.",
-        reply=topics.LandingPlace,
+        reply=obstacles.LandingPlace,
     ),
     Topic(
-        topics.MAPPING_COMMAND,
+        mapping.MAPPING_COMMAND,
         Kind.QUERY,
-        topics.ControlMapping,
+        mapping.ControlMapping,
         Duty.SOME,
         MAPPING,
         (SKILLS,),
         "Put scans into the map, or stop doing so.",
         "`lidar_mapping` fails: the mapping node does not answer.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.STALE_TOKEN,),
     ),
     Topic(
-        topics.MAPPING_STATUS,
+        mapping.MAPPING_STATUS,
         Kind.STREAM,
-        topics.MappingStatus,
+        mapping.MappingStatus,
         Duty.SOME,
         MAPPING,
         (SKILLS, BRIDGE, RECORDER),
@@ -78,9 +78,9 @@ SEEING = (
         rate=2.0,
     ),
     Topic(
-        topics.MAP,
+        mapping.MAP,
         Kind.ARRAYS,
-        topics.MapHeader,
+        mapping.MapHeader,
         Duty.SOME,
         MAPPING,
         (BRIDGE, RECORDER),
@@ -91,21 +91,21 @@ SEEING = (
         array="float32 [n, 3]: centres of voxels, ENU in m",
     ),
     Topic(
-        topics.MAP_SNAPSHOT,
+        mapping.MAP_SNAPSHOT,
         Kind.QUERY,
-        topics.Empty,
+        common.Empty,
         Duty.TRIALS,
         MAPPING,
         ("campaigns",),
         "The whole map, once. The reply is an array like those of the stream, with its header as attachment.",
         "A flight cannot be judged by its map.",
-        reply=topics.MapHeader,
+        reply=mapping.MapHeader,
         array="float32 [n, 3]: centres of all occupied voxels, ENU in m",
     ),
     Topic(
-        topics.SLAM_ODOMETRY,
+        odometry.SLAM_ODOMETRY,
         Kind.STREAM,
-        topics.Odometry,
+        odometry.Odometry,
         Duty.SHOULD,
         MAPPING,
         (VEHICLE,),

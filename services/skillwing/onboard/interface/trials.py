@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.interface.topic import LINK, RECORDER, VEHICLE, Duty, Kind, Topic
+from skillwing.onboard.topics import common, faults, flight, truth
 from skillwing.services.protocol import ErrorCode
 
 TRYING = (
     Topic(
-        topics.TRUTH,
+        truth.TRUTH,
         Kind.STREAM,
-        topics.Truth,
+        truth.Truth,
         Duty.TRIALS,
         VEHICLE,
         (LINK, RECORDER, "campaigns"),
@@ -20,50 +20,50 @@ TRYING = (
         rate=20.0,
     ),
     Topic(
-        topics.PILOT,
+        flight.PILOT,
         Kind.QUERY,
-        topics.SetPilot,
+        flight.SetPilot,
         Duty.TRIALS,
         VEHICLE,
         ("`skillwing pilot`",),
         "The safety pilot takes the authority, or gives it back. A real one does so on the remote control, and the "
         "vehicle tells it in its flight state.",
         "`skillwing pilot` says that there is no simulated drone.",
-        reply=topics.Done,
+        reply=common.Done,
     ),
     Topic(
-        topics.FAULT,
+        faults.FAULT,
         Kind.QUERY,
-        topics.SetFault,
+        faults.SetFault,
         Duty.TRIALS,
         VEHICLE,
         ("`skillwing fault`",),
         "Make a sensor or a rotor fail, or work again.",
         "`skillwing fault` says that there is no simulated drone.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.UNKNOWN_NAME,),
     ),
     Topic(
-        topics.FAULTS,
+        faults.FAULTS,
         Kind.QUERY,
-        topics.Empty,
+        common.Empty,
         Duty.TRIALS,
         VEHICLE,
         ("`skillwing fault --list`",),
         "What can fail, and what does.",
         "`skillwing fault --list` says that there is no simulated drone.",
-        reply=topics.Faults,
+        reply=faults.Faults,
     ),
     Topic(
-        topics.LINK_FAULT,
+        faults.LINK_FAULT,
         Kind.QUERY,
-        topics.SetLinkFault,
+        faults.SetLinkFault,
         Duty.TRIALS,
         LINK,
         ("`skillwing fault link`",),
         "Make the radio link narrow, or cut it.",
         "`skillwing fault link` says that nobody answers.",
-        reply=topics.Done,
+        reply=common.Done,
         refusals=(ErrorCode.UNKNOWN_NAME,),
     ),
 )

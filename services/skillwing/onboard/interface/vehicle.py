@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from skillwing.onboard import topics
 from skillwing.onboard.guidance.body_motion import TOUCHDOWN_SPEED
 from skillwing.onboard.interface.topic import (
     BRIDGE,
@@ -19,13 +18,14 @@ from skillwing.onboard.interface.topic import (
     Kind,
     Topic,
 )
-from skillwing.services.protocol import ClockTick
+from skillwing.onboard.topics import common, flight, navigation, sensors, video
+from skillwing.services.protocol import CLOCK_KEY, ClockTick
 
 FLYING = (
     Topic(
-        topics.NAVIGATION,
+        navigation.NAVIGATION,
         Kind.STREAM,
-        topics.Navigation,
+        navigation.Navigation,
         Duty.MUST,
         VEHICLE,
         (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, SKILLS, RECORDER),
@@ -36,9 +36,9 @@ FLYING = (
         rate=50.0,
     ),
     Topic(
-        topics.FLIGHT,
+        flight.FLIGHT,
         Kind.STREAM,
-        topics.FlightState,
+        flight.FlightState,
         Duty.MUST,
         VEHICLE,
         (GUIDANCE, BRIDGE, SKILLS),
@@ -49,9 +49,9 @@ FLYING = (
         when="and at each change",
     ),
     Topic(
-        topics.AUTOPILOT_SETPOINT,
+        flight.AUTOPILOT_SETPOINT,
         Kind.STREAM,
-        topics.AutopilotSetpoint,
+        flight.AutopilotSetpoint,
         Duty.MUST,
         GUIDANCE,
         (VEHICLE,),
@@ -61,9 +61,9 @@ FLYING = (
         when="in the air and during a takeoff, at the rate of navigation",
     ),
     Topic(
-        topics.BATTERY,
+        flight.BATTERY,
         Kind.STREAM,
-        topics.Battery,
+        flight.Battery,
         Duty.SHOULD,
         VEHICLE,
         (BRIDGE, RECORDER),
@@ -72,9 +72,9 @@ FLYING = (
         rate=1.0,
     ),
     Topic(
-        topics.RANGE,
+        sensors.RANGE,
         Kind.STREAM,
-        topics.Range,
+        sensors.Range,
         Duty.SHOULD,
         VEHICLE,
         (GUIDANCE, OBSTACLES),
@@ -84,9 +84,9 @@ FLYING = (
         rate=20.0,
     ),
     Topic(
-        topics.HEALTH,
+        sensors.HEALTH,
         Kind.EVENTS,
-        topics.Health,
+        sensors.Health,
         Duty.SOME,
         VEHICLE,
         (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, RECORDER),
@@ -99,7 +99,7 @@ FLYING = (
         each="sensor",
     ),
     Topic(
-        topics.CLOCK,
+        CLOCK_KEY,
         Kind.STREAM,
         ClockTick,
         Duty.SOME,
@@ -115,9 +115,9 @@ FLYING = (
 
 SENSORS = (
     Topic(
-        topics.ZED_DEPTH,
+        sensors.ZED_DEPTH,
         Kind.ARRAYS,
-        topics.DepthHeader,
+        sensors.DepthHeader,
         Duty.SOME,
         VEHICLE,
         (OBSTACLES, RECORDER),
@@ -127,9 +127,9 @@ SENSORS = (
         array="uint16 [height, width]: depth along the optical axis in mm, 0 for no return",
     ),
     Topic(
-        topics.LIDAR,
+        sensors.LIDAR,
         Kind.ARRAYS,
-        topics.LidarHeader,
+        sensors.LidarHeader,
         Duty.SOME,
         VEHICLE,
         (OBSTACLES, MAPPING, RECORDER),
@@ -139,9 +139,9 @@ SENSORS = (
         array="float32 [columns, beams]: ranges in m, 0 for no return",
     ),
     Topic(
-        topics.IMU,
+        sensors.IMU,
         Kind.ARRAYS,
-        topics.ImuHeader,
+        sensors.ImuHeader,
         Duty.SOME,
         VEHICLE,
         (MAPPING,),
@@ -151,9 +151,9 @@ SENSORS = (
         array="float32 [n, 7]: seconds since t0, acceleration [m/s2], angular rate [rad/s], FLU; 250 rows a second",
     ),
     Topic(
-        topics.CAMERA,
+        video.CAMERA,
         Kind.ARRAYS,
-        topics.CameraHeader,
+        video.CameraHeader,
         Duty.SOME,
         VEHICLE,
         (VIDEO, GROUND),
@@ -163,20 +163,20 @@ SENSORS = (
         array="uint8 [height, width, 3]: RGB",
     ),
     Topic(
-        topics.CAMERA_COMMAND,
+        video.CAMERA_COMMAND,
         Kind.QUERY,
-        topics.ControlCamera,
+        video.ControlCamera,
         Duty.SOME,
         VEHICLE,
         (VIDEO,),
         "Pictures are wanted for a while; asked again before it is over.",
         "There are no pictures.",
-        reply=topics.Done,
+        reply=common.Done,
     ),
     Topic(
-        topics.GNSS,
+        sensors.GNSS,
         Kind.STREAM,
-        topics.Gnss,
+        sensors.Gnss,
         Duty.TRIALS,
         VEHICLE,
         (),

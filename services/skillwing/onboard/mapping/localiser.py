@@ -1,4 +1,4 @@
-"""Where the poses of the map come from: LiDAR-inertial odometry, or for comparison another one or navigation."""
+"""Localiser: poses for the map from LiDAR-inertial odometry, or for comparison from another one or navigation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from skillwing.onboard import topics
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.mapping.mapper import REACH
@@ -19,54 +18,57 @@ from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
+from skillwing.onboard.topics import common
+from skillwing.onboard.topics import odometry as odometry_topics
+from skillwing.onboard.topics.navigation import Navigation
 
 _TRACKING: Final = {
-    Phase.TRACKING: topics.Tracking.GOOD,
-    Phase.DOUBTING: topics.Tracking.DOUBTING,
-    Phase.LOST: topics.Tracking.LOST,
+    Phase.TRACKING: odometry_topics.Tracking.GOOD,
+    Phase.DOUBTING: odometry_topics.Tracking.DOUBTING,
+    Phase.LOST: odometry_topics.Tracking.LOST,
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """A scan put into the world. `points` is None if it must not be mapped; `odometry` is what there is to publish."""
+    """A scan in the world frame. `points` is None if it must not be mapped; `odometry` is the message to publish."""
 
     points: PlacedPoints | None
-    odometry: topics.Odometry | None
+    odometry: odometry_topics.Odometry | None
 
 
 class Localiser(Protocol):
-    """Puts scans into the world. Measurements go in as they come; a scan comes out when its poses are known."""
+    """Localiser of scans: takes measurements as they come, and returns a scan once its poses are known."""
 
     source: str
-    """Where the poses come from, in words."""
+    """Source of the poses, in words."""
     sensors: tuple[str, ...]
-    """Whose measurements it works with, by the names that messages of health have for them."""
+    """Sensors that it uses, by their names in messages of health."""
 
     @property
     def lost(self) -> str:
-        """Why poses are no longer believed; empty while they are."""
+        """Reason for the loss of poses; empty without a loss."""
         ...
 
     @property
     def text(self) -> str:
-        """What it waits for or complains about; empty while all is well."""
+        """Reason to wait, or a problem; empty in normal operation."""
         ...
 
     def restart(self) -> None:
-        """Forget everything, and begin anew."""
+        """Discard everything, and initialise again."""
         ...
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None: ...
+    def navigation(self, navigation: Navigation) -> Placement | None: ...
     def imu(self, batch: Inertial) -> Placement | None: ...
     def scan(self, scan: LidarScan) -> Placement | None: ...
     def check(self, t: float) -> None:
-        """Time has passed."""
+        """Detect silent sensors at `t`."""
         ...
 
 
 class ByNavigation:
-    """Poses as navigation tells them, interpolated between its solutions."""
+    """Poses by navigation, interpolated between its solutions."""
 
     source = "navigation solution"
     sensors: tuple[str, ...] = (LIDAR,)
@@ -79,7 +81,7 @@ class ByNavigation:
         self._poses = PoseHistory()
         self._waiting: LidarScan | None = None
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+    def navigation(self, navigation: Navigation) -> Placement | None:
         self._poses.add(navigation)
         return self._place()
 
@@ -91,10 +93,10 @@ class ByNavigation:
         return self._place()
 
     def check(self, t: float) -> None:
-        """Navigation says itself when it does not know."""
+        """Nothing to detect: navigation marks invalid solutions itself."""
 
     def _place(self) -> Placement | None:
-        """A scan waits until the drone's pose is known up to its end."""
+        """Place the waiting scan once the drone's pose is known up to its end."""
         scan = self._waiting
         if scan is None or not self._poses.covers(*scan.span):
             return None
@@ -114,7 +116,7 @@ class ByOdometry:
         make_matcher: MakeMatcher = PlaneMatcher,
         source: str = "LiDAR-inertial odometry",
     ) -> None:
-        """low, high: corners of the box in which odometry may find something to hold on to [m]."""
+        """low, high: corners of the box that odometry maps planes in [m]."""
         self.source = source
         self._odometry = Odometry(low, high, make_matcher=make_matcher)
 
@@ -129,7 +131,7 @@ class ByOdometry:
     def restart(self) -> None:
         self._odometry.restart()
 
-    def navigation(self, navigation: topics.Navigation) -> Placement | None:
+    def navigation(self, navigation: Navigation) -> Placement | None:
         self._odometry.navigation(navigation)
         return None
 
@@ -145,12 +147,12 @@ class ByOdometry:
     def _placed(self, fix: Fix | None) -> Placement | None:
         if fix is None:
             return None
-        return Placement(fix.placed(REACH) if fix.believed else None, self._message(fix))
+        return Placement(fix.placed(REACH) if fix.accepted else None, self._message(fix))
 
-    def _message(self, fix: Fix) -> topics.Odometry:
+    def _message(self, fix: Fix) -> odometry_topics.Odometry:
         odometry, state = self._odometry, fix.levelled
         assert odometry.begun_at is not None
-        return topics.Odometry(
+        return odometry_topics.Odometry(
             t=fix.t,
             since=odometry.begun_at,
             position=_vector(state.position),
@@ -164,7 +166,7 @@ class ByOdometry:
         )
 
 
-def _vector(values: Floats) -> topics.Vector3:
-    """Three numbers as a message has them, which refuses what is out of all bounds."""
-    x, y, z = np.clip(values, -topics.LARGEST_COMPONENT, topics.LARGEST_COMPONENT).tolist()
+def _vector(values: Floats) -> common.Vector3:
+    """Three numbers for a message, clipped to its bounds."""
+    x, y, z = np.clip(values, -common.LARGEST_COMPONENT, common.LARGEST_COMPONENT).tolist()
     return x, y, z

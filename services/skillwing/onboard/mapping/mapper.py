@@ -1,4 +1,4 @@
-"""Turns placed scans into a map, and notices when they no longer agree with it."""
+"""Mapper: puts placed scans into a map, and detects when they no longer fit it."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.sensor_data.scans import PlacedPoints
 
 REACH = 30.0
-"""Returns from farther away are not mapped: the beams are a metre apart there [m]."""
+"""Largest range of mapped returns: farther away the beams are a metre apart [m]."""
 MISFIT = 0.3
-"""A scan of which more than this share hits what is known to be free is not believed. Sound ones reach 0.2 in the
-first metres of a climb, where rays had grazed the ground, and 0.02 in flight."""
+"""Largest share of a scan that may hit known free space. Sound scans reach 0.2 in the first metres of a climb, where
+rays have grazed the ground, and 0.02 in flight."""
 _PATIENCE = 10
 
 
 class Mapper:
-    """A map that grows while it runs, and is kept when it stops.
+    """A map that grows while mapping runs, and is kept when it stops.
 
-    Scans that do not fit are left out. The map has diverged when ten in a row did not fit: then the poses are wrong,
-    or the ranges, and nothing more is taken in until it is renewed.
+    Scans that do not fit are left out. After ten in a row the map has diverged, because the poses or the ranges are
+    wrong. It then takes no scans until it is renewed.
     """
 
     def __init__(self, grid: OccupancyGrid) -> None:
@@ -28,11 +28,11 @@ class Mapper:
         self._misfits = 0
 
     def start(self) -> None:
-        """Map on."""
+        """Start mapping, or go on."""
         self.running = True
 
     def renew(self) -> None:
-        """Begin with an empty map: poses that begin anew need not agree with what was mapped before."""
+        """Clear the map: poses after a new initialisation need not agree with the old map."""
         self.grid.clear()
         self.diverged, self._misfits, self.scans = False, 0, 0
 
@@ -40,7 +40,7 @@ class Mapper:
         self.running = False
 
     def add(self, scan: PlacedPoints) -> None:
-        """Take in a scan, if the map is running and sound and the scan fits."""
+        """Integrate a scan, if mapping runs, the map is sound and the scan fits."""
         if not self.running or self.diverged:
             return
         hits = self.grid.hit_by(scan.points)

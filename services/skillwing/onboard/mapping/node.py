@@ -1,7 +1,6 @@
 """Odometry and map as a process: scans and inertial measurements in, poses and a voxel map out.
 
-Odometry runs as long as the process, so that it has begun on the ground when a map is wanted in the air; mapping is
-switched on and off.
+Odometry runs as long as the process, so that it is initialised on the ground; mapping is switched on and off.
 """
 
 from __future__ import annotations
@@ -12,21 +11,23 @@ from typing import Any, TypeVar
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import answer_with, read_question
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, add, subtract
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.mapping.localiser import ByNavigation, ByOdometry, Localiser, Placement
 from skillwing.onboard.mapping.mapper import Mapper
 from skillwing.onboard.mapping.occupancy import OccupancyGrid, Voxels, grid_shape
-from skillwing.onboard.messaging import answer_with, read_question, stream_reader
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
 from skillwing.onboard.odometry.inertial import Inertial
-from skillwing.onboard.options import OptionsError, Poses, read_options
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
-from skillwing.onboard.sensor_data.scans import LidarScan
+from skillwing.onboard.sensor_data.scans import LidarScan, measurement_reader
+from skillwing.onboard.topics import common, guidance, mapping, odometry, sensors
+from skillwing.onboard.topics.mapping import Poses
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher, Request
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import encode
 
 S = TypeVar("S")
@@ -37,20 +38,20 @@ _LARGEST = 64_000_000
 VOXEL_SIZE = 0.4
 """Usual edge of a voxel [m]."""
 BEYOND: Vector = (30.0, 30.0, 10.0)
-"""So much farther than the map odometry holds on to what it sees, to each side [m]."""
+"""Margin of odometry's box around that of the map, to each side [m]."""
 
 
 class MappingNode:
-    """Shell around a `Mapper`. Publishes what has become occupied, or all of it once voxels were found free again."""
+    """Shell around a `Mapper`. It publishes newly occupied voxels, or all of them after some became free again."""
 
     name = "mapping"
     owns_clock = False
 
     def __init__(self, mapper: Mapper, localiser: Localiser) -> None:
         self._mapper, self._localiser = mapper, localiser
-        self._holder = Axis("map")
+        self._holder = CommandAuthority("map")
         self._failed: dict[str, str] = {}
-        """Sensors that do not believe themselves, and in what words they say so."""
+        """Sensors whose health is FAILED, with a sentence on the reason."""
         self._published: Voxels = np.empty(0, dtype=np.int64)
         self._bus: Bus | None = None
         self._status: Publisher | None = None
@@ -59,33 +60,33 @@ class MappingNode:
 
     @property
     def pose_source(self) -> str:
-        """Where the poses come from, in words."""
+        """Source of the poses, in words."""
         return self._localiser.source
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._status = bus.advertise(topics.MAPPING_STATUS)
-        self._map = bus.advertise(topics.MAP)
-        self._odometry = bus.advertise(topics.SLAM_ODOMETRY)
-        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
+        self._status = bus.advertise(mapping.MAPPING_STATUS)
+        self._map = bus.advertise(mapping.MAP)
+        self._odometry = bus.advertise(odometry.SLAM_ODOMETRY)
+        bus.subscribe(NAVIGATION, message_reader(Navigation, self._on_navigation))
         inertial = self._unless_failed(IMU, self._localiser.imu)
         scans = self._unless_failed(LIDAR, self._localiser.scan)
-        bus.subscribe(topics.IMU, stream_reader(Inertial.decode, inertial))
-        bus.subscribe(topics.LIDAR, stream_reader(LidarScan.decode, scans), latest_only=True)
+        bus.subscribe(sensors.IMU, measurement_reader(Inertial.decode, inertial))
+        bus.subscribe(sensors.LIDAR, measurement_reader(LidarScan.decode, scans), latest_only=True)
         for sensor in self._localiser.sensors:
-            bus.subscribe(topics.health_key(sensor), message_reader(topics.Health, self._on_health), events=True)
-        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
-        bus.serve(topics.MAPPING_COMMAND, answer_with(topics.ControlMapping, self._on_command))
-        bus.serve(topics.MAP_SNAPSHOT, self._on_snapshot)
+            bus.subscribe(sensors.health_key(sensor), message_reader(sensors.Health, self._on_health), events=True)
+        bus.subscribe(guidance.AUTHORITY, message_reader(guidance.Revoked, self._on_revoked), events=True)
+        bus.serve(mapping.MAPPING_COMMAND, answer_with(mapping.ControlMapping, self._on_command))
+        bus.serve(mapping.MAP_SNAPSHOT, self._on_snapshot)
         bus.every(STATUS_PERIOD, self._publish_status)
         bus.every(MAP_PERIOD, self._publish_map)
 
     def detach(self) -> None:
-        """The map lives as long as this process."""
+        """Nothing to release: the map lives as long as this process."""
 
-    # --- who controls it -------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
-    def _on_command(self, command: topics.ControlMapping) -> str:
+    def _on_command(self, command: mapping.ControlMapping) -> str:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.run:
@@ -95,8 +96,8 @@ class MappingNode:
             return "stopped; the map is kept"
         return "this goal does not hold the map; nothing to stop"
 
-    def _start(self, command: topics.ControlMapping) -> str:
-        """A new goal after a divergence begins a new odometry and a new map; a repeated command changes nothing."""
+    def _start(self, command: mapping.ControlMapping) -> str:
+        """Start mapping, after a divergence with new odometry and a new map; a repeated command changes nothing."""
         holder = self._holder
         is_new = holder.goal != command.goal_id
         holder.take(command.goal_id, command.token)
@@ -104,14 +105,14 @@ class MappingNode:
         if is_new and self._diverged:
             self._localiser.restart()
             self._mapper.renew()
-            return "mapping anew"
+            return "mapping, from an empty map"
         return "mapping"
 
     @property
     def _diverged(self) -> bool:
         return self._mapper.diverged or bool(self._localiser.lost)
 
-    def _on_revoked(self, revoked: topics.Revoked) -> None:
+    def _on_revoked(self, revoked: guidance.Revoked) -> None:
         if self._holder.revoke(revoked.goal_id, revoked.token):
             self._release()
 
@@ -119,13 +120,13 @@ class MappingNode:
         self._holder.goal = None
         self._mapper.stop()
 
-    # --- what it maps ----------------------------------------------------------------------------------------
+    # --- measurements ----------------------------------------------------------------------------------------
 
-    def _on_navigation(self, navigation: topics.Navigation) -> None:
+    def _on_navigation(self, navigation: Navigation) -> None:
         self._take(self._localiser.navigation(navigation))
 
     def _unless_failed(self, sensor: str, place: Callable[[S], Placement | None]) -> Callable[[S], None]:
-        """A reader that leaves out what a failed sensor makes up: to the localiser measurements are missing then."""
+        """A reader that drops measurements of a failed sensor; the localiser then treats them as missing."""
 
         def on_measurement(measurement: S) -> None:
             if sensor not in self._failed:
@@ -133,8 +134,8 @@ class MappingNode:
 
         return on_measurement
 
-    def _on_health(self, health: topics.Health) -> None:
-        if health.status is topics.SensorStatus.FAILED:
+    def _on_health(self, health: sensors.Health) -> None:
+        if health.status is sensors.SensorStatus.FAILED:
             self._failed[health.sensor] = f"{health.sensor} is FAILED: {health.reason or 'it does not say why'}"
         else:
             self._failed.pop(health.sensor, None)
@@ -147,14 +148,14 @@ class MappingNode:
         if placement.points is not None and not self._localiser.lost:
             self._mapper.add(placement.points)
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- publications ----------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
         assert self._status is not None
         mapper, localiser = self._mapper, self._localiser
         localiser.check(self._bus.now())
-        status = topics.MappingStatus(
+        status = mapping.MappingStatus(
             t=self._bus.now(),
             running=mapper.running,
             diverged=self._diverged,
@@ -167,7 +168,7 @@ class MappingNode:
 
     @property
     def _text(self) -> str:
-        """What is wrong or waited for, the sensors first; empty while all is well."""
+        """Problems, or a reason to wait, the sensors first; empty in normal operation."""
         complaint = self._localiser.text or (MISFITS if self._mapper.diverged else "")
         return "; ".join(filter(None, (*self._failed.values(), complaint)))
 
@@ -182,21 +183,21 @@ class MappingNode:
         self._map.put(*self._encoded(self._published if complete else change.appeared, complete=complete))
 
     def _on_snapshot(self, request: Request) -> None:
-        if read_question(request, topics.Empty) is not None:
+        if read_question(request, common.Empty) is not None:
             request.reply(*self._encoded(self._mapper.grid.occupied(), complete=True))
 
     def _encoded(self, voxels: Voxels, *, complete: bool) -> tuple[bytes, bytes]:
         assert self._bus is not None
         grid = self._mapper.grid
-        header = topics.MapHeader(t=self._bus.now(), voxel_size=grid.size, count=len(voxels), complete=complete)
+        header = mapping.MapHeader(t=self._bus.now(), voxel_size=grid.size, count=len(voxels), complete=complete)
         return grid.centres(voxels).tobytes(), encode(header)
 
 
 class MappingOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Options of `make_mapping`: corners of the mapped box, size of its voxels [m], and source of the poses."""
 
-    low: topics.Vector3
-    high: topics.Vector3
+    low: common.Vector3
+    high: common.Vector3
     voxel_size: float = VOXEL_SIZE
     poses: Poses = "odometry"
 

@@ -1,4 +1,4 @@
-"""What is known of space: a dense voxel grid of log-odds, fed with hits and with the free rays before them.
+"""Occupancy grid: a dense voxel grid of log-odds, updated with hits and with the free rays before them.
 
 After Moravec and Elfes (1985), with the update constants and clamping of Hornung et al., OctoMap (2013). A dense
 int8 array over a bounded box replaces the tree: a courtyard is a few megabytes, and updates are array operations.
@@ -16,36 +16,36 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.vectors import Vector
 
 Voxels = NDArray[np.int64]
-"""Voxels by their place in the flattened array, ascending where they stand for a set."""
+"""Voxels by their index in the flattened array; sets of voxels are ascending."""
 
 # Log-odds in steps of 0.05: probability 0.7 for a hit, 0.45 for a miss, clamped to 0.12 .. 0.97. A miss weighs little,
 # because rays that graze a wall or the ground go through many voxels that hold a part of it.
 _HIT, _MISS = 17, -4
 _LOWEST, _HIGHEST = -40, 70
 _OCCUPIED = 20
-"""More than one hit more than the rays that went through."""
+"""Threshold: one hit more than the rays through the voxel."""
 _ENOUGH = 50
 _FREE = -24
-"""Rays of six scans more went through than the hits make up for."""
+"""Threshold: rays of six scans more than the hits make up for."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Of the voxels that a scan hit: how many were known to be occupied before, and how many to be free."""
+    """Numbers of the voxels that a scan hit: known as occupied before (`confirmed`), or as free (`contradicted`)."""
 
     confirmed: int
     contradicted: int
 
     @property
     def misfit(self) -> float:
-        """Share of the contradicted, 0 to 1, of what was known; 0 as long as too little was."""
+        """Share of the contradicted among the known voxels, 0 to 1; 0 while too few are known."""
         known = self.confirmed + self.contradicted
         return self.contradicted / known if known >= _ENOUGH else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Voxels that have become occupied, those that are so no more, and all that are `occupied` now."""
+    """Voxels that have become occupied or free, and all that are `occupied` now."""
 
     appeared: Voxels
     vanished: Voxels
@@ -53,7 +53,7 @@ class Change:
 
 
 class OccupancyGrid:
-    """Cubic voxels of `size` metres that fill the box from `low` to `high`. What lies outside is not mapped."""
+    """Cubic voxels of `size` metres that fill the box from `low` to `high`. Points outside are not mapped."""
 
     def __init__(self, low: Vector, high: Vector, size: float = 0.4) -> None:
         self.size = size
@@ -61,17 +61,17 @@ class OccupancyGrid:
         self._shape = np.array(grid_shape(low, high, size))
         self._log_odds = np.zeros(int(self._shape.prod()), dtype=np.int8)
         self._raised: list[Voxels] = []
-        """Voxels that hits have made occupied, some of them several times, and some free again since."""
+        """Voxels that hits have made occupied, with repetitions; some are free again."""
 
     def hit_by(self, points: NDArray[np.float32]) -> Voxels:
-        """The voxels that any of these points (N, 3), world frame, lies in."""
+        """The voxels with any of these points (N, 3), world frame."""
         return _once_each(self._voxels_at(points.T))
 
     def fit(self, hits: Voxels) -> Fit:
-        """Compare what a scan hit with what is known so far.
+        """Compare the voxels that a scan hit with the map.
 
-        A free voxel beside an occupied one contradicts nothing: a surface that hardly reaches into a voxel is
-        missed by most rays, and hit by some.
+        A free voxel beside an occupied one is no contradiction: most rays miss a surface that hardly reaches into a
+        voxel, and some hit it.
         """
         known = self._log_odds[hits]
         free = hits[known <= _FREE]
@@ -79,7 +79,7 @@ class OccupancyGrid:
         return Fit(confirmed, len(free) - int(np.count_nonzero(self._touches_occupied(free))))
 
     def integrate(self, origin: NDArray[np.float64], hits: Voxels) -> None:
-        """Take in the voxels that a scan hit from `origin` (3,), and the rays before them.
+        """Integrate the voxels that a scan hit from `origin` (3,), and the rays before them.
 
         A voxel counts once for each scan: as hit, or else as free if a ray goes through it.
         """
@@ -92,19 +92,19 @@ class OccupancyGrid:
         self._raised.append(hits[(before <= _OCCUPIED) & (after > _OCCUPIED)])
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Clear the grid."""
         self._log_odds.fill(0)
         self._raised.clear()
 
     def occupied(self) -> Voxels:
-        """The occupied voxels, found among those that ever were: a box has millions, of which few are hit."""
+        """The occupied voxels, searched among those that ever were: few of a box's millions are hit."""
         raised = _once_each(np.concatenate([np.empty(0, dtype=np.int64), *self._raised]))
         occupied = raised[self._log_odds[raised] > _OCCUPIED]
         self._raised = [occupied]
         return occupied
 
     def count_occupied(self) -> int:
-        """How many voxels are occupied."""
+        """Number of occupied voxels."""
         return len(self.occupied())
 
     def centres(self, voxels: Voxels) -> NDArray[np.float32]:
@@ -116,13 +116,13 @@ class OccupancyGrid:
         return self.centres(self.occupied())
 
     def changed_since(self, before: Voxels) -> Change:
-        """What has changed since `occupied()` was `before`."""
+        """Changes since `occupied()` was `before`."""
         now = self.occupied()
         appeared = np.setdiff1d(now, before, assume_unique=True)
         return Change(appeared, np.setdiff1d(before, now, assume_unique=True), now)
 
     def _touches_occupied(self, voxels: Voxels) -> NDArray[np.bool_]:
-        """Whether any of the six neighbours of each voxel is occupied."""
+        """Mask of the voxels with an occupied one among their six neighbours."""
         along_x, along_y = self._shape[1] * self._shape[2], self._shape[2]
         offsets = np.array([-along_x, along_x, -along_y, along_y, -1, 1])
         neighbours = np.clip(voxels[:, None] + offsets, 0, len(self._log_odds) - 1)
@@ -139,7 +139,7 @@ class OccupancyGrid:
         return np.stack([np.repeat(steps[:, axis], counts) * number + np.float32(origin[axis]) for axis in range(3)])
 
     def _voxels_at(self, coordinates: NDArray[np.float32]) -> Voxels:
-        """The voxels of those points, given as (3, N), that lie in the box. Axis by axis, this is much faster."""
+        """The voxels of the points, given as (3, N), inside the box. Axis by axis, this is much faster."""
         voxels = np.zeros(coordinates.shape[1], dtype=np.int64)
         inside = np.ones(coordinates.shape[1], dtype=np.bool_)
         for values, low, count in zip(coordinates, self._low, self._shape, strict=True):
@@ -154,13 +154,13 @@ class OccupancyGrid:
 
 
 def _once_each(voxels: Voxels) -> Voxels:
-    """The same without repetitions, ascending. Sorting, unlike numpy's `unique`, takes no table of hashes."""
+    """The voxels without repetitions, ascending. Sorting, unlike numpy's `unique`, needs no table of hashes."""
     ascending = np.sort(voxels)
     return ascending[np.flatnonzero(np.diff(ascending, prepend=-1))]
 
 
 def grid_shape(low: Vector, high: Vector, size: float) -> tuple[int, ...]:
-    """Voxels along x, y and z that a box takes. Raises ValueError for a box or a voxel without a volume."""
+    """Numbers of a box's voxels along x, y and z. Raises ValueError for a box or a voxel without a volume."""
     if not all(map(math.isfinite, (*low, *high, size))) or size <= 0.0 or any(map(operator.ge, low, high)):
         raise ValueError("the box and its voxels need a finite volume")
     return tuple(math.ceil((b - a) / size - 1e-9) for a, b in zip(low, high, strict=True))

@@ -1,1 +1,1 @@
-"""Obstacle detection: how far the way ahead is free, from depth camera or LiDAR."""
+"""Obstacle detection: the free distance ahead, from depth camera or LiDAR, and places to land."""

@@ -1,7 +1,7 @@
-"""How far a way is free: the drone with a margin, swept along it through the local map of one sensor.
+"""Free distance along a way: the drone with a margin, swept along it through the local map of one sensor.
 
-A way is known only while the sensor looks along it; then what has left the field of view is taken from memory. Line of
-sight needs no reckoning: from the drone to any place in the tube around a straight way, the ray runs inside the tube.
+A way is known only while the sensor looks along it; the local map then adds obstacles that have left the field of view.
+No test for line of sight is needed: a ray from the drone to any point in the tube around a straight way runs inside it.
 """
 
 from __future__ import annotations
@@ -16,41 +16,41 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
+from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.obstacles.local_map import LocalMap
-from skillwing.onboard.obstacles.views import View
+from skillwing.onboard.obstacles.views import SensorView
 from skillwing.onboard.sensor_data.scans import PlacedPoints
 
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 TUBE_RADIUS: Final = TIP_RADIUS + 0.6
-"""The drone, and room for drift, noise and what a voxel does not show of its surface [m]."""
+"""Radius of the drone, with room for drift, noise and the size of voxels [m]."""
 NARROW: Final = TIP_RADIUS + 0.4
-"""The tube of a drone that stands near something already, at least [m]."""
+"""Least radius of the tube, for a drone near an obstacle [m]."""
 STALE: Final = 0.5
-"""A look along the way that is older than this says nothing any more [s]."""
+"""Largest age of a look along the way [s]."""
 _CLEAR = 0.1
-"""The tube of a drone that stands near something leaves so much free [m]."""
+"""Clearance between the tube and an obstacle near the drone [m]."""
 _CLUSTER, _CLUSTER_LENGTH = 3, 0.5
-"""An obstacle is so many voxels within so many metres along the way."""
+"""Fewest voxels of an obstacle, and their longest extent along the way [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """One measurement: its points in the world, and where the sensor looked."""
+    """One measurement: its points in the world, and the sensor's view."""
 
-    view: View
+    view: SensorView
     seen: PlacedPoints
 
     def looks_at(self, place: Points, here: Points) -> bool:
-        """Whether `place` is in view from `here`, both in the world, with the attitude of this measurement."""
+        """Test for `place` in view from `here`, both in the world, with the attitude of this measurement."""
         x, y, z = (place - here) @ self.seen.turn
         return self.view.contains((float(x), float(y), float(z)))
 
     def sees_through(self, places: Points) -> Mask:
-        """Which of these places (N, 3), in the world, a ray has passed on its way to something farther."""
+        """Mask of the places (N, 3), in the world, that a ray has passed on its way to a farther return."""
         return self.view.sees_through((self.seen.turn.T @ (places - self.seen.origin).T).T)
 
 
@@ -65,14 +65,14 @@ class Outlook:
 
 
 class FreeSpace:
-    """Remembers what one sensor has seen, and judges ways by it."""
+    """Local map of one sensor, and the free distance along ways in it."""
 
     def __init__(self) -> None:
         self._map = LocalMap()
         self._looks: deque[Sighting] = deque()
 
     def see(self, sighting: Sighting) -> None:
-        """Take in a measurement. One from before the latest begins a new memory: time was reset."""
+        """Take a measurement. One older than the latest clears the map first: time was reset."""
         looks, seen = self._looks, sighting.seen
         if looks and seen.stamp < looks[-1].seen.stamp:
             self.forget()
@@ -82,17 +82,17 @@ class FreeSpace:
         self._map.see(seen.points.astype(np.float64), seen.origin, seen.stamp, sighting.sees_through)
 
     def forget(self) -> None:
-        """Another sensor begins from nothing."""
+        """Clear the map, for another sensor."""
         self._looks.clear()
         self._map.forget()
 
     def outlook(
         self, t: float, position: Vector, velocity: Vector, heading: float, way: Sequence[Vector] = ()
     ) -> Outlook:
-        """What the sensor says at time `t` of the way from `position` over these corners, and of the direction of view.
+        """Outlook at `t` along the way from `position` over these corners, and in the direction of view.
 
-        The stamp is that of the latest look along the way; without a way, or if there was none lately, that of the
-        latest measurement, and nothing is said about the way.
+        The stamp is that of the latest look along the way. Without a way, or without a recent look, it is that of the
+        latest measurement, and the free distance is None.
         """
         if not self._looks:
             return Outlook(None, None, 0.0, None)
@@ -111,7 +111,7 @@ class FreeSpace:
         return Outlook(free_distance(self._map, corners, view.sight), ahead, horizon, stamp)
 
     def _look_along(self, t: float, corners: Sequence[Points]) -> tuple[float, float] | None:
-        """When the sensor looked along the way last, and how far along it anything would be noticed."""
+        """Time of the last look along the way, and distance along it at which the sensor detects an obstacle."""
         for look in reversed(self._looks):
             if t - look.seen.stamp > STALE:
                 return None
@@ -128,12 +128,13 @@ class FreeSpace:
 
 
 def free_distance(known: LocalMap, corners: Sequence[Points], sight: float) -> float:
-    """Metres along the way to what the drone, swept along it, would meet; at most `sight`.
+    """Metres along the way to the first obstacle for the drone swept along it; at most `sight`.
 
-    The drone has to fit in at the end of the way as well, so this may be more than the length of the way: by as much as
-    what stands behind its end is away from there, or by the tube's radius if nothing stands there.
+    The drone needs room at the end of the way, too. So the free distance may exceed the length of the way: by the
+    distance of an obstacle behind its end, or by the tube's radius without one.
 
-    Near something the tube is as wide as the drone is away from it: it can leave, or go along, but not come nearer.
+    Near an obstacle the tube is as wide as the drone's distance from it: the drone may fly away or along it, but not
+    nearer.
     """
     here, end = corners[0], corners[-1]
     flown, radius = 0.0, _tube_radius(known, here)
@@ -164,10 +165,10 @@ def _tube_radius(known: LocalMap, here: Points) -> float:
 def _nearest(
     known: LocalMap, here: Points, direction: Points, length: float, radius: float, room: float = 0.0
 ) -> float:
-    """Where along a tube the nearest cluster of points begins [m]; infinity if there is none.
+    """Distance along a tube to its nearest cluster of points [m]; infinity if there is none.
 
-    Behind the end of the tube counts what is within `room` of it, whatever the direction: a drone that hovers there may
-    be a hand's breadth short of it or past it.
+    Points behind the end of the tube count within `room` of it, in any direction: a drone that hovers there may be some
+    centimetres short of it or past it.
     """
     end = here + length * direction
     solid = known.solid_within(np.minimum(here, end) - radius, np.maximum(here, end) + radius)

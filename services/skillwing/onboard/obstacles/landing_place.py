@@ -1,7 +1,7 @@
-"""Where to land: here, unless something is known to stand below; then at the nearest place that is known to be free.
+"""Landing place: straight down, or the nearest place known to be free if an obstacle is known below.
 
-Nothing watches while the drone sinks, so it is memory that counts. What nobody has seen is neither free nor taken: a
-drone that knows nothing of the ground below it lands there, as one without sensors does.
+No sensor monitors the descent, so the decision rests on memory. Unseen ground is neither free nor taken: without
+knowledge of the ground below, the drone lands there, as one without sensors does.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 from skillwing.onboard.obstacles.free_space import TUBE_RADIUS, free_distance
 from skillwing.onboard.obstacles.local_map import LocalMap
 
@@ -25,39 +25,39 @@ Squares = NDArray[np.int64]
 
 ANYWHERE: Final = Box((-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf))
 REACH: Final = 15.0
-"""How far away another place is looked for [m]."""
+"""Radius of the search for another place [m]."""
 ROOM: Final = TUBE_RADIUS + 0.3
-"""Radius around another place in which nothing may stand, for it is not where the drone hovers yet [m]."""
+"""Radius around another place that has to be free of obstacles [m]."""
 SURROUNDINGS: Final = REACH + ROOM
-"""How far around a drone that wants to land anything matters [m]."""
+"""Radius of the surroundings that matter to a landing [m]."""
 STEP: Final = 0.4
-"""What rises higher above the ground than this is no ground to land on [m]."""
+"""Largest height above the ground of a place to land [m]."""
 SLOPE: Final = 0.4
-"""What is reached from the ground only by steeper ways than this, and by higher steps, is a roof or the like."""
+"""Largest slope between connected squares; beyond it, and beyond STEP, they are roofs or the like."""
 STEEPEST: Final = 0.25
-"""On a slope of 10 degrees the drone lands and stands, on one of 20 it topples: no landing above this, 14 degrees."""
+"""Largest slope of a landing, 14 degrees: the drone stands on a slope of 10 degrees, and topples on one of 20."""
 _OBSTACLE = 3
-"""So many voxels are an obstacle, fewer are noise."""
+"""Fewest voxels of an obstacle; fewer are noise."""
 _PLANE: Final = 12
-"""So many voxels of ground tell its slope, fewer do not."""
+"""Fewest voxels of ground that give its slope."""
 _THIN: Final = 0.1
-"""Across a line of ground that is thinner than this share of its length its slope is not known."""
+"""Least ratio of width to length of ground that gives the slope across it."""
 _GRID: Final = 0.5
-"""Between the places that are tried, and the side of the squares by which ground counts as seen [m]."""
+"""Distance between candidate places, and side of the squares by which ground counts as seen [m]."""
 _BEARINGS: Final = 72
-"""In which it is looked how far places can be reached at all."""
+"""Number of bearings for a first test of reachable places."""
 _GAP = 2.0
-"""Over what was not seen in between, ground goes on as far as this [m]."""
+"""Longest unseen gap in connected ground [m]."""
 _PLOT = 20
-"""So many squares that lie together may be ground, fewer are noise where there are so many."""
+"""Fewest connected squares of ground; smaller patches are noise if there is one of this size."""
 _SEEN: Final = 0.7
-"""Of the squares around another place so many have to be seen at least."""
+"""Least share of the squares around another place that was seen."""
 _GLIMPSED: Final = 0.15
-"""The same where no such place is known: a line of the ground across it, as the range-finder sees it."""
+"""The same if no such place is known: a line of ground across it, as the range-finder sees it."""
 
 
 class Below:
-    """What is known of the ground around a hovering drone, from a local map of its surroundings."""
+    """Known ground around a hovering drone, from a local map of its surroundings."""
 
     def __init__(self, known: LocalMap, here: Vector) -> None:
         """`here` is the drone's position (ENU) [m]."""
@@ -74,19 +74,19 @@ class Below:
 
     @property
     def taken(self) -> bool:
-        """Whether something stands where the drone would come down, or a roof is there, or a slope."""
+        """An obstacle, a roof or a slope is below the drone."""
         return not self._is_clear(self._here[:2], TUBE_RADIUS)
 
     @property
     def seen(self) -> bool:
-        """Whether the ground there was seen, on all sides."""
+        """The ground below was seen, on all sides."""
         return self._share_seen(self._here[:2]) >= _SEEN
 
     def free_place(self, targets: Box = ANYWHERE) -> Vector | None:
-        """The nearest place among those that may be `targets`, below which ground was seen, with free ways there and
-        down. It is at the drone's height, or as near to that as targets may be.
+        """The nearest place inside `targets` above seen ground, with free ways there and down. It is at the drone's
+        height, or as near to that as `targets` allows.
 
-        Better one where all of the ground was seen; but one where a part of it was is better than none.
+        A place with all of its ground seen comes first; otherwise a part is enough.
         """
         height = clamp(float(self._here[2]), targets.low[2], targets.high[2])
         glimpsed: Vector | None = None
@@ -104,7 +104,7 @@ class Below:
         return glimpsed
 
     def _tries(self) -> Iterator[Points]:
-        """Places (2,), the nearest first, but for those that are behind something."""
+        """Candidate places (2,), the nearest first, without those behind an obstacle."""
         steps = np.arange(-REACH, REACH + _GRID, _GRID)
         east, north = np.meshgrid(steps, steps)
         offsets = np.column_stack([east.ravel(), north.ravel()])
@@ -116,17 +116,17 @@ class Below:
             yield self._here[:2] + offsets[at]
 
     def _open(self) -> Points:
-        """How far it is free to each of so many bearings [m]: one look at each for all the places that lie there."""
+        """Free distance at each bearing [m]: one test for all the places there."""
         bearings = np.arange(_BEARINGS) * (2.0 * np.pi / _BEARINGS)
         ends = self._here + REACH * np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(_BEARINGS)])
         return np.array([free_distance(self._known, [self._here, end], 2.0 * REACH) for end in ends])
 
     def _around(self, place: Points, radius: float) -> list[int]:
-        """Which points lie within so much of a place, however high."""
+        """Indices of the points within `radius` of a place, at any height."""
         return self._tree.query_ball_point(place, radius)
 
     def _is_clear(self, place: Points, radius: float) -> bool:
-        """Whether nothing rises from the ground so near, and a plane through that is no slope to slip down."""
+        """Test for ground without obstacles within `radius`, and without too steep a slope."""
         around = self._around(place, radius)
         rising = self._rising[around]
         if np.count_nonzero(rising) >= _OBSTACLE:
@@ -135,12 +135,12 @@ class Below:
         return _slope(ground) <= STEEPEST
 
     def _share_seen(self, place: Points) -> float:
-        """Of the squares around a place."""
+        """Share of the squares around a place that was seen."""
         squares = np.unique(self._square[self._around(place, ROOM)])
         return len(squares) / (np.pi * (ROOM / _GRID) ** 2)
 
     def _is_reached(self, place: Vector) -> bool:
-        """Whether the way there leads over seen places, and nothing stands in it."""
+        """Test for a free way there over seen ground."""
         way = np.array(place) - self._here
         length = float(np.linalg.norm(way))
         below = self._here[:2] + np.arange(0.0, 1.0, _GRID / length)[:, None] * way[:2]
@@ -151,7 +151,7 @@ class Below:
 
 
 def _slope(points: Points) -> float:
-    """Of the plane that fits these points (N, 3) best, as far as they tell."""
+    """Slope of the plane that fits these points (N, 3) best; 0 if they are too few."""
     if len(points) < _PLANE:
         return 0.0
     east, north, up = (points - points.mean(axis=0)).T
@@ -160,17 +160,17 @@ def _slope(points: Points) -> float:
 
 
 def _squares(points: Points) -> tuple[Squares, Squares]:
-    """Squares (M, 2) with points (N, 3) in them, counted from the origin, and which of them each point is in (N,)."""
+    """Squares (M, 2) with points (N, 3) in them, counted from the origin, and the square of each point (N,)."""
     places = np.floor(points[:, :2] / _GRID).astype(np.int64)
     _, first, of = np.unique((places[:, 0] << 32) + places[:, 1], return_index=True, return_inverse=True)
     return places[first], of
 
 
 def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
-    """How high points (N, 3), each `of` one of the squares (M, 2), lie above the ground next to them.
+    """Heights of points (N, 3), each `of` one of the squares (M, 2), above the ground next to them.
 
-    Ground is the lowest of what hangs together without steps. Roofs are as flat, but nothing leads up to them. Where
-    little was seen, all of it counts: rather is noise taken for ground than what stands on it.
+    Ground is the lowest patch that is connected without steps. Roofs are as flat, but not connected to it. If little
+    was seen, all patches count: it is safer to take noise for ground than an obstacle.
     """
     if len(points) == 0:
         return np.empty(0)

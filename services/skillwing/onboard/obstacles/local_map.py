@@ -1,8 +1,7 @@
-"""What stands around the drone, as far as the measurements of the last seconds tell: voxels with votes.
+"""Local map of obstacles around the drone, from the measurements of the last seconds: voxels with votes.
 
-Each measurement votes for the voxels in which its points lie and against those that it sees through. So a surface is
-known once two measurements agree on it, stays known when it leaves the field of view, and a ghost goes as soon as
-somebody looks there again.
+Each measurement votes for the voxels with its points, and against those that it sees through. So a surface is known
+once two measurements agree on it, and stays known outside the field of view. A false point disappears at the next look.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ Mask = NDArray[np.bool_]
 VOXEL: Final = 0.3
 """Side of a voxel [m]."""
 MEMORY: Final = 20.0
-"""What was not seen again for so long is forgotten [s]: the drone does not know its position better than that."""
+"""Time after which a voxel that was not seen again is dropped, because the drone's position drifts [s]."""
 AGREEING: Final = 2
 """Votes that make a voxel solid."""
 _MOST_VOTES = 6
@@ -27,13 +26,13 @@ _HALF_SPAN = 1 << 20
 
 
 class LocalMap:
-    """Solid voxels within `span` metres of the drone, each with the point that was seen in it last; what was not seen
-    again for `memory` seconds is forgotten."""
+    """Voxels within `span` metres of the drone, each with the point seen in it last. A voxel that was not seen again
+    for `memory` seconds is dropped."""
 
     def __init__(self, span: float = 30.0, memory: float = MEMORY) -> None:
         self._span, self._memory = span, memory
         self._keys: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-        # Coordinate by coordinate, (3, N): most of what is asked of all points goes along one axis.
+        # Coordinate by coordinate, (3, N): most operations on all points are along one axis.
         self._points: Points = np.empty((3, 0))
         self._votes: NDArray[np.int8] = np.empty(0, dtype=np.int8)
         self._stamps: NDArray[np.float64] = np.empty(0)
@@ -42,41 +41,43 @@ class LocalMap:
         return len(self._keys)
 
     def solid_within(self, low: Points, high: Points) -> Points:
-        """Points (N, 3), in the world [m], of the voxels that are agreed on, in the box from `low` to `high` (3,)."""
+        """Points (N, 3), in the world [m], of the solid voxels in the box from `low` to `high` (3,)."""
         solid = np.flatnonzero(self._within(low, high) & (self._votes >= AGREEING))
         return self._points.take(solid, axis=1).T
 
     def part(self, low: Points, high: Points) -> LocalMap:
-        """What of it lies in the box from `low` to `high` (3,), to be asked often."""
+        """The part in the box from `low` to `high` (3,), for many queries."""
         return self._copy(self._within(low, high), self._memory)
 
     def forget(self) -> None:
         self.__init__(self._span, self._memory)
 
     def lately(self, t: float) -> LocalMap:
-        """What one would know at `t` that had seen the same, with the usual memory."""
+        """The map at `t` as it would be with the usual memory."""
         return self._copy(self._stamps >= t - MEMORY, MEMORY)
 
     def see(
         self, points: Points, here: Points, stamp: float, sees_through: Callable[[Points], Mask], votes: int = 1
     ) -> None:
-        """Take in a measurement that ended at `stamp`: its points (N, 3), taken from about `here` (3,), in the world,
-        and what tells which points in the world it saw through. It counts as so many `votes`."""
+        """Take a measurement that ended at `stamp`: its points (N, 3) in the world, taken from about `here` (3,).
+
+        `sees_through` gives the mask of points in the world that it saw through. It counts as so many `votes`.
+        """
         keys, first = np.unique(_keys(points), return_index=True)
         at = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
         known = self._keys[at] == keys if len(self._keys) else np.zeros(len(keys), dtype=bool)
         hit, seen = at[known], first[known]
         self._votes[hit] = np.minimum(self._votes[hit] + votes, _MOST_VOTES)
         self._stamps[hit], self._points[:, hit] = stamp, points[seen].T
-        doubted = sees_through(self._points.T)
-        doubted[hit] = False
-        self._votes[doubted] -= 1
+        passed = sees_through(self._points.T)
+        passed[hit] = False
+        self._votes[passed] -= 1
         kept = (self._votes > 0) & (stamp - self._stamps <= self._memory)
         kept &= self._within(here - self._span, here + self._span)
         self._merge(kept, keys[~known], points[first[~known]], stamp, votes)
 
     def _within(self, low: Points, high: Points) -> Mask:
-        """Which points lie in the box from `low` to `high` (3,)."""
+        """Mask of the points in the box from `low` to `high` (3,)."""
         inside = np.ones(len(self), dtype=np.bool_)
         for along, least, most in zip(self._points, low, high, strict=True):
             inside &= (along >= least) & (along <= most)
@@ -89,7 +90,7 @@ class LocalMap:
         return copy
 
     def _merge(self, kept: Mask, keys: NDArray[np.int64], points: Points, stamp: float, votes: int) -> None:
-        """Leave out what is not `kept`, and put new voxels with so many votes between the others."""
+        """Drop voxels that are not `kept`, and insert new ones with so many votes in order."""
         old, new = np.flatnonzero(kept), len(self._keys) + np.arange(len(keys))
         order = np.argsort(np.concatenate([self._keys[old], keys]), kind="stable")
         source = np.concatenate([old, new])[order]

@@ -1,6 +1,6 @@
-"""Obstacle detection as a process: one sensor at a time makes the depth map, chosen by whoever holds the newest token.
+"""Obstacle detection as a process: one sensor at a time makes the depth map, chosen by the newest token's goal.
 
-For a landing the LiDAR is followed besides, whatever was chosen: its ring sees the ground below the drone.
+For landings the node also subscribes to the LiDAR, whatever was chosen: its ring sees the ground below the drone.
 """
 
 from __future__ import annotations
@@ -9,30 +9,32 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import Axis
+from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.service import answer_with, reply_with
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.frames.vectors import add, to_world
-from skillwing.onboard.geofence import Box
-from skillwing.onboard.messaging import answer_with, reply_with, stream_reader
 from skillwing.onboard.obstacles.free_space import STALE, FreeSpace, Sighting
 from skillwing.onboard.obstacles.landing_memory import LandingMemory
 from skillwing.onboard.obstacles.landing_place import ANYWHERE, Below
 from skillwing.onboard.obstacles.views import view_of
-from skillwing.onboard.options import OptionsError
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
 from skillwing.onboard.sensor_data.names import LIDAR, RANGE, ZED
-from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan
-from skillwing.onboard.topics import ObstacleSource
+from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, measurement_reader
+from skillwing.onboard.topics import common, obstacles, sensors
+from skillwing.onboard.topics.guidance import AUTHORITY, GEOFENCE, GUIDANCE_STATUS, Geofence, GuidanceStatus, Revoked
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.services.bus import Bus, Handle, Publisher
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import encode
 
 PERIOD = 0.1
 
 
 class ObstaclesNode:
-    """Shell around `FreeSpace` and `LandingMemory`. It listens to the camera only while that is the chosen source."""
+    """Shell around `FreeSpace` and `LandingMemory`. It subscribes to the camera only while that is the source."""
 
     name = "obstacles"
     owns_clock = False
@@ -40,41 +42,39 @@ class ObstaclesNode:
 
     def __init__(self) -> None:
         self._source = ObstacleSource.NONE
-        self._holder = Axis("obstacle source")
+        self._holder = CommandAuthority("obstacle source")
         self._space = FreeSpace()
         self._ground = LandingMemory()
         self._poses = PoseHistory()
         self._waiting: dict[ObstacleSource, LidarScan | DepthPicture] = {}
         self._camera: Handle | None = None
         self._failed: set[str] = set()
-        self._navigation: topics.Navigation | None = None
-        self._guidance: topics.GuidanceStatus | None = None
+        self._navigation: Navigation | None = None
+        self._guidance: GuidanceStatus | None = None
         self._targets = ANYWHERE
         self._bus: Bus | None = None
         self._status: Publisher | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._status = bus.advertise(topics.OBSTACLE_STATUS)
-        bus.subscribe(topics.NAVIGATION, message_reader(topics.Navigation, self._on_navigation))
-        bus.subscribe(
-            topics.GUIDANCE_STATUS, message_reader(topics.GuidanceStatus, self._on_guidance), latest_only=True
-        )
-        bus.subscribe(topics.GEOFENCE, message_reader(topics.Geofence, self._on_geofence), events=True)
-        bus.subscribe(topics.RANGE, message_reader(topics.Range, self._on_range))
-        bus.subscribe(topics.AUTHORITY, message_reader(topics.Revoked, self._on_revoked), events=True)
-        bus.subscribe(topics.health_key("*"), message_reader(topics.Health, self._on_health), events=True)
+        self._status = bus.advertise(obstacles.OBSTACLE_STATUS)
+        bus.subscribe(NAVIGATION, message_reader(Navigation, self._on_navigation))
+        bus.subscribe(GUIDANCE_STATUS, message_reader(GuidanceStatus, self._on_guidance), latest_only=True)
+        bus.subscribe(GEOFENCE, message_reader(Geofence, self._on_geofence), events=True)
+        bus.subscribe(sensors.RANGE, message_reader(sensors.Range, self._on_range))
+        bus.subscribe(AUTHORITY, message_reader(Revoked, self._on_revoked), events=True)
+        bus.subscribe(sensors.health_key("*"), message_reader(sensors.Health, self._on_health), events=True)
         self._follow(ObstacleSource.LIDAR)
-        bus.serve(topics.OBSTACLE_COMMAND, answer_with(topics.SelectObstacleSource, self._on_command))
-        bus.serve(topics.LANDING_PLACE, reply_with(topics.Empty, lambda _: self._landing_place()))
+        bus.serve(obstacles.OBSTACLE_COMMAND, answer_with(obstacles.SelectObstacleSource, self._on_command))
+        bus.serve(obstacles.LANDING_PLACE, reply_with(common.Empty, lambda _: self._landing_place()))
         bus.every(PERIOD, self._publish)
 
     def detach(self) -> None:
         """Guidance notices by itself that reports have ended."""
 
-    # --- who chooses -----------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
-    def _on_command(self, command: topics.SelectObstacleSource) -> str:
+    def _on_command(self, command: obstacles.SelectObstacleSource) -> str:
         holder = self._holder
         holder.require_fresh(command.goal_id, command.token)
         if command.source is not ObstacleSource.NONE:
@@ -86,7 +86,7 @@ class ObstaclesNode:
             return "released"
         return "this goal does not hold the source; nothing to release"
 
-    def _on_revoked(self, revoked: topics.Revoked) -> None:
+    def _on_revoked(self, revoked: Revoked) -> None:
         if self._holder.revoke(revoked.goal_id, revoked.token):
             self._release()
 
@@ -107,39 +107,39 @@ class ObstaclesNode:
             self._space.forget()
         if source is ObstacleSource.ZED:
             self._camera = self._follow(source)
-        # Guidance must not begin a segment on the word of a source that has just been given up.
+        # Guidance must not begin a segment by a report of the previous source.
         self._publish()
 
-    # --- what it sees ----------------------------------------------------------------------------------------
+    # --- measurements ----------------------------------------------------------------------------------------
 
     def _follow(self, sensor: ObstacleSource) -> Handle:
         assert self._bus is not None
         key, read, _ = _SENSORS[sensor]
-        reader = stream_reader(read, lambda measurement: self._on_measurement(sensor, measurement))
+        reader = measurement_reader(read, lambda measurement: self._on_measurement(sensor, measurement))
         return self._bus.subscribe(key, reader, latest_only=True)
 
-    def _on_navigation(self, navigation: topics.Navigation) -> None:
+    def _on_navigation(self, navigation: Navigation) -> None:
         self._navigation = navigation
         self._poses.add(navigation)
         self._ground.follow(navigation)
         for sensor in list(self._waiting):
             self._place_measurement(sensor)
 
-    def _on_guidance(self, status: topics.GuidanceStatus) -> None:
+    def _on_guidance(self, status: GuidanceStatus) -> None:
         self._guidance = status
 
-    def _on_geofence(self, fence: topics.Geofence) -> None:
+    def _on_geofence(self, fence: Geofence) -> None:
         self._targets = Box(fence.low, fence.high)
 
-    def _on_health(self, health: topics.Health) -> None:
-        if health.status is topics.SensorStatus.FAILED:
+    def _on_health(self, health: sensors.Health) -> None:
+        if health.status is sensors.SensorStatus.FAILED:
             self._failed.add(health.sensor)
             if health.sensor == RANGE:
                 self._ground.drop_line()
         else:
             self._failed.discard(health.sensor)
 
-    def _on_range(self, seen: topics.Range) -> None:
+    def _on_range(self, seen: sensors.Range) -> None:
         navigation = self._navigation
         if seen.distance is None or RANGE in self._failed or navigation is None or not navigation.valid:
             return
@@ -154,7 +154,7 @@ class ObstaclesNode:
             self._place_measurement(sensor)
 
     def _place_measurement(self, sensor: ObstacleSource) -> None:
-        """A measurement waits until the drone's pose is known up to its end."""
+        """Place the waiting measurement once the drone's pose is known up to its end."""
         measurement = self._waiting[sensor]
         if not self._poses.covers(*measurement.span):
             return
@@ -167,21 +167,21 @@ class ObstaclesNode:
             self._ground.see(sensor, sighting)
 
     def _ground_wants(self, sensor: ObstacleSource, measurement: LidarScan | DepthPicture) -> bool:
-        """Whoever flies by a sensor that has failed stops by himself; but nobody is to land by what it makes up."""
+        """Test for a measurement for the landing memory: the memory needs it, and the sensor has not failed."""
         return _SENSORS[sensor].name not in self._failed and self._ground.wants(sensor, measurement.span[1])
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- publications ----------------------------------------------------------------------------------------
 
     def _publish(self) -> None:
         assert self._bus is not None
         assert self._status is not None
         t, navigation = self._bus.now(), self._navigation
-        status = topics.ObstacleStatus(
+        status = obstacles.ObstacleStatus(
             t=t, source=self._source, free_distance=None, horizon=0.0, ahead=None, stamp=None
         )
         if navigation is not None and self._source is not ObstacleSource.NONE:
             outlook = self._space.outlook(t, navigation.position, navigation.velocity, navigation.heading, self._way(t))
-            status = topics.ObstacleStatus(
+            status = obstacles.ObstacleStatus(
                 t=t,
                 source=self._source,
                 free_distance=outlook.free_distance,
@@ -192,24 +192,26 @@ class ObstaclesNode:
             )
         self._status.put(encode(status))
 
-    def _landing_place(self) -> topics.LandingPlace:
+    def _landing_place(self) -> obstacles.LandingPlace:
         assert self._bus is not None
         t, navigation = self._bus.now(), self._navigation
         known = self._ground.known(t)
         if known is None or navigation is None or not navigation.valid or t - navigation.t > STALE:
-            return topics.LandingPlace(place=None, text="nothing is known of the ground below")
+            return obstacles.LandingPlace(place=None, text="nothing is known of the ground below")
         below = Below(known, navigation.position)
         if not below.taken:
             seen = "the ground below is free" if below.seen else "nothing is known to stand below"
-            return topics.LandingPlace(place=None, text=seen)
+            return obstacles.LandingPlace(place=None, text=seen)
         place = below.free_place(self._targets)
         elsewhere = "no free ground is known within reach"
         if place is not None:
             elsewhere = f"free ground is known {math.dist(place[:2], navigation.position[:2]):.0f} m away"
-        return topics.LandingPlace(place=place, taken=True, text=f"something stands below, or it is steep; {elsewhere}")
+        return obstacles.LandingPlace(
+            place=place, taken=True, text=f"something stands below, or it is steep; {elsewhere}"
+        )
 
-    def _way(self, t: float) -> tuple[topics.Vector3, ...]:
-        """Where guidance is flying, as far as it says so itself."""
+    def _way(self, t: float) -> tuple[common.Vector3, ...]:
+        """Corners of the way that guidance flies, by its own status."""
         guidance = self._guidance
         if guidance is None or guidance.target is None or t - guidance.t > STALE:
             return ()
@@ -224,7 +226,7 @@ def make_obstacles(options: dict[str, Any]) -> ObstaclesNode:
 
 
 class _Sensor(NamedTuple):
-    """Where its measurements come from, and its name in messages of health."""
+    """Key and decoder of a sensor's measurements, and its name in messages of health."""
 
     key: str
     read: Callable[[bytes, bytes], LidarScan | DepthPicture]
@@ -232,8 +234,8 @@ class _Sensor(NamedTuple):
 
 
 _SENSORS = {
-    ObstacleSource.ZED: _Sensor(topics.ZED_DEPTH, DepthPicture.decode, ZED),
-    ObstacleSource.LIDAR: _Sensor(topics.LIDAR, LidarScan.decode, LIDAR),
+    ObstacleSource.ZED: _Sensor(sensors.ZED_DEPTH, DepthPicture.decode, ZED),
+    ObstacleSource.LIDAR: _Sensor(sensors.LIDAR, LidarScan.decode, LIDAR),
 }
 
 LOOKING_ACROSS = frozenset({ObstacleSource.LIDAR})

@@ -1,4 +1,4 @@
-"""Where the two ranging sensors look, how far they can be relied on, and what a measurement sees through.
+"""Views of the two ranging sensors: field of view, reach, and the free space that a measurement sees through.
 
 Axes are the body's (FLU) [m].
 """
@@ -21,29 +21,29 @@ Mask = NDArray[np.bool_]
 Image = NDArray[np.float32]
 
 THINNEST: Final = 0.2
-"""Width of the thinnest pole that has to be noticed from as far as a view's reach [m]."""
+"""Width of the thinnest pole that a sensor has to detect within its reach [m]."""
 _SLACK = 0.5
-"""What lies beside a field of view by no more than this is still inside the hull's way that is in view [m]."""
+"""Margin of the field of view, inside of the drone's own width [m]."""
 _BEYOND = 0.4
-"""By so much a measurement has to lie behind a place to have seen through it [m], beside the sensor's noise."""
+"""Least distance of a return behind a place that it has seen through [m], plus the sensor's noise."""
 _ON_THE_MOVE = 0.3
 
 
-class View(Protocol):
-    """Where a sensor looks with one measurement, and what that one sees through."""
+class SensorView(Protocol):
+    """View of a sensor with one measurement."""
 
     @property
     def sight(self) -> float:
-        """No return from farther away is used [m]."""
+        """Largest range of returns in use [m]."""
         ...
 
     @property
     def reach(self) -> float:
-        """Up to here even a thin pole gives enough returns [m]."""
+        """Largest distance at which even a thin pole gives enough returns [m]."""
         ...
 
     def contains(self, place: Vector) -> bool:
-        """Whether a place, from the drone's centre, lies in the field of view, be it beyond the sight."""
+        """Test for a place, from the drone's centre, in the field of view, at any range."""
         ...
 
     def axis(self, heading: float, velocity: Points) -> Points | None:
@@ -51,17 +51,17 @@ class View(Protocol):
         ...
 
     def sees_through(self, places: Points) -> Mask:
-        """Which of these places (N, 3), from the sensor, a ray has passed on its way to something farther."""
+        """Mask of the places (N, 3), from the sensor, that a ray has passed on its way to a farther return."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
     """A pyramid around the body's x axis; `across` and `upright` are the tangents of its half angles. `nearest`
-    (rows, columns) is the depth [m] of what is nearest around each block of pixels, infinity where nothing is known.
+    (rows, columns) is the least depth [m] around each block of pixels, infinity where it is unknown.
 
-    The reach is where depth noise (`DEPTH_NOISE`) has grown to 0.3 m, the side of a voxel; a pole of 0.2 m is more than
-    two pixels wide there.
+    At the reach the depth noise (`DEPTH_NOISE`) is 0.3 m, the side of a voxel; a pole of 0.2 m is more than two pixels
+    wide there.
     """
 
     across: float
@@ -102,11 +102,11 @@ class CameraView:
 
 @dataclass(frozen=True, slots=True)
 class RingView:
-    """A ring orthogonal to the body's x axis, so thick. `nearest` (columns, beams) is the range [m] of what is nearest
-    around each block of its directions, infinity where nothing is known.
+    """A ring orthogonal to the body's x axis, `half_angle` thick to each side. `nearest` (columns, beams) is the least
+    range [m] around each block of its directions, infinity where it is unknown.
 
-    The reach is where two neighbouring beams are as far apart as the thinnest pole is wide: between them, right ahead,
-    it would be missed from farther away.
+    At the reach two neighbouring beams are as far apart as the thinnest pole is wide. Farther away the pole could stand
+    between them.
     """
 
     half_angle: float = math.radians(12.0)
@@ -139,8 +139,8 @@ class RingView:
         (fore, left, up), distance = places.T.take(in_ring, axis=1), distance.take(in_ring)
         columns, beams = self.nearest.shape
         turn = np.arctan2(up, left) / (2 * np.pi) % 1.0
-        lean = np.arcsin(np.clip(fore / distance, -1.0, 1.0)) / LIDAR_HALF_FAN
-        beam = np.round(0.5 * (lean + 1.0) * (beams - 1)).astype(np.int64)
+        tilt = np.arcsin(np.clip(fore / distance, -1.0, 1.0)) / LIDAR_HALF_FAN
+        beam = np.round(0.5 * (tilt + 1.0) * (beams - 1)).astype(np.int64)
         seen = np.where(np.isfinite(self.nearest), self.nearest, 0.0)
         seen = seen[(turn * columns).astype(np.int64) % columns, np.clip(beam, 0, beams - 1)]
         through = np.zeros(len(places), dtype=np.bool_)
@@ -149,16 +149,16 @@ class RingView:
 
 
 def _cell(aside: Points, count: int) -> NDArray[np.int64]:
-    """Which of `count` rows or columns: from -1 at the last one's far edge to 1 at the first one's."""
+    """Row or column out of `count`: from -1 at the last one's far edge to 1 at the first one's."""
     return np.minimum((0.5 * count * (1.0 - aside)).astype(np.int64), count - 1)
 
 
 _COLUMNS = 8
-"""Neighbouring columns of a scan that make one block of directions."""
+"""Number of neighbouring columns in a block of directions."""
 
 
-def view_of(measurement: LidarScan | DepthPicture) -> View:
-    """Where this measurement looked."""
+def view_of(measurement: LidarScan | DepthPicture) -> SensorView:
+    """The view of this measurement."""
     return CameraView.of(measurement) if isinstance(measurement, DepthPicture) else RingView.of(measurement)
 
 

@@ -1,1 +1,1 @@
-"""LiDAR-inertial odometry: where the drone is, from scans and inertial measurements alone."""
+"""LiDAR-inertial odometry: the drone's pose from scans and inertial measurements alone."""

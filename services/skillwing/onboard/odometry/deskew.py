@@ -1,4 +1,4 @@
-"""A scan as if the whole of it had been measured at its end."""
+"""Deskewing: a scan as if all of it had been measured at its end."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from skillwing.onboard.sensor_data.scans import OWN_BODY, LidarScan
 
 _HASH_BITS = 17
 _FACTORS = np.array([2654435761, 2246822519, 3266489917], dtype=np.uint32)
-"""Large odd numbers: the upper bits of multiples of theirs are spread evenly (Knuth, section 6.4)."""
+"""Large odd numbers: the upper bits of their multiples are spread evenly (Knuth, section 6.4)."""
 
 
 @dataclass(frozen=True, slots=True)
 class StillScan:
-    """Returns (N, 3) in body axes at the end of the scan [m], their `ranges` (N,) as measured [m], and `sensor` (3,),
-    where the sensor was in the middle of the scan.
+    """Returns (N, 3) in body axes at the end of the scan [m], and their `ranges` (N,) as measured [m].
+
+    `sensor` (3,) is the sensor's position in the middle of the scan.
 
     Points lie in memory axis by axis, because arrays of threes are slow to compute with.
     """
@@ -36,7 +37,7 @@ class StillScan:
 
 
 def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
-    """Put each column where it was measured, as seen from the end of the track, which must cover the scan.
+    """Move each column to its pose of measurement, relative to the end of the track, which must cover the scan.
 
     Between two samples of the track, some milliseconds apart, poses are interpolated linearly. Returns from farther
     than `reach` [m] and from the drone itself are left out.
@@ -44,7 +45,7 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
     header = scan.header
     within = (scan.ranges > 0.0) & (scan.ranges <= reach)
     columns = np.flatnonzero(within.any(axis=1))  # the others look into the sky
-    # The last time is that of the scan's own middle.
+    # The last time is the middle of the scan.
     times = header.t0 + np.append((columns + 0.5) / header.columns, 0.5) * (header.t1 - header.t0)
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, len(track.times) - 2)
     share = (times - track.times[before]) / (track.times[before + 1] - track.times[before])

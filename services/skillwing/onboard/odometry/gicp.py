@@ -1,10 +1,9 @@
-"""small_gicp (Koide, JOSS 2024) in the place of our own registration, to compare with.
+"""small_gicp (Koide, JOSS 2024) instead of our own registration, for comparison.
 
-Each scan is registered with all scans before it as VGICP does (Koide et al., 2021): points with the spread of their
-neighbours, against voxels with the spread of the points in them. Its map is taken for true: there are no keyframes. All
-else is as with our planes: registration begins at the pose that inertial measurements predict, scans are deskewed by
-them, and the filter weighs the registered pose by what its Hessian says, so that a direction in which nothing holds the
-drone is left to the inertial measurements.
+VGICP (Koide et al., 2021) registers each scan with all scans before it: points with the spread of their neighbours,
+against voxels with the spread of their points. The filter takes its map for exact: there are no keyframes. The rest is
+as with our planes. Registration begins at the predicted pose, and inertial measurements deskew the scans. The filter
+weighs the registered pose by its Hessian; a direction without information is left to the inertial measurements.
 """
 
 from __future__ import annotations
@@ -17,29 +16,29 @@ from typing import Any, Final
 import numpy as np
 
 from skillwing.onboard.odometry.deskew import StillScan
+from skillwing.onboard.odometry.divergence_monitor import InnovationGate
 from skillwing.onboard.odometry.filter import Evidence, update
 from skillwing.onboard.odometry.matching import MakeMatcher, Match, unchanged
 from skillwing.onboard.odometry.propagation import Prediction
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE, POSE, POSITION, State
-from skillwing.onboard.odometry.vigil import Judge
 
 VOXEL: Final = 0.35
 """Side of the voxels of the map [m]."""
 _CELL, _NEIGHBOURS = 0.25, 20
-"""Points are thinned to one in each cube of this side [m], and take their spread from so many neighbours."""
+"""Side of the cubes in which points are thinned to one [m], and number of neighbours that give their spread."""
 _FARTHEST = 0.5
-"""A point and its voxel may be so far apart [m]."""
+"""Largest distance of a point from its voxel [m]."""
 _LEAST_CLOSE = 0.3
-"""Of all points this share has to find a voxel. Unlike ours, small_gicp does not tell what contradicts the map from
-what is new: on a sound flight half of the points were new for some scans in a row."""
+"""Least share of points with a voxel. Unlike our registration, small_gicp does not separate points that contradict the
+map from new ones: on a sound flight half of the points were new for some scans in a row."""
 _WEIGHT = 0.25
-"""Of a scan's evidence: its points err together."""
-_LARGEST_SURPRISE = 100.0
-"""Of one scan by itself, which weighs more than one of ours: 45 was seen on a sound flight."""
+"""Weight of a scan's evidence: its points have common errors."""
+_LARGEST_NIS = 100.0
+"""Limit of one scan by itself, which weighs more than one of ours: 45 was seen on a sound flight."""
 _KEPT_SCANS, _CLEARING = 1_000_000, 1000
-"""small_gicp forgets voxels that so many scans have not seen, when it clears up. Ours forgets none."""
+"""Scans without a voxel after which small_gicp may drop it, and period of its clean-up. Our map drops none."""
 
 
 class MissingLibraryError(ImportError):
@@ -53,9 +52,9 @@ class MissingLibraryError(ImportError):
 
 
 def gicp_matcher() -> MakeMatcher:
-    """What makes matchers that use small_gicp. Raises MissingLibraryError."""
+    """A maker of matchers that use small_gicp. Raises MissingLibraryError."""
     try:
-        # By its name: it is optional, and says nothing of its types.
+        # By its name: it is optional, and has no type hints.
         library = importlib.import_module("small_gicp")
     except ImportError as error:
         raise MissingLibraryError from error
@@ -63,19 +62,19 @@ def gicp_matcher() -> MakeMatcher:
 
 
 class GicpMatcher:
-    """Registers scans with a voxel map that has no bounds. One thread, so that the same scans give the same poses."""
+    """Registration with an unbounded voxel map, in one thread, so that the same scans give the same poses."""
 
     def __init__(self, library: ModuleType) -> None:
         self._library = library
         self._map: Any = library.GaussianVoxelMap(VOXEL)
         self._map.set_lru(_KEPT_SCANS, _CLEARING)
-        self._judge = Judge(_LEAST_CLOSE, _LARGEST_SURPRISE, remembered=0.0)
+        self._gate = InnovationGate(_LEAST_CLOSE, _LARGEST_NIS, remembered=0.0)
         self._empty = True
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
         cloud, _ = self._library.preprocess_points(scan.points.astype(np.float64), _CELL, _NEIGHBOURS)
         match = self._first(predicted, cloud) if self._empty else self._register(predicted, cloud)
-        if match.believed:
+        if match.accepted:
             self._map.insert(cloud, _transform(match.posterior.state))
             self._empty = False
         return match
@@ -94,8 +93,8 @@ class GicpMatcher:
             prior, covariance, lambda state, _: Evidence(information, information @ seen.minus(state)[POSE])
         )
         agreement = Agreement(cloud.size(), cloud.size(), registered.num_inliers)
-        judgement = self._judge(agreement, covariance, posterior)
-        return Match(unchanged(predicted) if judgement.doubt else posterior, agreement, judgement)
+        result = self._gate(agreement, covariance, posterior)
+        return Match(unchanged(predicted) if result.rejection else posterior, agreement, result)
 
 
 def _transform(state: State) -> Floats:
@@ -106,13 +105,13 @@ def _transform(state: State) -> Floats:
 
 
 def _moved(state: State, transform: Floats) -> State:
-    """The same with another pose."""
+    """The same state with another pose."""
     turn, position = transform[:3, :3], transform[:3, 3]
     return replace(state, position=position, turn=turn)
 
 
 def _information(hessian: Floats, turn: Floats) -> Floats:
-    """The information matrix (6, 6) of a pose's error as the filter writes it.
+    """The information matrix (6, 6) of a pose's error in the filter's order.
 
     small_gicp moves a pose in body axes, first the rotation and then the translation; the filter's error of the
     position is in world axes, and comes first.

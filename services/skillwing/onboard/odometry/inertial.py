@@ -1,4 +1,4 @@
-"""Inertial measurements as they come in, kept until a scan asks for them."""
+"""Inertial measurements, and their memory until the next scan."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.topics import ImuHeader
+from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, decode
 
 _COLUMNS = 7
 _JITTER, _ANOTHER_TIME = 1e-3, 1.0
-"""Batches may overlap by so much, and time was reset when they are so far apart [s]."""
+"""Largest overlap of batches, and distance between them that means a reset of time [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Inertial:
 
     @staticmethod
     def decode(payload: bytes, attachment: bytes) -> Inertial:
-        """A batch as published. Raises ProtocolError for anything else, and for values that are no numbers."""
+        """Decode a published batch. Raises ProtocolError for anything else, and for values that are no numbers."""
         header = decode(attachment, ImuHeader)
         if header.count < 1 or len(payload) != 4 * _COLUMNS * header.count:
             raise ProtocolError(f"{len(payload)} bytes are no {header.count} inertial samples")
@@ -47,10 +47,10 @@ class Inertial:
 
 
 class InertialMemory:
-    """The batches since the last scan, but none older than `span` [s]: where there are no scans nobody takes them.
+    """Memory of the batches since the last scan, but none older than `span` [s], in case there are no scans.
 
-    covered_until: up to which time measurements are there; None before the first. A batch covers its last sample and
-    one sampling period more. A batch that came twice is dropped; one from quite another time begins the memory anew.
+    covered_until: end of the time with measurements; None before the first. A batch covers its last sample and one
+    sampling period more. A repeated batch is dropped; one from a very different time clears the memory first.
     """
 
     def __init__(self, span: float) -> None:

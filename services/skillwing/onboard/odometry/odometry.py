@@ -1,4 +1,4 @@
-"""LiDAR-inertial odometry as one object without I/O: feed it measurements, and take a fix for each scan."""
+"""LiDAR-inertial odometry without I/O: measurements in, a fix for each scan out."""
 
 from __future__ import annotations
 
@@ -10,65 +10,66 @@ from typing import Final
 import numpy as np
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.odometry.beginning import Beginning
-from skillwing.onboard.odometry.bridge import NavigationBridge
 from skillwing.onboard.odometry.deskew import StillScan, deskew
+from skillwing.onboard.odometry.divergence_monitor import DivergenceMonitor
 from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
+from skillwing.onboard.odometry.initialisation import Initialisation
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
+from skillwing.onboard.odometry.navigation_bridge import NavigationBridge
 from skillwing.onboard.odometry.propagation import ImuNoise, predict
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import GRAVITY, POSITION, SIZE, G, State
-from skillwing.onboard.odometry.vigil import Vigil
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
-from skillwing.onboard.topics import Navigation
+from skillwing.onboard.topics.navigation import Navigation
 
 REACH: Final = 60.0
-"""Returns from farther away are not used [m]."""
+"""Largest range of returns in use [m]."""
 PATIENCE: Final = 2.0
-"""Without scans, or without anything, for so long the drone is lost [s]."""
-HUNGRY_SCANS: Final = 5
-"""So many scans without inertial measurements in between mean that only these are missing, and will be."""
+"""Time without scans after which odometry is lost [s]."""
+SCANS_WITHOUT_IMU: Final = 5
+"""Number of scans without inertial measurements in between from which odometry is lost."""
 KEPT: Final = 2.0 * PATIENCE
-"""Inertial measurements are kept for so long: by then a drone that nothing has asked for them is lost [s]."""
+"""Span of the memory of inertial measurements; without a scan for so long odometry is lost [s]."""
 LARGEST_GAP: Final = 0.1
-"""Where inertial measurements are missing for longer, navigation has to say how the drone has moved [s]."""
+"""Longest gap in inertial measurements; navigation has to bridge a longer one [s]."""
 
 DRIFT: Final = 0.0015
-"""Standard deviation of the drift along each axis, as a share of the way. About twice what sound flights drift, to be
-on the safe side: docs/mapping.md has errors in units of it."""
+"""Standard deviation of the drift along each axis, as a share of the way. It is about twice the drift of sound flights:
+docs/mapping.md has errors in units of it."""
 
 
 class Phase(StrEnum):
     STARTING = "STARTING"  # there is no pose yet
     TRACKING = "TRACKING"
-    DOUBTING = "DOUBTING"  # the last scans did not fit: the pose comes from inertial measurements
-    LOST = "LOST"  # poses are not to be believed any more; a new start is needed
+    DOUBTING = "DOUBTING"  # the last scans were rejected: the pose comes from inertial measurements
+    LOST = "LOST"  # poses are wrong; odometry has to be initialised again
 
 
 @dataclass(frozen=True)
 class Fix:
-    """What a scan made known: the state at `t` in the frame of the planes, the covariance (N, N) of its error, how
-    the scan agrees with the map, and its returns. `believed`: the scan was used; `surprise`: how much it and those
-    before it contradict what was predicted (`vigil.py`); `origin` (3,): where odometry began; `way`: how far the drone
-    has come since [m]."""
+    """Result of a scan: the state at `t` in the frame of the planes, and the covariance (N, N) of its error.
+
+    `accepted`: the scan was used. `nis`: normalised innovation squared, with that of scans before
+    (`divergence_monitor.py`). `origin` (3,): start of odometry. `way`: metres flown since.
+    """
 
     t: float
     state: State
     covariance: Floats
     agreement: Agreement
-    believed: bool
-    surprise: float
+    accepted: bool
+    nis: float
     origin: Floats
     way: float
     scan: StillScan
 
     @cached_property
     def levelled(self) -> State:
-        """The state as it is given out.
+        """The state in a level frame, as odometry publishes it.
 
-        The frame of the planes leans as the first pose did, by up to a degree, and what is far away would be mapped too
-        high or too low. Gravity becomes known in flight; with it the lean does, and is taken out.
+        The frame of the planes is tilted as the first pose was, by up to a degree: distant points would be mapped too
+        high or too low. In flight the filter estimates gravity, and with it the tilt, which is taken out here.
         """
         return self.state.levelled(self.origin)
 
@@ -76,14 +77,14 @@ class Fix:
     def position_sigma(self) -> Floats:
         """Standard deviation (3,) of the levelled position [m].
 
-        The filter takes what was laid before the last keyframes for true. That part of the map has drifted, by a share
-        of the way that was measured on flights, and leans by what gravity may be wrong.
+        The filter takes planes mapped before the last keyframes for exact. That part of the map has drifted, by a share
+        of the way that was measured on flights. It is tilted by the error of gravity.
         """
         variances = np.diag(self.covariance)
-        lean_x, lean_y, _ = variances[GRAVITY] / G**2
+        tilt_x, tilt_y, _ = variances[GRAVITY] / G**2
         x, y, z = (self.state.position - self.origin) ** 2
-        leaning = np.array([lean_x * z, lean_y * z, lean_x * x + lean_y * y])
-        return np.sqrt(variances[POSITION] + leaning + (DRIFT * self.way) ** 2)
+        tilted = np.array([tilt_x * z, tilt_y * z, tilt_x * x + tilt_y * y])
+        return np.sqrt(variances[POSITION] + tilted + (DRIFT * self.way) ** 2)
 
     def placed(self, reach: float) -> PlacedPoints:
         """The returns within `reach` of the sensor [m], in the world frame."""
@@ -96,8 +97,8 @@ class Fix:
 class Odometry:
     """One flight's odometry inside the box from `low` to `high`.
 
-    Its frame is ENU as navigation has it when odometry begins; see `Beginning`. A scan is worked on once the inertial
-    measurements cover it, so that `imu` and `scan` both may give a fix.
+    Its frame is navigation's ENU at the start of odometry; see `Initialisation`. Odometry processes a scan once the
+    inertial measurements cover it, so that both `imu` and `scan` may return a fix.
     """
 
     def __init__(
@@ -113,15 +114,15 @@ class Odometry:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything, and begin anew from navigation."""
+        """Discard everything, and initialise again from navigation."""
         self.phase, self.text = Phase.STARTING, "waits for navigation and for two seconds at rest"
         self.begun_at: float | None = None
-        self._beginning: Beginning | None = Beginning()
+        self._initialisation: Initialisation | None = Initialisation()
         self._memory = InertialMemory(KEPT)
         self._waiting: LidarScan | None = None
-        self._hungry = 0
+        self._scans_without_imu = 0
         self._bridge = NavigationBridge()
-        self._vigil = Vigil()
+        self._monitor = DivergenceMonitor()
         self._matcher = self._make_matcher(self._low, self._high)
         self._t = self._fixed_at = self._way = 0.0
         self._state: State | None = None
@@ -129,32 +130,32 @@ class Odometry:
         self._covariance = np.zeros((SIZE, SIZE))
 
     def navigation(self, navigation: Navigation) -> None:
-        """A navigation solution: it matters only until odometry has begun, and where measurements are missing."""
+        """Take a navigation solution, for the initialisation and to bridge gaps in measurements."""
         self._bridge.navigation(navigation)
-        if self._beginning is not None:
-            self._beginning.navigation(navigation)
+        if self._initialisation is not None:
+            self._initialisation.navigation(navigation)
 
     def imu(self, batch: Inertial) -> Fix | None:
-        """A batch of inertial measurements."""
+        """Take a batch of inertial measurements."""
         if not self._memory.add(batch):
             return None
-        self._hungry = 0
-        if self._beginning is not None:
-            self._beginning.imu(batch)
+        self._scans_without_imu = 0
+        if self._initialisation is not None:
+            self._initialisation.imu(batch)
         return self._advance()
 
     def scan(self, scan: LidarScan) -> Fix | None:
-        """A scan. One that comes while another still waits for inertial measurements takes its place."""
+        """Take a scan. It replaces one that still waits for inertial measurements."""
         self._waiting = scan
-        self._hungry += 1
+        self._scans_without_imu += 1
         return self._advance()
 
     def check(self, t: float) -> None:
-        """Time has passed: notice when one of the sensors has fallen silent."""
+        """Detect a silent sensor at `t`."""
         if self._state is None or self.phase is Phase.LOST:
             return
         covered = self._memory.covered_until
-        if self._hungry >= HUNGRY_SCANS and covered is not None:
+        if self._scans_without_imu >= SCANS_WITHOUT_IMU and covered is not None:
             self._lose(f"there were no inertial measurements for {t - covered:.1f} s")
         elif t - self._fixed_at > PATIENCE:
             self._lose(self.text or f"there were no scans for {PATIENCE:g} s")
@@ -170,15 +171,15 @@ class Odometry:
         return self._follow(self._state, scan)
 
     def _begin(self, t: float) -> None:
-        assert self._beginning is not None
-        begun = self._beginning.begin(t)
+        assert self._initialisation is not None
+        begun = self._initialisation.begin(t)
         if begun is None:
             return
         self._state, self._covariance = begun
         self._origin = self._state.position
         self._t = self._fixed_at = self.begun_at = t
         self._bridge.reached(t)
-        self._beginning = None
+        self._initialisation = None
         self.phase, self.text = Phase.TRACKING, ""
 
     def _follow(self, state: State, scan: LidarScan) -> Fix | None:
@@ -188,38 +189,38 @@ class Odometry:
         measured = self._memory.take(self._t, end)
         gap = measured.largest_gap(self._t, end)
         if not len(measured) or gap > LARGEST_GAP:
-            self._cross(state, end, gap)
+            self._bridge_gap(state, end, gap)
             return None
         predicted = predict(state, self._covariance, measured, self._t, end, self._noise)
         still = deskew(scan, predicted.track, REACH)
         match = self._matcher.match(predicted, still)
         posterior = match.posterior
-        surprise = 0.0
-        if match.judgement is not None:
-            surprise = match.judgement.surprise
-            self._vigil.observe(match.judgement, posterior)
+        nis = 0.0
+        if match.result is not None:
+            nis = match.result.nis
+            self._monitor.observe(match.result, posterior)
         self._go_to(end, posterior.state, posterior.covariance)
         self._fixed_at = end
-        if self._vigil.verdict:
-            self._lose(self._vigil.verdict)
+        if self._monitor.failure:
+            self._lose(self._monitor.failure)
         else:
-            self.phase, self.text = (Phase.DOUBTING if self._vigil.doubting else Phase.TRACKING), ""
+            self.phase, self.text = (Phase.DOUBTING if self._monitor.rejecting else Phase.TRACKING), ""
         return Fix(
             end,
             posterior.state,
             posterior.covariance,
             match.agreement,
-            match.believed,
-            surprise,
+            match.accepted,
+            nis,
             self._origin,
             self._way,
             still,
         )
 
-    def _cross(self, state: State, end: float, gap: float) -> None:
-        """Go on at `end`, from where the next scan is followed again; or at a later scan, if navigation is late.
+    def _bridge_gap(self, state: State, end: float, gap: float) -> None:
+        """Bridge a gap in inertial measurements by navigation, up to the scan's `end`, or up to a later scan's.
 
-        Measurements that go on being missing leave no scan to be followed, and that ends like no scans at all.
+        If the measurements stay away, odometry is lost as without scans.
         """
         self.phase, self.text = Phase.DOUBTING, f"inertial measurements were missing for {gap:.2f} s"
         crossed = self._bridge.over(state, self._covariance, end)

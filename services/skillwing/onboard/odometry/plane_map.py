@@ -1,10 +1,10 @@
-"""Space as small planes: in each voxel the plane through the points that were seen there, if they lie on one.
+"""Map of planes: in each voxel the plane through its points, if they lie on one.
 
 As in VoxelMap (Yuan et al., 2022) and the surfel maps before it, with a dense grid of voxels instead of a hash table:
 a bounded site is small, and updates are array operations.
 
 A voxel has room for two planes, each of which is seen from its own side only: the two faces of a wall that is thinner
-than a voxel. As a single plane such a wall would seem to move by its thickness whenever the drone comes round it.
+than a voxel. As a single plane such a wall would seem to move by its thickness when the drone flies around it.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from skillwing.onboard.odometry.so3 import Floats
 
 T = TypeVar("T", bound=np.generic)
 _FEWEST = 8
-"""Points that make a plane."""
+"""Fewest points of a plane."""
 _MOST = 800
-"""After so many points a face takes no more: the map must not follow a drifting drone."""
+"""Most points of a face: the map must not follow a drifting drone."""
 _REFIT = 1.3
-"""A plane is fitted anew when its face has so many times the points of the last fit."""
+"""Growth of a face's number of points after which its plane is fitted again."""
 _NOISE = 0.02
-"""Of a point about its plane at least [m]."""
+"""Least standard deviation of a point about its plane [m]."""
 _INDEPENDENT = 60.0
-"""So many of a plane's points at most err on their own: neighbours lie on the same unevenness, and were seen from poses
-that were wrong alike."""
+"""Most points of a plane that count as independent: neighbours share the unevenness of the surface and the error of the
+pose."""
 _FLAT, _WIDE = 0.12, 0.1
-"""Standard deviations of a plane's points: across it at most [m], and along it at least, in sides of a voxel."""
+"""Largest standard deviation of a plane's points across it [m], and least one along it, in sides of a voxel."""
 LATELY = 50
-"""Scans for which a plane that was confirmed stays so: five seconds."""
+"""Scans for which a confirmation of a plane is valid: five seconds."""
 _ROOM = 8192
 _NORMAL, _CENTRE, _LOOSE, _ROUGHNESS, _OFFSET, _TILT = slice(0, 3), slice(3, 6), slice(6, 9), 9, 10, 11
 """Columns of a plane."""
@@ -43,14 +43,16 @@ _PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 @dataclass(frozen=True, slots=True)
 class Matches:
-    """Points that lie in voxels with a plane: their numbers (N,), the planes (N,) and their unit normals (N, 3), the
-    points' distances from the planes (N,) [m], the planes' roughness (N,) as variances [m2], and the variances (N,) of
-    the planes themselves at the points [m2], which grow outward from where a plane was seen. `lately` (N,): whether the
-    plane was confirmed within the last scans; `keyframes` (N,): the numbers of those that the planes were laid from.
+    """Points in voxels with a plane: their numbers (N,), the planes (N,) and their unit normals (N, 3).
 
-    A plane's normal is least sure along the way in which its points spread least: `loose` (N, 3) are these unit
-    vectors, `tilts` (N,) the variances of the normal along them [rad2], `levers` (N,) how far along them the points
-    are from the middle of the plane [m].
+    `distances` (N,) are those of the points from the planes [m], `roughness` (N,) the variances of the planes' points
+    [m2]. `plane_variances` (N,) are those of the planes at the points [m2], which grow outward from a plane's centre.
+    `lately` (N,): the plane was confirmed within the last scans. `keyframes` (N,): numbers of the keyframes that the
+    planes were mapped from.
+
+    A plane's normal is least certain along the direction in which its points spread least. `loose` (N, 3) are these
+    unit vectors, and `tilts` (N,) the variances of the normal along them [rad2]. `levers` (N,) are the points'
+    distances along them from the middle of the plane [m].
     """
 
     points: NDArray[np.int64]
@@ -58,7 +60,7 @@ class Matches:
     normals: Floats
     distances: Floats
     roughness: Floats
-    doubt: Floats
+    plane_variances: Floats
     lately: NDArray[np.bool_]
     keyframes: NDArray[np.int64]
     loose: Floats
@@ -67,7 +69,7 @@ class Matches:
 
 
 class PlaneMap:
-    """Cubic voxels of `size` metres that fill the box from `low` to `high`. What lies outside is not mapped."""
+    """Cubic voxels of `size` metres that fill the box from `low` to `high`. Points outside are not mapped."""
 
     def __init__(self, low: Vector, high: Vector, size: float) -> None:
         self._size = size
@@ -75,31 +77,31 @@ class PlaneMap:
         self._shape = np.ceil((np.array(high) - self._low) / size).astype(np.int64)
         self._count = int(self._shape.prod())
         self._rows = np.full(2 * self._count, -1, dtype=np.int32)
-        """Of each face, its row in the table of those of which anything was seen, or -1. Each voxel's first face comes
-        before all second ones, which are what is seen from behind the plane of the first."""
+        """Row of each face in the tables, or -1 for a face without points. The first faces of all voxels come before
+        all second ones, which are seen from behind the plane of the first."""
         self._used = 0
         self._corners = np.zeros((_ROOM, 3))
         self._sums = np.zeros((_ROOM, 10))
-        """Over each face's points: their number, their coordinates from the voxel's corner, and products of these
+        """Sums over each face's points: their number, their coordinates from the voxel's corner, and products of these
         (_PAIRS)."""
         self._fitted = np.zeros(_ROOM)
-        """How many points there were when the plane was fitted."""
+        """Number of points at the last fit of the plane."""
         self._is_plane = np.zeros(_ROOM, dtype=np.bool_)
         self._scans = 0
-        """How many were taken in."""
+        """Number of scans inserted."""
         self._confirmed = np.zeros(_ROOM, dtype=np.int64)
-        """Which of them, counted from 1, confirmed the plane last; 0 if none has."""
-        self._laying = np.zeros(_ROOM)
-        """Over each face's points: the numbers of the keyframes that they were laid from."""
+        """Number of the scan, from 1, that confirmed the plane last; 0 for none."""
+        self._keyframe_sums = np.zeros(_ROOM)
+        """Sums over each face's points: the numbers of the keyframes that they were mapped from."""
         self._keyframes = np.zeros(_ROOM, dtype=np.int64)
-        """The one that the plane was laid from, on the average of its points."""
+        """Number of the keyframe that the plane was mapped from, as the mean over its points."""
         self._planes = np.zeros((_ROOM, 12))
-        """Normal, towards where it was seen from; centre; the way in which it was seen least far; roughness; and
-        variances of offset and tilt."""
+        """Normal, towards the sensor; centre; direction of the least spread; roughness; variances of offset and
+        tilt."""
 
     @property
     def planes(self) -> int:
-        """How many planes there are."""
+        """Number of planes."""
         return int(np.count_nonzero(self._is_plane))
 
     def match(self, points: Floats, sensor: Floats) -> Matches:
@@ -112,37 +114,41 @@ class PlaneMap:
         normals, ways = planes[:, _NORMAL], points[numbers] - planes[:, _CENTRE]
         distances = np.einsum("ij,ij->i", normals, ways)
         loose, tilts = planes[:, _LOOSE], planes[:, _TILT]
-        doubt = planes[:, _OFFSET] + tilts * np.einsum("ij,ij->i", ways, ways)
+        variances = planes[:, _OFFSET] + tilts * np.einsum("ij,ij->i", ways, ways)
         levers = np.einsum("ij,ij->i", loose, ways)
         keyframes, roughness = self._keyframes[matched], planes[:, _ROUGHNESS]
-        return Matches(numbers, matched, normals, distances, roughness, doubt, lately, keyframes, loose, tilts, levers)
+        return Matches(
+            numbers, matched, normals, distances, roughness, variances, lately, keyframes, loose, tilts, levers
+        )
 
     def confirm(self, planes: NDArray[np.int32], close: NDArray[np.bool_]) -> None:
-        """Points of the scan that is taken in next met these planes (N,), and were close to them or not (N,).
+        """Confirm planes (N,) by points of the scan to be inserted next, which are close to them or not (N,).
 
-        A plane is confirmed by more points than contradict it: a few are close to a wrong one as well.
+        More points have to confirm a plane than contradict it: a few are close to a wrong one as well.
         """
         votes = np.bincount(planes, np.where(close, 1.0, -1.0))
         self._confirmed[np.flatnonzero(votes > 0.0)] = self._scans + 1
 
     def insert(self, points: Floats, sensor: Floats, keyframe: int = -1) -> None:
-        """Take in points (N, 3) that were seen from `sensor` (3,), all in the world frame, and laid from the `keyframe`
-        of this number."""
+        """Insert points (N, 3) seen from `sensor` (3,), all in the world frame, and mapped from the `keyframe` of this
+        number."""
         self._scans += 1
         faces, inside = self._faces_at(points, sensor)
         faces = faces[inside]
         self._open(faces)
         rows = self._rows[faces]
-        # What is seen again much later is laid from elsewhere, and would blur where the plane was laid from. Of points
-        # that have made no plane by then, nothing is left.
-        self._forget(rows[~self._is_plane[rows] & (self._laying[rows] <= (keyframe - KEYFRAMES) * self._sums[rows, 0])])
+        # Points seen much later are mapped from another keyframe, and would blur the plane's one. Old points that have
+        # made no plane by then are dropped.
+        self._forget(
+            rows[~self._is_plane[rows] & (self._keyframe_sums[rows] <= (keyframe - KEYFRAMES) * self._sums[rows, 0])]
+        )
         late = self._is_plane[rows] & (self._keyframes[rows] <= keyframe - KEYFRAMES)
         wanting = np.flatnonzero((self._sums[rows, 0] < _MOST) & ~late)
         if len(wanting):
             self._accumulate(points.take(np.flatnonzero(inside)[wanting], axis=0), rows[wanting], sensor, keyframe)
 
     def _faces_at(self, points: Floats, sensor: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """The faces that points seen from `sensor` belong to, and whether they lie in the box."""
+        """Faces of points seen from `sensor`, and a mask of those inside the box."""
         voxels, inside = self._voxels_at(points)
         rows = self._rows[voxels]
         planes = self._planes[rows]
@@ -151,21 +157,21 @@ class PlaneMap:
         return voxels + self._count * behind, inside
 
     def _open(self, faces: NDArray[np.int64]) -> None:
-        """Give those faces a row that have none."""
+        """Give a row to the faces without one."""
         new = np.unique(faces[self._rows[faces] < 0])
         first, self._used = self._used, self._used + len(new)
         while self._used > len(self._sums):
             self._corners, self._sums, self._planes = map(_doubled, (self._corners, self._sums, self._planes))
             self._fitted, self._is_plane = _doubled(self._fitted), _doubled(self._is_plane)
             self._confirmed = _doubled(self._confirmed)
-            self._laying, self._keyframes = _doubled(self._laying), _doubled(self._keyframes)
+            self._keyframe_sums, self._keyframes = _doubled(self._keyframe_sums), _doubled(self._keyframes)
         self._rows[new] = np.arange(first, self._used)
         cells = np.stack(np.unravel_index(new % self._count, tuple(self._shape)), axis=-1)
         self._corners[first : self._used] = self._low + cells * self._size
 
     def _forget(self, rows: NDArray[np.int32]) -> None:
-        """Begin these faces anew."""
-        for table in (self._sums, self._laying, self._fitted):
+        """Clear these faces."""
+        for table in (self._sums, self._keyframe_sums, self._fitted):
             table[rows] = 0.0
 
     def _accumulate(self, points: Floats, rows: NDArray[np.int32], sensor: Floats, keyframe: int) -> None:
@@ -174,16 +180,16 @@ class PlaneMap:
         places = np.empty(self._used, dtype=np.int64)
         places[touched] = np.arange(number)
         place = places[rows]
-        # Sums are taken from the voxels' corners: far from the origin their squares would lose digits.
+        # Sums are relative to the voxels' corners: far from the origin their squares would lose digits.
         local = points - self._corners[rows]
         terms = [None, *local.T, *(local[:, a] * local[:, b] for a, b in _PAIRS)]
         self._sums[touched] += np.stack([np.bincount(place, term, number) for term in terms], axis=1)
-        self._laying[touched] += keyframe * np.bincount(place, None, number)
+        self._keyframe_sums[touched] += keyframe * np.bincount(place, None, number)
         counts = self._sums[touched, 0]
         self._fit(touched[(counts >= _FEWEST) & (counts >= _REFIT * self._fitted[touched])], sensor)
 
     def _fit(self, rows: NDArray[np.int64], sensor: Floats) -> None:
-        """Fit planes, which are seen from `sensor`, by the principal axes of the points."""
+        """Fit planes, seen from `sensor`, by the principal axes of their points."""
         counts = self._sums[rows, 0]
         means = self._sums[rows, 1:] / counts[:, None]
         scatter = np.empty((len(rows), 3, 3))
@@ -200,11 +206,11 @@ class PlaneMap:
         normals = axes[:, :, 0]
         normals *= np.copysign(1.0, np.einsum("ij,ij->i", normals, sensor - centres))[:, None]
         self._planes[rows] = np.column_stack([normals, centres, axes[:, :, 1], thin, offsets, tilts])
-        self._keyframes[rows] = np.rint(self._laying[rows] / counts)
+        self._keyframes[rows] = np.rint(self._keyframe_sums[rows] / counts)
         self._fitted[rows] = counts
 
     def _voxels_at(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Flat indices of the points' voxels, and whether they lie in the box; others get index 0."""
+        """Flat indices of the points' voxels, and a mask of those inside the box; others get index 0."""
         flat = np.zeros(len(points), dtype=np.int64)
         inside = np.ones(len(points), dtype=np.bool_)
         for values, low, count in zip(points.T, self._low, self._shape.tolist(), strict=True):

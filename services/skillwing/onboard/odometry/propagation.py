@@ -1,4 +1,4 @@
-"""From one moment to another by inertial measurements: the path, its end, and how uncertain that is.
+"""Propagation by inertial measurements: the path, the state at its end, and its covariance.
 
 Strap-down integration and the transition of the error state as in Sola, "Quaternion kinematics for the error-state
 Kalman filter" (2017), sections 5.4 and 5.5.
@@ -25,13 +25,13 @@ from skillwing.onboard.odometry.state import (
 )
 
 _STRIDE = 13
-"""Samples that one step of the covariance covers: 52 ms, in which nothing about it changes noticeably."""
+"""Samples of one step of the covariance: 52 ms, in which its inputs hardly change."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImuNoise:
-    """Noise densities of an IMU: white noise of gyroscopes [rad/s/sqrt(Hz)] and accelerometers [m/s2/sqrt(Hz)], and how
-    fast their biases walk [rad/s/sqrt(s), m/s2/sqrt(s)]."""
+    """Noise densities of an IMU: white noise of gyroscopes [rad/s/sqrt(Hz)] and accelerometers [m/s2/sqrt(Hz)], and
+    random walk of their biases [rad/s/sqrt(s), m/s2/sqrt(s)]."""
 
     gyro: float = 4e-4
     accel: float = 5e-3
@@ -39,7 +39,7 @@ class ImuNoise:
     accel_walk: float = 2e-3
 
     def growth(self, duration: float) -> Floats:
-        """Variances (18,) that are added to the errors in so many seconds."""
+        """Variances (18,) added to the errors in `duration` seconds."""
         variances = np.zeros(SIZE)
         for part, density in (
             (ATTITUDE, self.gyro),
@@ -62,7 +62,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """The path that inertial measurements tell, the state at its end, and the covariance (N, N) of its error."""
+    """The path by inertial measurements, the state at its end, and the covariance (N, N) of its error."""
 
     track: Track
     state: State
@@ -72,9 +72,9 @@ class Prediction:
 def predict(
     state: State, covariance: Floats, measured: Inertial, start: float, end: float, noise: ImuNoise
 ) -> Prediction:
-    """Follow the measurements from `start`, where the state was `state`, to `end`. There must be at least one.
+    """Propagate `state` at `start` by the measurements to `end`. There must be at least one.
 
-    A missing sample is bridged by the one before.
+    The previous sample stands in for a missing one.
     """
     times = np.concatenate([[start], measured.times[1:], [end]])
     steps = np.diff(times)
@@ -98,7 +98,7 @@ def predict(
 
 
 def _moved_on(covariance: Floats, step: Floats) -> Floats:
-    """The covariance after this step (18, 18) of the drone's own errors. Keyframes stay where they were."""
+    """The covariance after this step (18, 18) of the drone's own errors; errors of keyframes stay the same."""
     moved = covariance.copy()
     moved[:SIZE] = step @ moved[:SIZE]
     moved[:, :SIZE] = moved[:, :SIZE] @ step.T
@@ -106,7 +106,7 @@ def _moved_on(covariance: Floats, step: Floats) -> Floats:
 
 
 def _between(samples: Floats) -> Floats:
-    """Means of neighbouring samples, which is what held between them; the last sample stands for itself."""
+    """Means of neighbouring samples, for the time between them; the last sample stands for itself."""
     return np.vstack([0.5 * (samples[:-1] + samples[1:]), samples[-1:]])
 
 
@@ -119,7 +119,7 @@ def _chained(first: Floats, increments: Floats) -> Floats:
 
 
 def _transition(turn: Floats, force: Floats, rate: Floats, duration: float) -> Floats:
-    """What becomes of the drone's own error (18,) within `duration`."""
+    """Transition matrix (18, 18) of the drone's own error over `duration`."""
     step = np.eye(SIZE)
     identity = np.eye(3)
     by_attitude = -turn @ so3.skew(force)

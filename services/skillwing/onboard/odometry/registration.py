@@ -1,11 +1,11 @@
-"""How well a scan lies on the planes of the map, and which way it would have to move to lie better.
+"""Registration of a scan with the planes of the map: information and gradient of the drone's pose.
 
-The planes' normals err as well. One that leans by chance seems to hold the drone along its plane, where nothing does,
-and draws it back to where the plane was seen from: a ring across the track would follow its own traces. What normals of
-these variances feign on average, of information and of pull, is known, and is taken away, as in bias-compensated least
-squares (Stoica and Soderstrom, "Bias correction in least-squares identification", 1982).
+The planes' normals have errors, too. A normal that is tilted by chance seems to fix the drone along its plane, where
+nothing does. It draws the drone back to where the plane was seen from: a ring across the track would follow its own
+traces. The spurious information and gradient of such normals are known on average. They are subtracted, as in
+bias-compensated least squares (Stoica and Soderstrom, "Bias correction in least-squares identification", 1982).
 
-A plane tells where the drone is as seen from the keyframe that the plane was laid from (`keyframes.py`).
+A plane gives the drone's pose relative to the keyframe that the plane was mapped from (`keyframes.py`).
 """
 
 from __future__ import annotations
@@ -22,27 +22,26 @@ from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import State
 
 RANGE_SIGMA = 0.05
-"""Of a point about its plane [m]: the sensor's noise and what the world has of unevenness."""
+"""Standard deviation of a point about its plane [m]: the sensor's noise and the unevenness of surfaces."""
 WEIGHT = 0.05
-"""Of a scan's evidence. Points of one scan err together (a plane wrong by a centimetre is so for all of its points), so
-that they say less than as many independent ones."""
+"""Weight of a scan's evidence. Points of one scan have common errors: a plane wrong by a centimetre is so for all its
+points. So they weigh less than as many independent ones."""
 _ARM = 5.0
-"""A turn moves what is so far away: by this turns and moves are compared [m]."""
+"""Lever arm by which rotations and translations are compared [m]."""
 _LEAST = 1e-9
-"""Share of all information that is never missing in any direction, for numbers' sake."""
+"""Least share of all information in any direction, for numerical stability."""
 _CLOSE = 0.15
 _GATES = (0.3, 0.3, _CLOSE, _CLOSE)
-"""Points farther from their plane than this in each iteration are left out [m], and those within the last gate are
-close to it, however soon the filter was content. Both are widened by three standard deviations of the plane's
-unevenness."""
+"""Largest distance of a point from its plane in each iteration [m]; points within the last gate count as close, however
+soon the filter converged. Both are widened by three standard deviations of the plane's roughness."""
 
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Of so many `points` of a scan some `matched` a plane, of which some were `close` to it.
+    """Numbers of a scan's `points`, of those that `matched` a plane, and of those `close` to their plane.
 
-    A plane on which no scan has lain lately matches those only that are close: elsewhere it tells how far the drone
-    has drifted since it was there, and nothing of the scan.
+    A plane without a recent confirmation counts as matched only by close points: other points show the drone's drift
+    since the plane was mapped, and nothing about the scan.
     """
 
     points: int
@@ -56,56 +55,58 @@ class Agreement:
 
 
 class Registration:
-    """Compares one scan, as points (N, 3) and its `sensor` (3,) in body axes, with a map of planes."""
+    """Comparison of one scan, as points (N, 3) and its `sensor` (3,) in body axes, with a map of planes."""
 
     def __init__(self, points: Floats, sensor: Floats, planes: PlaneMap) -> None:
         self._points, self._sensor, self._planes = points, sensor, planes
         self.agreement = Agreement(len(points), 0, 0)
         self.met: NDArray[np.int32] = np.empty(0, dtype=np.int32)
         self.close: NDArray[np.bool_] = np.empty(0, dtype=np.bool_)
-        """The planes (N,) in whose voxels there were points at the last look, and whether these were close (N,)."""
+        """At the last call: planes (N,) with points in their voxels, and points close to their plane (N,)."""
 
     def __call__(self, state: State, iteration: int) -> Evidence:
-        """The evidence at a state; `agreement` tells afterwards how good it is."""
+        """The evidence at a state; sets `agreement`."""
         matches = self._planes.match(state.placed(self._points), state.to_world(self._sensor))
         points = self._points[matches.points]
-        slopes, feigned = (_slopes(ways, points, state) for ways in (matches.normals, matches.loose))
+        slopes, spurious = (_slopes(ways, points, state) for ways in (matches.normals, matches.loose))
         shifts = _shifts(state, matches.keyframes)
         distances = matches.distances - np.einsum("ij,ij->i", slopes, shifts)
-        levers = matches.levers - np.einsum("ij,ij->i", feigned, shifts)
+        levers = matches.levers - np.einsum("ij,ij->i", spurious, shifts)
         beyond = np.abs(distances) - 3.0 * np.sqrt(matches.roughness)
         self.met, self.close = matches.planes, beyond < _CLOSE
         matched = np.count_nonzero(self.close | matches.lately)
         self.agreement = Agreement(len(self._points), int(matched), int(np.count_nonzero(self.close)))
-        # Cauchy's weights: what does not lie on its plane counts less, and what is far from it not at all.
-        variances = RANGE_SIGMA**2 + matches.roughness + matches.doubt
+        # Cauchy weights: a point off its plane counts less, and one far from it not at all.
+        variances = RANGE_SIGMA**2 + matches.roughness + matches.plane_variances
         near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
         weights = near * WEIGHT / (variances + 0.25 * distances**2)
-        weighted, doubted = slopes * weights[:, None], feigned * (weights * matches.tilts)[:, None]
-        real = _real(weighted.T @ slopes, doubted.T @ feigned)
+        weighted, doubted = slopes * weights[:, None], spurious * (weights * matches.tilts)[:, None]
+        correction = _correction(weighted.T @ slopes, doubted.T @ spurious)
         pulls = doubted * levers[:, None] - weighted * distances[:, None]
-        # All that was laid before the oldest that is kept is alike.
-        laid_from = np.maximum(matches.keyframes - state.keyframes.oldest, -1)
-        order = np.argsort(laid_from, kind="stable")
-        ends = np.searchsorted(laid_from[order], np.arange(state.keyframes.kept))
+        # All planes mapped before the oldest kept keyframe are treated alike.
+        mapped_from = np.maximum(matches.keyframes - state.keyframes.oldest, -1)
+        order = np.argsort(mapped_from, kind="stable")
+        ends = np.searchsorted(mapped_from[order], np.arange(state.keyframes.kept))
         parts = zip(*(np.split(rows[order], ends) for rows in (weighted, slopes, pulls)), strict=True)
-        told = [(some.T @ along, pull.sum(axis=0)) for some, along, pull in parts]
-        information, pull = (np.stack(part) for part in zip(*told, strict=True))
-        return _evidence(state, real @ information @ real.T, pull @ real.T)
+        sums = [(some.T @ along, pull.sum(axis=0)) for some, along, pull in parts]
+        information, pull = (np.stack(part) for part in zip(*sums, strict=True))
+        return _evidence(state, correction @ information @ correction.T, pull @ correction.T)
 
 
 def _evidence(state: State, information: Floats, pulls: Floats) -> Evidence:
-    """What planes tell of a state, information (1 + K, 6, 6) and pulls (1 + K, 6) of where the drone is as seen from
-    what was laid before the K keyframes that are kept, and from each of these."""
-    ways = state.ways_from_keyframes()
+    """Evidence on a state by information (1 + K, 6, 6) and gradients (1 + K, 6) of relative poses of the drone.
+
+    They are relative to the planes mapped before the K kept keyframes, and to those of each.
+    """
+    ways = state.poses_from_keyframes()
     size = ways.shape[2]
     across = ways.transpose(2, 0, 1).reshape(size, -1)
     return Evidence(across @ (information @ ways).reshape(-1, size), across @ pulls.ravel())
 
 
 def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
-    """By how much (N, 6) planes lie wrong that were laid from the keyframes of these numbers (N,), as errors of the
-    pose; 0 for those that were laid from none, with number -1."""
+    """Errors (N, 6) of planes mapped from the keyframes of these numbers (N,), as errors of the pose; 0 for planes
+    mapped from none, with number -1."""
     which, places = np.unique(numbers, return_inverse=True)
     moves = np.zeros((len(which), 6))
     known = which >= 0
@@ -115,23 +116,24 @@ def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
 
 
 def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
-    """How far points (N, 3) in body axes go along these unit vectors (N, 3) for each error of the pose (N, 6)."""
+    """Derivatives (N, 6) of points (N, 3) in body axes along these unit vectors (N, 3) by errors of the pose."""
     return np.column_stack([directions, *so3.crossed(points.T, (directions @ state.turn).T)])
 
 
-def _real(seeming: Floats, feigned: Floats) -> Floats:
-    """What is real (6, 6) of what points pull, where they seem to hold so much information (6, 6), of which so much is
-    feigned. A pull times this, and information times this from both sides, are what is left of them: that is known of
-    all points together, and taken for those of each keyframe.
+def _correction(apparent: Floats, spurious: Floats) -> Floats:
+    """Correction matrix (6, 6) for gradients, from the apparent information (6, 6) and its spurious part.
 
-    The noise in a pull is that of all points, so that where most is feigned, what is left tells less than its amount,
-    and nothing where less than nothing is left.
+    Multiply gradients by it from one side, and information from both sides. It follows from all points together, and is
+    applied to those of each keyframe.
+
+    The noise in a gradient is that of all points. So where most information is spurious, the rest weighs less than its
+    amount, and nothing if the difference is negative.
     """
     units = np.array([1.0, 1.0, 1.0, _ARM, _ARM, _ARM])
     scale = np.outer(units, units)
-    values, vectors = np.linalg.eigh((seeming - feigned) / scale)
+    values, vectors = np.linalg.eigh((apparent - spurious) / scale)
     left = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    whole = seeming / scale
+    whole = apparent / scale
     whole[np.diag_indices_from(whole)] += _LEAST * (1.0 + np.trace(whole))
     share = np.asarray(np.linalg.solve(whole, left).T, dtype=np.float64)
     return share * np.outer(units, 1.0 / units)

@@ -20,8 +20,7 @@ def skew(vectors: Floats) -> Floats:
 
 
 def crossed(one: Floats, other: Floats) -> tuple[Floats, Floats, Floats]:
-    """The coordinates (...) of the cross products of vectors (3, ...), coordinate by coordinate, which is much faster
-    than numpy's own."""
+    """Coordinates (...) of the cross products of vectors (3, ...), much faster than by numpy's own function."""
     (x, y, z), (a, b, c) = one, other
     return y * c - z * b, z * a - x * c, x * b - y * a
 

@@ -1,9 +1,9 @@
-"""What the filter estimates, and how small errors of it add and subtract.
+"""State of the filter, and the addition and subtraction of small errors.
 
 Errors are vectors of 18: position [m], attitude [rad], velocity [m/s], bias of the gyroscopes [rad/s], bias of the
 accelerometers [m/s2], gravity [m/s2]; and of six more for each of K keyframes. Gravity is a part of the state, as in
-FAST-LIO (Xu and Zhang, 2021): the frame is fixed by the first pose, which may lean by some tenths of a degree, and the
-map holds on to it ever after. An attitude error is a small rotation in body axes that follows the estimated attitude.
+FAST-LIO (Xu and Zhang, 2021): the first pose, which may be tilted by some tenths of a degree, fixes the frame for the
+whole map. An attitude error is a small rotation in body axes, after the estimated attitude.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GYRO_BIAS: Final = slice(9, 12)
 ACCEL_BIAS: Final = slice(12, 15)
 GRAVITY: Final = slice(15, 18)
 SIZE: Final = 18
-"""Errors without those of the keyframes, which come after them."""
+"""Number of errors without those of the keyframes, which come after them."""
 G: Final = 9.81
 """Strength of gravity [m/s2]."""
 
@@ -45,16 +45,16 @@ class State:
     keyframes: Keyframes = field(default_factory=Keyframes)
 
     def to_world(self, point: Floats) -> Floats:
-        """A point (3,) in body axes put into the world frame."""
+        """A point (3,) in body axes, in the world frame."""
         return self.position + self.turn @ point
 
     def placed(self, points: Floats | NDArray[np.float32]) -> Floats:
-        """Points (N, 3) in body axes put into the world frame. They lie in memory axis by axis, which is faster."""
+        """Points (N, 3) in body axes, in the world frame. They lie in memory axis by axis, which is faster."""
         return (self.turn @ points.T + self.position[:, None]).T
 
     def levelled(self, origin: Floats) -> State:
-        """The same in a frame turned about `origin` (3,) so that its z axis is up, as far as gravity is known; without
-        keyframes, for planes are not turned."""
+        """The state in a frame turned about `origin` (3,) so that its z axis is up, by the estimate of gravity; without
+        keyframes, because the planes are not turned."""
         turn = so3.between(self.gravity, np.array([0.0, 0.0, -1.0]))
         return replace(
             self,
@@ -65,9 +65,9 @@ class State:
             keyframes=Keyframes(),
         )
 
-    def ways_from_keyframes(self) -> Floats:
-        """How far the drone is from where planes expect it, (1 + K, 6, 18 + 6 K): for each error of this state, by the
-        planes that were laid before all K keyframes, and by those of each."""
+    def poses_from_keyframes(self) -> Floats:
+        """Derivatives (1 + K, 6, 18 + 6 K) of the drone's pose relative to planes, by errors of this state: for planes
+        mapped before all K kept keyframes, and for those of each."""
         keyframes, own = self.keyframes, np.zeros((1 + self.keyframes.kept, 6, SIZE))
         own[:, :, POSE] = np.eye(6)
         theirs, kept = np.zeros((len(own), 6, keyframes.kept, 6)), np.arange(keyframes.kept)

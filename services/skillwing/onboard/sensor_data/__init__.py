@@ -1,1 +1,1 @@
-"""Messages of sensors as arrays: scans, depth pictures, and the directions of their rays."""
+"""Measurements of sensors as arrays: scans, depth pictures, and the directions of their rays."""

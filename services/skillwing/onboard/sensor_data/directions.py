@@ -1,5 +1,4 @@
-"""Where each measurement of a picture, a scan or the range-finder points, and how noisy a depth is: all that a receiver
-has to know about them.
+"""Directions of the measurements in a picture, in a scan and of the range-finder, and the noise of depths.
 
 Frames are FLU (x forward, y left, z up).
 """
@@ -13,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import DepthHeader
+from skillwing.onboard.topics.sensors import DepthHeader
 
 RANGE_MOUNT: Final[Vector] = (0.0, 0.0, -0.42)
-"""Where the range-finder sits on the drone; it looks along the body's -z [m]."""
+"""Position of the range-finder on the drone; it looks along the body's -z [m]."""
 DEPTH_NOISE: Final = 0.0015
 """Depth noise grows with the square of the depth, as disparity noise does: sigma = 0.0015 z^2 [m]."""
 LIDAR_HALF_FAN: Final = math.radians(15.0)
-"""How far the LiDAR's beams lean out of the plane of its ring, fore and aft [rad]."""
+"""Largest angle of the LiDAR's beams from the plane of its ring, fore and aft [rad]."""
 
 
 def lidar_directions(columns: int = 1024, beams: int = 16) -> NDArray[np.float32]:
     """Unit directions (columns, beams, 3). The ring is orthogonal to the nose (spin axis = body x).
 
-    Column 0 looks left and a quarter turn later up; beam 0 leans aft, the last one forward.
+    Column 0 looks left, and a quarter turn later up; beam 0 is tilted aft, the last one forward.
     """
     azimuth = (np.arange(columns) * (2 * np.pi / columns))[:, None]
     elevation = np.linspace(-LIDAR_HALF_FAN, LIDAR_HALF_FAN, beams)[None, :]

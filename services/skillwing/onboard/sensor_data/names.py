@@ -1,4 +1,4 @@
-"""What sensors are called: in faults, messages of health and options."""
+"""Names of sensors in faults, messages of health and options."""
 
 from __future__ import annotations
 

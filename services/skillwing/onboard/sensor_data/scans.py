@@ -1,9 +1,12 @@
-"""What the two ranging sensors publish, decoded, and put into the world by where the drone was meanwhile."""
+"""Measurements of the two ranging sensors, decoded, and placed in the world by the drone's poses."""
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import msgspec
 import numpy as np
@@ -11,20 +14,37 @@ from numpy.typing import NDArray
 
 from skillwing.onboard.frames.pose_history import PoseHistory
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
-from skillwing.onboard.topics import DepthHeader, LidarHeader
+from skillwing.onboard.topics.sensors import DepthHeader, LidarHeader
+from skillwing.services.bus import Sample
 from skillwing.services.protocol import ProtocolError, decode
 
 Points = NDArray[np.float32]
+S = TypeVar("S")
+_log = logging.getLogger(__name__)
 OWN_BODY = 0.9
-"""What is nearer to the drone's centre than this is the drone itself [m]."""
+"""Radius around the drone's centre within which returns are the drone itself [m]."""
 BLOCK = 4
-"""Side of the blocks of pixels of which one point is made."""
+"""Side of the blocks of pixels that make one point each."""
+
+
+def measurement_reader(read: Callable[[bytes, bytes], S], use: Callable[[S], object]) -> Callable[[Sample], None]:
+    """A subscriber for payloads with attachments; `read` decodes the two, or raises ProtocolError."""
+
+    def on_sample(sample: Sample) -> None:
+        try:
+            value = read(sample.payload, sample.attachment)
+        except ProtocolError as error:
+            _log.warning("dropped a publication on %s: %s", sample.key, error)
+            return
+        use(value)
+
+    return on_sample
 
 
 @dataclass(frozen=True, slots=True)
 class PlacedPoints:
-    """Points (N, 3) of one measurement in the world frame. It ended at `stamp`, when the body's axes were the columns
-    of `turn` (3, 3); `origin` (3,) is where the sensor was in the middle of it."""
+    """Points (N, 3) of one measurement in the world frame. It ended at `stamp`, with the body's axes as the columns of
+    `turn` (3, 3). `origin` (3,) is the sensor's position in the middle of it."""
 
     stamp: float
     turn: NDArray[np.float64]
@@ -54,17 +74,17 @@ class LidarScan:
 
     @property
     def span(self) -> tuple[float, float]:
-        """When the measurement began and ended."""
+        """Start and end of the measurement."""
         return self.header.t0, self.header.t1
 
     def in_body(self) -> Points:
-        """Returns (columns, beams, 3) in body axes [m], each as of the moment of its column."""
+        """Returns (columns, beams, 3) in body axes at the moment of each column [m]."""
         header = self.header
         directions = _ring(header.columns, header.beams)
         return directions * self.ranges[:, :, None] + np.array(header.mount, dtype=np.float32)
 
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
-        """All returns within `reach` [m], each column from where the drone was at its moment."""
+        """All returns within `reach` [m], each column from the drone's pose at its moment."""
         header = self.header
         steps = np.array([*(np.arange(header.columns) + 0.5) / header.columns, 0.5, 1.0])
         positions, turns = history.at(header.t0 + steps * (header.t1 - header.t0))
@@ -96,19 +116,19 @@ class DepthPicture:
 
     @property
     def span(self) -> tuple[float, float]:
-        """When the measurement began and ended."""
+        """Start and end of the measurement."""
         return self.header.t, self.header.t
 
     @cached_property
     def in_blocks(self) -> Points:
-        """Depth [m] of the nearest pixel but one of each block that has two, 0 where it has not."""
+        """Depth [m] of the second nearest pixel of each block, 0 for a block with fewer than two."""
         return _nearest_but_one(self.depth)
 
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
-        """One point for each block of 4 x 4 pixels: the nearest but one of its pixels, if within `reach` [m].
+        """One point for each block of 4 x 4 pixels: the second nearest of its pixels, if within `reach` [m].
 
-        A sixteenth of the points is enough for obstacles of the size of a pole, but not one picked blindly: the
-        nearest ones let nothing thin slip through between them, and a single wrong pixel in a block does no harm.
+        A sixteenth of the points is enough for obstacles of the size of a pole. Near pixels do not miss thin obstacles,
+        and the second nearest one makes a single wrong pixel harmless.
         """
         header = self.header
         positions, turns = history.at(np.array([header.t]))

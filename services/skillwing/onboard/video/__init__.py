@@ -1,1 +1,1 @@
-"""Live video: encoded on board as the link allows, decoded and judged on the ground."""
+"""Live video: encoded on board as the link allows, decoded and measured on the ground."""

@@ -14,41 +14,43 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint8]
 CLOCK = 90_000
-"""Ticks a second of a picture's time stamp, as RTP has it."""
+"""Clock rate of a picture's time stamp, as in RTP [Hz]."""
 FASTEST_RATE, SLOWEST_RATE = 1_500_000, 40_000
-"""Between them the encoder's rate can be chosen [bit/s]."""
+"""Limits of the encoder's rate [bit/s]."""
 RICH, RICHEST = 100_000, 250_000
-"""What a picture can get on average [bit], where pictures are many and where they are few. With more, those of the
-camera hardly become better."""
+"""Largest mean size of a picture, at high and at low frame rates [bit]. Larger ones hardly improve the camera's
+pictures."""
 _BUFFER = 0.75
-"""How far the encoder may be ahead of its rate, in such pictures. With less, pictures stay below what they may have;
-with more, a link that collapses is clogged for longer."""
+"""Size of the encoder's rate buffer, in such pictures. With a smaller one pictures stay below their share; with a
+larger one a collapsing link stays congested for longer."""
 _NOMINAL_FPS = 15
 
 
 @dataclass(frozen=True, slots=True)
 class AccessUnit:
-    """What a picture has become, and whether it can be decoded without those before it."""
+    """An encoded picture; a keyframe can be decoded without those before it."""
 
     data: bytes
     keyframe: bool
 
 
 SMALLEST, LARGEST = 16, 4096
-"""Sides of a picture that can be encoded; they have to be even."""
+"""Limits of a picture's sides, which have to be even."""
 
 
 class Encoder:
     """An encoder whose rate can be changed while it runs.
 
-    libx264 follows a new rate within about half a second, without a keyframe, as long as it was opened as one of
-    constant rate, and none faster than the first is asked for. It takes pictures to be as far apart as it was told when
-    it was opened; so what it is told is not the bit rate, but what each picture is to get.
+    libx264 follows a new rate within about half a second, without a keyframe. It has to be opened with constant rate,
+    and no later rate may exceed the first. It assumes the frame rate that it was opened with. So its rate is not the
+    bit rate of the stream, but sets the size of each picture.
     """
 
     def __init__(self, width: int, height: int, slowest_fps: float) -> None:
-        """An encoder that gives pictures the fastest rate's share, be they as few as `slowest_fps` a second, as far as
-        they have any use for it. Raises ValueError for a picture that is too small, too large, or odd."""
+        """An encoder for up to the fastest rate, even at only `slowest_fps` pictures a second, within the useful sizes.
+
+        Raises ValueError for a picture that is too small, too large, or odd.
+        """
         if any(not SMALLEST <= side <= LARGEST or side % 2 for side in (width, height)):
             raise ValueError(f"pictures of {width} x {height} pixels cannot be encoded")
         self._codec = av.CodecContext.create("libx264", "w")
@@ -64,20 +66,20 @@ class Encoder:
             "tune": "zerolatency",
             "maxrate": str(self._richest * _NOMINAL_FPS),
             "bufsize": str(round(self._richest * _BUFFER)),
-            # Keyframes come on request only: each costs as much as several other pictures.
+            # Keyframes only on request: each costs as much as several other pictures.
             "x264-params": "keyint=infinite:scenecut=0",
         }
         self._last = -1
 
     def encode(self, picture: Picture, t: float, bitrate: float, fps: float, *, keyframe: bool) -> AccessUnit | None:
-        """Encode a picture (height, width, 3) taken at `t` [s], aiming at `bitrate` [bit/s] from now on, of which each
-        of `fps` pictures a second gets its share, as long as that is no more than what it was opened for.
+        """Encode a picture (height, width, 3) taken at `t` [s], for a stream of `bitrate` [bit/s] and `fps`.
 
-        None where the encoder leaves a picture out. Times have to grow; a repeated one is moved by a tick.
+        The encoder's first rate limits the size. Returns None if the encoder skips the picture. Times have to grow; a
+        repeated one is moved by a tick.
         """
         frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
         if not self._codec.is_open:
-            # A rate counts from the second picture on. The first one nobody gets: it is as rich as any can be.
+            # A rate holds from the second picture on. The first one has the largest size and is not sent.
             self._packets(frame, t, keyframe=True)
             keyframe = True
         self._codec.bit_rate = round(min(max(bitrate, SLOWEST_RATE) / fps, self._richest) * _NOMINAL_FPS)
@@ -94,11 +96,11 @@ class Encoder:
 
 
 class UndecodableError(ValueError):
-    """These bytes are no access unit that fits those before it."""
+    """Bytes that are no access unit in sequence with those before."""
 
 
 class Decoder:
-    """Decodes one access unit after the other."""
+    """Decoder of one access unit after the other."""
 
     def __init__(self) -> None:
         self._codec = av.CodecContext.create("h264", "r")

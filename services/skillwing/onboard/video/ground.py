@@ -1,8 +1,7 @@
-"""The ground station as a process: decodes what the link delivers, measures it, and reports back over the link.
+"""The ground station as a process: decodes the video from the link, measures it, and reports back over the link.
 
-The quality is a full-reference measure, which only a simulation can have: beside what the link delivers this process
-hears the camera itself, and compares each picture with what it was before it was encoded. A real ground station would
-have to estimate it.
+The quality is a full-reference measure, which only a simulation can have. This process also subscribes to the camera
+itself, and compares each picture with its original. A real ground station would have to estimate the quality.
 """
 
 from __future__ import annotations
@@ -11,25 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from skillwing.onboard import topics
-from skillwing.onboard.options import OptionsError
+from skillwing.onboard.topics import video
 from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
-from skillwing.onboard.video.pieces import Received
+from skillwing.onboard.video.packets import Received
 from skillwing.onboard.video.receiver import Receiver
 from skillwing.onboard.video.similarity import similarity
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import stream_reader
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import encode
 
 REPORT_PERIOD, QUALITY_PERIOD, PICTURE_PERIOD = 0.25, 0.2, 0.25
 SILENCE = 3.0
-"""Without any piece for so long the stream is over: nothing is reported any more [s]."""
+"""Time without a packet after which the stream is over, and reports end [s]."""
 REMEMBERED = 60
-"""So many originals are kept: what takes longer than them to arrive is shown, but not judged."""
+"""Number of originals kept; the quality of a picture that arrives later is not measured."""
 
 
 class GroundNode:
-    """Shell around a `Receiver` and a `Decoder`. At rest it only listens."""
+    """Shell around a `Receiver` and a `Decoder`. Without a stream it only listens."""
 
     name = "ground"
     owns_clock = False
@@ -38,39 +37,39 @@ class GroundNode:
         self._receiver = Receiver()
         self._decoder: Decoder | None = None
         self._originals: dict[float, tuple[tuple[int, int, int], bytes]] = {}
-        self._heard_at = self._judged_at = self._drawn_at = float("-inf")
+        self._heard_at = self._measured_at = self._drawn_at = float("-inf")
         self._reporting: Handle | None = None
         self._bus: Bus | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
-        self._report = bus.advertise(topics.VIDEO_REPORT)
-        self._screen = bus.advertise(topics.VIDEO_SHOWN)
-        bus.subscribe(topics.CAMERA, stream_reader(topics.CameraHeader, self._on_original))
-        bus.subscribe(topics.VIDEO_RECEIVED, stream_reader(topics.VideoPiece, self._on_piece))
+        self._report = bus.advertise(video.VIDEO_REPORT)
+        self._screen = bus.advertise(video.VIDEO_SHOWN)
+        bus.subscribe(video.CAMERA, stream_reader(video.CameraHeader, self._on_original))
+        bus.subscribe(video.VIDEO_RECEIVED, stream_reader(video.VideoPacket, self._on_packet))
 
     def detach(self) -> None:
-        """The drone notices by itself that reports have ended."""
+        """Nothing to release: the drone detects the end of reports by itself."""
 
-    def _on_original(self, header: topics.CameraHeader, payload: bytes) -> None:
+    def _on_original(self, header: video.CameraHeader, payload: bytes) -> None:
         self._originals[header.t] = (header.height, header.width, 3), payload
         if len(self._originals) > REMEMBERED:
             del self._originals[next(iter(self._originals))]
 
-    def _on_piece(self, header: topics.VideoPiece, data: bytes) -> None:
+    def _on_packet(self, header: video.VideoPacket, data: bytes) -> None:
         assert self._bus is not None
         now = self._heard_at = self._bus.now()
         if self._reporting is None:
             self._reporting = self._bus.every(REPORT_PERIOD, self._publish_report)
         is_new = header.stream != self._receiver.stream
         waited = self._receiver.waiting
-        whole = self._receiver.piece(now, header, data)
+        whole = self._receiver.packet(now, header, data)
         if is_new or self._decoder is None:
             self._decoder = Decoder()
         if whole is not None:
             self._show(now, whole, self._decoder)
         if self._receiver.waiting and not waited and not is_new:
-            # A keyframe is wanted the sooner the better.
+            # Request a keyframe at once.
             self._publish_report()
 
     def _show(self, now: float, whole: Received, decoder: Decoder) -> None:
@@ -83,16 +82,16 @@ class GroundNode:
         if now - self._drawn_at >= PICTURE_PERIOD:
             self._drawn_at = now
             height, width = picture.shape[:2]
-            self._screen.put(jpeg(picture), encode(topics.VideoShown(t=whole.t, width=width, height=height)))
+            self._screen.put(jpeg(picture), encode(video.VideoShown(t=whole.t, width=width, height=height)))
 
     def _quality(self, now: float, taken: float, picture: Picture) -> float | None:
         original = self._originals.get(taken)
-        if original is None or now - self._judged_at < QUALITY_PERIOD:
+        if original is None or now - self._measured_at < QUALITY_PERIOD:
             return None
         shape, payload = original
         if shape != picture.shape or len(payload) != picture.size:
             return None
-        self._judged_at = now
+        self._measured_at = now
         return similarity(np.frombuffer(payload, np.uint8).reshape(shape), picture)
 
     def _publish_report(self) -> None:

@@ -1,11 +1,12 @@
-"""How much to send, and how well protected: what fits the link and holds both demands, changed as seldom as possible.
+"""Rate control: bit rate, frame rate and parity that fit the link and meet both demands, with few changes.
 
-The bit rate follows the link: down at once, because what does not fit only waits, and up step by step once there has
-been room for some time. The frame rate follows the picture: where it is not good enough at the bit rate there is, fewer
-pictures get more bits each, down to the frame rate that is needed at least. Protection follows what the modem says of
-lost packets; where too few pictures get through all the same, more is assumed to be lost than it says. Every attempt to
-take such a step back that fails makes the next one wait twice as long, so that a link that stays as it is finds its
-rates and keeps them. One that has held, or a link that has become another, ends the long waiting.
+The bit rate follows the link: down at once, because packets that do not fit only wait; up step by step, once there has
+been room for some time. The frame rate follows the quality. If that is too low at the present bit rate, fewer pictures
+get more bits each, down to the demanded frame rate. Parity follows the loss that the modem reports. If too few pictures
+arrive all the same, the controller assumes more loss than reported.
+
+A failed attempt to take such a step back doubles the wait before the next one. So on a constant link the rates settle.
+A step back that has held, or a different link, ends the long wait.
 """
 
 from __future__ import annotations
@@ -13,55 +14,55 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from skillwing.onboard.topics import LinkStatus, VideoStatus
+from skillwing.onboard.topics.link import LinkStatus
+from skillwing.onboard.topics.video import VideoStatus
 from skillwing.onboard.video.codec import FASTEST_RATE, SLOWEST_RATE
-from skillwing.onboard.video.pieces import parts_of
-from skillwing.onboard.video.protection import LOSSY, parity_against
+from skillwing.onboard.video.erasure import LOSSY, parity_against
+from skillwing.onboard.video.packets import parts_of
 
 USUAL_FPS, HIGHEST_FPS = 15.0, 30.0
 SPARE_FPS = 1.2
-"""More pictures than needed at least: some are late or lost."""
+"""Factor on the demanded frame rate: some pictures are late or lost."""
 ENOUGH_FPS, NEARLY_ALL = 1.1, 0.95
-"""Too few get through if it is less than this times what is needed, and less than this share of what is sent."""
+"""Too few pictures arrive below this factor on the demand, and below this share of the frame rate sent."""
 SHARE = 0.75
-"""Of the bandwidth that the stream takes: pictures are not all of one size, and keyframes have to get through."""
+"""Share of the bandwidth for the stream: sizes of pictures vary, and keyframes have to get through."""
 PICTURE_COST = 8.0 * 120
-"""What a picture costs beside its bits: headers, about two packets [bit]."""
+"""Overhead of a picture: headers of about two packets [bit]."""
 PARITY_COST = 8.0 * 60
-"""What a parity piece costs beside its bits [bit]."""
+"""Overhead of a parity packet [bit]."""
 STEP = 1.2
-"""Between two bit rates."""
+"""Ratio of neighbouring bit rates."""
 ROOM = 1.1
-"""So much more than the next bit rate there has to be before it is taken."""
+"""Ratio of the bandwidth to that of the next bit rate before it is chosen."""
 PATIENCE, PICTURE_PATIENCE, RETRY = 2.0, 2.0, 4.0
-"""How long there has to be room before the bit rate is raised, how long what was chosen is given before pictures are
-judged, and how long they have to be good enough for more before that is tried [s]."""
+"""Time with room before the bit rate rises; time after a change before reports count; time of good pictures before a
+step back [s]."""
 BEGINNING = 1.0
-"""So much longer has what a stream begins with: the ground counts pictures over a second [s]."""
+"""Additional time at the start of a stream: the ground counts pictures over a second [s]."""
 HELD = 60.0
-"""An attempt that has not failed for so long, and for as long as it had been waited for, never will [s]."""
+"""Time without failure, at least as long as the wait before, after which a step back is final [s]."""
 ANOTHER, ANOTHER_AIR = 1.5, 2.0
-"""A link of so many times the bandwidth, or the loss, is another, as is one of that part of it: what failed on one may
-do on the other."""
+"""Factors on bandwidth and on loss from which the link counts as a different one, on which old trials mean nothing."""
 TOO_POOR, GOOD_ENOUGH = 0.02, 0.05
-"""Above the quality that is needed: below the first the frame rate falls, above the second it may rise."""
+"""Margins on the demanded quality: below the first the frame rate falls, above the second it may rise."""
 WARIER, WARIEST = 2.0, 3
-"""A step of caution takes the air for so many times as bad as the modem says; there are so many steps."""
+"""Factor on the reported loss for each step of caution, and number of steps."""
 _SMOOTHING = 1.5
 _LEVELS = 1 + math.floor(math.log(FASTEST_RATE / SLOWEST_RATE, STEP))
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """What the encoder is to aim at: [bit/s] and pictures a second."""
+    """Rates for the encoder: [bit/s] and pictures a second."""
 
     bitrate: float
     fps: float
 
 
 class Concession:
-    """Steps away from what is wanted, to `last` at most: taken when they must be, taken back when things have been well
-    for some time. Pure."""
+    """Steps away from the preferred value, at most `last`. They are taken when necessary, and taken back after a time
+    of good reports. Pure."""
 
     def __init__(self, last: int) -> None:
         self._last = last
@@ -74,18 +75,18 @@ class Concession:
         return self.steps < self._last
 
     def grow(self) -> None:
-        """One step more; if there was one less on trial, the next trial waits longer."""
+        """Take a step; if a step back was on trial, the next trial waits longer."""
         if self._tried_at is not None:
             self._retry *= 2.0
         self.steps, self._tried_at, self._well_since = self.steps + 1, None, None
 
     def forget_trials(self) -> None:
-        """The step on trial, if there is one, is for good, and the next one waits no longer than the first."""
+        """Make the step back on trial final, and reset the wait for the next one."""
         self._retry = RETRY
         self._tried_at: float | None = None
 
     def observe(self, t: float, *, well: bool) -> bool:
-        """Whether a step may be taken back now; then it is."""
+        """Take a step back if it is time; return True if so."""
         if self._tried_at is not None and t - self._tried_at >= max(HELD, self._retry):
             self.forget_trials()
         if not well or self.steps == 0:
@@ -99,7 +100,7 @@ class Concession:
 
 
 class Smoothed:
-    """A figure without its jitter. Pure."""
+    """A smoothed figure. Pure."""
 
     def __init__(self) -> None:
         self._last: tuple[float, float] | None = None
@@ -125,15 +126,15 @@ class RateController:
         self._slower, self._warier = Concession(len(self._fps) - 1), Concession(WARIEST)
         self._roomy_since: float | None = None
         self._tried_on = self._tried_in = 0.0
-        self._told_loss, self._dropped, self._crowded_at = 0.0, 0, -math.inf
+        self._reported_loss, self._dropped, self._crowded_at = 0.0, 0, -math.inf
         self._chosen_at = -math.inf
         self._forget()
         self.changes = 0
-        """How often rates or caution have changed."""
+        """Number of changes of rates or caution."""
 
     @property
     def rates(self) -> Rates:
-        """What holds now."""
+        """The present rates."""
         return Rates(_bitrate(self._level or 0), self._fps[self._slower.steps])
 
     @property
@@ -142,11 +143,11 @@ class RateController:
         return self._fps[-1]
 
     def parity(self, size: int) -> int:
-        """How many parity pieces a picture of so many bytes is to have."""
+        """Number of parity packets for a picture of so many bytes."""
         return parity_against(self._loss, parts_of(size))
 
     def link(self, t: float, status: LinkStatus) -> None:
-        """What the modem says at `t`."""
+        """Take the modem's status at `t`."""
         if status.dropped != self._dropped:
             self._dropped, self._crowded_at = status.dropped, t
         loss = max(status.loss, LOSSY)
@@ -154,7 +155,7 @@ class RateController:
             self._tried_on, self._tried_in = status.bandwidth, loss
             self._slower.forget_trials()
             self._warier.forget_trials()
-        self._told_loss = status.loss
+        self._reported_loss = status.loss
         budget = SHARE * status.bandwidth
         fits = self._level_within(budget, _LEVELS - 1)
         if self._level is None:
@@ -168,13 +169,13 @@ class RateController:
         elif self._roomy_since is None:
             self._roomy_since = t
         elif t - self._roomy_since >= PATIENCE:
-            # Half of the way at once: far below what the link can do there is no need to be careful.
+            # Half of the way at once: far below the link's capacity there is no risk.
             self._level += max(1, (roomy - self._level) // 2)
             self.changes += 1
             self._roomy_since = t
 
     def report(self, t: float, status: VideoStatus) -> None:
-        """What the ground says, heard at `t`."""
+        """Take the ground's report at `t`."""
         if t - self._chosen_at < PICTURE_PATIENCE / 2:
             return
         fps = self._seen_fps(t, status.fps)
@@ -196,13 +197,13 @@ class RateController:
 
     @property
     def _loss(self) -> float:
-        """The share of packets to be prepared for."""
+        """Share of lost packets to plan for."""
         steps = self._warier.steps
-        return max(self._told_loss, LOSSY) * WARIER**steps if steps else self._told_loss
+        return max(self._reported_loss, LOSSY) * WARIER**steps if steps else self._reported_loss
 
     def _loses_pictures(self, t: float, status: VideoStatus) -> bool:
-        """Whether the air swallows packets. What the modem had no room for parity would only make more."""
-        return t - self._crowded_at >= PATIENCE and max(self._told_loss, status.lost) > LOSSY
+        """Test for loss in the channel. Parity would not help against the modem's full queue."""
+        return t - self._crowded_at >= PATIENCE and max(self._reported_loss, status.lost) > LOSSY
 
     def _level_within(self, budget: float, highest: int) -> int:
         """The fastest bit rate, at most the `highest`, that leaves room for headers and parity; else the slowest."""
@@ -212,14 +213,14 @@ class RateController:
         return level
 
     def _cost(self, bitrate: float) -> float:
-        """What pictures of this bit rate take of the link [bit/s]."""
+        """Bandwidth for pictures of this bit rate [bit/s]."""
         fps = self.rates.fps
         size = math.ceil(bitrate / fps / 8.0)
         parity = self.parity(size)
         return bitrate * (1.0 + parity / parts_of(size)) + (PICTURE_COST + PARITY_COST * parity) * fps
 
     def _forget(self) -> None:
-        """What was seen until now says nothing of what holds from now on."""
+        """Discard smoothed figures of earlier rates."""
         self._seen_fps, self._seen_quality = Smoothed(), Smoothed()
 
 

@@ -1,22 +1,22 @@
-"""The ground's side of a stream: what can be decoded, and how well it goes."""
+"""Receiver of a stream on the ground: decodable access units, and figures of the reception."""
 
 from __future__ import annotations
 
 import statistics
 from collections import deque
 
-from skillwing.onboard.topics import VideoPiece, VideoStatus
-from skillwing.onboard.video.pieces import Assembly, Received
+from skillwing.onboard.topics.video import VideoPacket, VideoStatus
+from skillwing.onboard.video.packets import Assembly, Received
 
 WINDOW = 1.0
-"""Figures are those of the last second."""
+"""Time that the figures cover [s]."""
 
 
 class Receiver:
-    """Pieces in, whole decodable access units out; from one goal's stream to the next it begins anew. Pure.
+    """Packets in, whole decodable access units out; the stream of another goal resets it. Pure.
 
-    A picture builds on the one before it. After a gap nothing is decodable until a keyframe comes: what was shown last
-    stays on the screen, and the report asks for one.
+    A picture builds on the one before it. After a gap nothing is decodable before the next keyframe: the last picture
+    stays on the screen, and the report requests a keyframe.
     """
 
     def __init__(self) -> None:
@@ -25,20 +25,20 @@ class Receiver:
     def _begin(self, stream: str) -> None:
         self.stream = stream
         self.waiting = True
-        """No picture can be decoded before the next keyframe."""
+        """No picture is decodable before the next keyframe."""
         self._assembly = Assembly()
         self._next = -1
-        self._pieces: deque[tuple[float, int, int]] = deque()
+        self._packets: deque[tuple[float, int, int]] = deque()
         self._before = -1
         self._shown: deque[tuple[float, float]] = deque()
         self._quality: float | None = None
 
-    def piece(self, t: float, header: VideoPiece, data: bytes) -> Received | None:
-        """A piece arrived at `t`. The access unit that is to be decoded now, if this piece makes one."""
+    def packet(self, t: float, header: VideoPacket, data: bytes) -> Received | None:
+        """Take a packet that arrived at `t`; return the access unit to decode now, if it completes one."""
         if header.stream != self.stream:
             self._begin(header.stream)
             self._before = header.sequence - 1
-        self._pieces.append((t, header.sequence, len(data)))
+        self._packets.append((t, header.sequence, len(data)))
         whole = self._assembly.add(header, data)
         if whole is None:
             return None
@@ -49,29 +49,29 @@ class Receiver:
         return whole
 
     def undecodable(self) -> None:
-        """The access unit was none after all."""
+        """Note that the decoder refused the access unit."""
         self.waiting = True
 
     def shown(self, t: float, taken: float, quality: float | None) -> None:
-        """At `t` the picture `taken` then was shown; its quality, where that was measured."""
+        """Note that the picture `taken` then was shown at `t`, with its quality if that was measured."""
         self._shown.append((t, t - taken))
         if quality is not None:
             self._quality = quality
 
     def status(self, t: float) -> VideoStatus:
         """The report as of `t`."""
-        while self._pieces and self._pieces[0][0] <= t - WINDOW:
-            self._before = self._pieces.popleft()[1]
+        while self._packets and self._packets[0][0] <= t - WINDOW:
+            self._before = self._packets.popleft()[1]
         while self._shown and self._shown[0][0] <= t - WINDOW:
             self._shown.popleft()
-        due = self._pieces[-1][1] - self._before if self._pieces else 0
+        due = self._packets[-1][1] - self._before if self._packets else 0
         return VideoStatus(
             t=t,
             stream=self.stream,
             fps=len(self._shown) / WINDOW,
             quality=self._quality if self._shown else None,
-            bitrate=8.0 * sum(size for _, _, size in self._pieces) / WINDOW,
-            lost=max(0.0, 1.0 - len(self._pieces) / due) if due > 0 else 0.0,
+            bitrate=8.0 * sum(size for _, _, size in self._packets) / WINDOW,
+            lost=max(0.0, 1.0 - len(self._packets) / due) if due > 0 else 0.0,
             latency=statistics.median(delay for _, delay in self._shown) if self._shown else None,
             wants_keyframe=self.waiting,
         )

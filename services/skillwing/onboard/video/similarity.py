@@ -1,4 +1,4 @@
-"""How much a picture that was sent still looks like itself: SSIM.
+"""Similarity of a received picture to its original: SSIM.
 
 Wang, Bovik, Sheikh, Simoncelli: "Image Quality Assessment: From Error Visibility to Structural Similarity", IEEE
 Transactions on Image Processing 13(4), 2004; with windows of 7 x 7 pixels, of the brightness only.

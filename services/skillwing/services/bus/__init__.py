@@ -80,81 +80,28 @@ class Handle(Protocol):
     def cancel(self) -> None: ...
 
 
-class Bus(Protocol):
-    """One node's view of the network. Every callback runs on the node's one thread."""
-
-    @property
-    def name(self) -> str:
-        """The node's name, unique in its robot."""
-        ...
+class RobotTime(Protocol):
+    """The time in which a node lives."""
 
     def now(self) -> float:
         """Robot time in seconds."""
         ...
 
+    def wall(self) -> float:
+        """Transport time in seconds from any origin. It always passes: wall time on Zenoh, virtual time in process."""
+        ...
+
     @property
     def follows_time(self) -> bool:
-        """Robot time is what one process of the robot says, and begins anew with that process's world; otherwise it is
-        Unix time, and lies before an earlier one only because somebody has set a clock."""
+        """True where one process of the robot owns robot time, which starts again with that process's world.
+
+        False where robot time is Unix time, which goes back only if somebody sets the machine's clock.
+        """
         ...
 
-    def new_id(self) -> str:
-        """A name that nobody on this network bears: random on Zenoh, in process the same in each run."""
-        ...
 
-    def wall(self) -> float:
-        """Transport time in seconds from any origin, which always passes: wall time on Zenoh, virtual in process."""
-        ...
-
-    @property
-    def connected(self) -> bool:
-        """False while this node is cut off from the network, so that the silence of others means nothing."""
-        ...
-
-    @property
-    def routed(self) -> bool:
-        """False while no router is linked: peers may be connected then, and those from outside, who are clients of the
-        router, are not heard."""
-        ...
-
-    def advertise(self, key: str, *, events: bool = False) -> Publisher:
-        """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late joiners);
-        otherwise a stream, where an old sample may be dropped for a new one."""
-        ...
-
-    def subscribe(
-        self,
-        key_expression: str,
-        on_sample: Callable[[Sample], None],
-        *,
-        events: bool = False,
-        latest_only: bool = False,
-    ) -> Handle:
-        """`latest_only`: while the node is busy only the newest sample of each key is kept."""
-        ...
-
-    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle: ...
-
-    def ask(
-        self,
-        key: str,
-        payload: bytes,
-        on_answer: Callable[[Answer], None],
-        *,
-        timeout: float = 2.0,
-        attachment: bytes = b"",
-    ) -> None:
-        """Send a query; `on_answer` is called exactly once. `timeout` is in seconds of transport time: wall time
-        on Zenoh, virtual time in process."""
-        ...
-
-    def declare_alive(self, key: str) -> Handle:
-        """A liveliness token that vanishes with this process."""
-        ...
-
-    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
-        """`on_change(key, alive)` for every token there is, and from then on at each change."""
-        ...
+class Timers(RobotTime, Protocol):
+    """Callbacks at a time. Each runs on the node's one thread."""
 
     def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
         """Call `action` once, `delay` seconds from now, in robot time unless `wall`."""
@@ -168,11 +115,90 @@ class Bus(Protocol):
         """Run `action` on the node's thread soon. The only method that other threads may call."""
         ...
 
+
+class Network(Protocol):
+    """Messages and liveliness. Each callback runs on the node's one thread."""
+
+    @property
+    def name(self) -> str:
+        """The node's name, unique in its robot."""
+        ...
+
+    def new_id(self) -> str:
+        """An id that is new on this network: random on Zenoh, in process the same in each run."""
+        ...
+
+    @property
+    def connected(self) -> bool:
+        """False while this node is cut off from the network, so that the silence of others means nothing."""
+        ...
+
+    @property
+    def routed(self) -> bool:
+        """False while no router is linked. Peers may still be connected, but clients outside are not heard: they
+        connect to the router."""
+        ...
+
+    def advertise(self, key: str, *, events: bool = False) -> Publisher:
+        """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late subscribers).
+
+        Otherwise it is a stream, where an old sample may be dropped for a new one.
+        """
+        ...
+
+    def subscribe(
+        self,
+        key_expression: str,
+        on_sample: Callable[[Sample], None],
+        *,
+        events: bool = False,
+        latest_only: bool = False,
+    ) -> Handle:
+        """`latest_only`: while the node is busy only the newest sample of each key waits. `bus.backlog` has the bounds
+        of all that waits."""
+        ...
+
+    def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle: ...
+
+    def ask(
+        self,
+        key: str,
+        payload: bytes,
+        on_answer: Callable[[Answer], None],
+        *,
+        timeout: float = 2.0,
+        attachment: bytes = b"",
+    ) -> None:
+        """Send a query; `on_answer` is called exactly once. `timeout` is in seconds of transport time."""
+        ...
+
+    def declare_alive(self, key: str) -> Handle:
+        """A liveliness token that vanishes with this process."""
+        ...
+
+    def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
+        """`on_change(key, alive)` for every token there is, and from then on at each change."""
+        ...
+
+    def close(self) -> None:
+        """Leave the network as a process that ends, with everything that was declared. Idempotent."""
+        ...
+
+
+class Bus(Timers, Network, Protocol):
+    """One node's view of its world: everything that a node may ask for."""
+
+
+class Loop(Protocol):
+    """The one thread on which a node's callbacks run."""
+
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """Run callbacks until `done()` holds (True) or `timeout` seconds of transport time passed (False)."""
         ...
 
-    def close(self) -> None: ...
+
+class RunnableBus(Bus, Loop, Protocol):
+    """A bus with its loop: for the code that runs nodes, or that waits at a terminal. Nodes must not wait."""
 
 
 class Node(Protocol):

@@ -7,7 +7,7 @@ between the same two nodes keep their order, as they do on a network.
 
 An exception in a callback leaves `run_until` with its traceback: in a test nothing is swallowed.
 
-This network never fails. `faulty.FaultyNetwork` does to messages and nodes what a real one may do to them.
+This network never fails. `FaultyNetwork` of the tests does to messages and nodes what a real one may do to them.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
     Answered,
-    Bus,
     Handle,
     Node,
     NoReply,
     Refused,
     Request,
+    RunnableBus,
     Sample,
 )
 from skillwing.services.bus.agenda import Agenda, Entry
@@ -88,13 +88,13 @@ class InProcessNetwork:
         """A name that was not given before."""
         return f"id-{next(self._ids):08d}"
 
-    def bus(self, name: str, robot: str = "r1") -> Bus:
+    def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
         if name in self._robots.setdefault(robot, Robot()).nodes:
             raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
         return self._join(name, robot)
 
-    def attach(self, node: Node, robot: str = "r1") -> Bus:
+    def attach(self, node: Node, robot: str = "r1") -> RunnableBus:
         """Make a bus of the node's name and attach the node to it."""
         bus = self.bus(node.name, robot)
         node.attach(bus)

@@ -1,1 +1,1 @@
-"""What a mission, a command, a script or a test talks to the managers with."""
+"""Clients of the managers: for missions, commands, scripts and tests."""

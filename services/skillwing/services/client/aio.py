@@ -1,11 +1,10 @@
-"""What a generated `aio.py` stands on: skills, resources and data for asyncio.
+"""Base of a generated `aio.py`: skills, resources and data for asyncio.
 
 async with connect("m600") as client:
     outcome = await client.start(TAKEOFF, {"height": 3.0})
 
-The network lives on a thread of its own. What this side asks for is posted to that thread, what comes in is handed
-over with `call_soon_threadsafe`, and waiters sleep until something has changed. Everything here is for the event
-loop's thread.
+The network has a thread of its own. Requests are posted to that thread. Messages come back with
+`call_soon_threadsafe`, and wake those who wait. Everything here is for the thread of the event loop.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ async def connect(
 
 
 class Client:
-    """A script's connection, to be made on the event loop's thread. The interface lives on that of the bus."""
+    """A script's connection, for the thread of the event loop. The interface belongs to the thread of the bus."""
 
     def __init__(self, bus: Bus, interface: SkillsetInterface) -> None:
         self._loop = asyncio.get_running_loop()
@@ -116,7 +115,7 @@ class Client:
                 self._waiters.discard(waiter)
 
     async def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-        """Call `ask` with a callback on the bus's thread and return what that gets.
+        """Call `ask` with a callback on the bus's thread and return the callback's argument.
 
         Raises RefusedError, NoReplyError.
         """
@@ -140,7 +139,7 @@ class Client:
         return accepted(answers[0], key)
 
     async def fire(self, event: str) -> None:
-        """Fire an event of the skillset. Raises RefusedError where its guard says no, NoReplyError."""
+        """Fire an event of the skillset. Raises RefusedError if its guard does not hold, NoReplyError."""
         await self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
 
     def reading(self, datum: str) -> DataReading | None:
@@ -148,12 +147,12 @@ class Client:
         return self._readings.get(datum)
 
     def on_loop(self, action: Callable[[], None]) -> None:
-        """On the bus's thread: run an action on the event loop's, and let everybody who waits there look again."""
+        """From the bus's thread: run an action on the event loop's, and wake all who wait there."""
         with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits for anything
             self._loop.call_soon_threadsafe(self._take_in, action)
 
     def close(self) -> None:
-        """The bus runs no more: whoever waits is told so."""
+        """End all waiting with an error: the bus is closed."""
         self._closed = True
         self._wake()
 
@@ -167,15 +166,15 @@ class Client:
                 waiter.set_result(None)
 
     def _listen(self) -> None:
-        self.interface.on_change(self._tell_states)
-        self.interface.on_data(self._tell_data)
-        self._tell_states()
+        self.interface.on_change(self._copy_states)
+        self.interface.on_data(self._copy_reading)
+        self._copy_states()
         for item in self.interface.skillset.data:
             reading = self.interface.reading(item.name)
             if not reading.stale:
-                self._tell_data(reading)
+                self._copy_reading(reading)
 
-    def _tell_states(self) -> None:
+    def _copy_states(self) -> None:
         states = dict(self.interface.states)
 
         def take() -> None:
@@ -183,7 +182,7 @@ class Client:
 
         self.on_loop(take)
 
-    def _tell_data(self, reading: DataReading) -> None:
+    def _copy_reading(self, reading: DataReading) -> None:
         def take() -> None:
             self._readings[reading.name] = reading
 
@@ -196,7 +195,7 @@ class Goal(Generic[R, O, F]):
     def __init__(self, client: Client, signature: Signature[R, O, F], goal_id: str) -> None:
         self.id = goal_id
         self.state: State | None = None
-        """Where the goal stands; None until the manager's first answer."""
+        """State of the goal; None until the manager's first answer."""
         self._client = client
         self._signature = signature
         self._progress: dict[str, Any] | None = None
@@ -219,15 +218,15 @@ class Goal(Generic[R, O, F]):
     async def wait(self) -> Outcome[R, O]:
         """Wait for the end of the goal, whatever it is. Raises ProtocolError for inputs too large to be sent.
 
-        A task that is cancelled here, be it by `asyncio.timeout`, interrupts the goal and is cancelled once the goal
-        has stopped, so that what it held is free again; cancelled once more it leaves the goal alone. That holds for
-        each task that waits here: cancelling one of several interrupts the goal, and the others get that for its end.
+        A task that is cancelled here, also by `asyncio.timeout`, interrupts the goal. It ends when the goal has
+        stopped, so that its resources are free. A second cancellation leaves the goal alone. If several tasks wait and
+        one is cancelled, the goal is interrupted for all of them.
         """
         try:
             await self._client.until(lambda: self.done)
         except asyncio.CancelledError:
             self.interrupt()
-            with contextlib.suppress(SkillwingError):  # a connection that closes tells no more, and is no new ending
+            with contextlib.suppress(SkillwingError):  # the connection is closed
                 await self._client.until(lambda: self.done)
             raise
         if self._error is not None:
@@ -236,13 +235,13 @@ class Goal(Generic[R, O, F]):
         return self._signature.outcome(self.id, self._terminal)
 
     def interrupt(self) -> None:
-        """Ask for the goal's end and return; await the goal to know when it has stopped. Any number of times."""
+        """Ask for the goal's end and return; await the goal for the end itself. Repetition does no harm."""
         self._client.bus.post(self._interrupt)
 
     async def feedback(self) -> AsyncIterator[F]:
-        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept.
+        """Feedback until the end of the goal. Between two iterations only the latest is kept.
 
-        Whoever only looks on interrupts nothing: a task that is cancelled here leaves the goal running.
+        A task that is cancelled here does not interrupt the goal.
         """
         seen = None
         while not self.done:
@@ -255,8 +254,8 @@ class Goal(Generic[R, O, F]):
     def begin(self, handle: GoalHandle) -> None:
         """On the bus's thread: follow the goal that was started."""
         self._handle = handle
-        handle.on_change(self._tell)
-        self._tell(handle)
+        handle.on_change(self._copy)
+        self._copy(handle)
 
     def fail(self, error: Exception) -> None:
         """On the bus's thread: the goal cannot be started."""
@@ -270,7 +269,7 @@ class Goal(Generic[R, O, F]):
         if self._handle is not None:
             self._client.interface.interrupt(self._handle)
 
-    def _tell(self, handle: GoalHandle) -> None:
+    def _copy(self, handle: GoalHandle) -> None:
         state, terminal, progress = handle.state, handle.terminal, handle.progress
 
         def take() -> None:
@@ -288,7 +287,7 @@ class Resource(Generic[S]):
 
     @property
     def state(self) -> S:
-        """The state as far as it is known here. Raises SkillwingError while the resource manager has not told."""
+        """The last known state. Raises SkillwingError before the resource manager's first answer."""
         return known(self._client.states.get(self.name), self.name)
 
     async def wait_for(self, *states: S) -> S:
@@ -324,7 +323,7 @@ class Datum(Generic[T]):
         raise AssertionError("unreachable")
 
     async def values(self) -> AsyncIterator[T]:
-        """The value as it is and as it comes in, for ever; while nobody asks for it only the latest is kept."""
+        """The value now, and each new one, without end. Between two iterations only the latest is kept."""
         seen: DataReading | None = None
         while True:
             await self._client.until(lambda latest=seen: self._client.reading(self.name) is not latest)

@@ -1,4 +1,4 @@
-"""Finding a running system and connecting to it, for whoever is no part of it: a script or a command."""
+"""Connections of scripts and commands to a running system."""
 
 from __future__ import annotations
 
@@ -31,11 +31,10 @@ _numbers = count(1)
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A system to talk to. Where it was not found by its run state, pid and run_dir are None.
+    """A system to connect to. pid, run_dir: None if it was not found by its run state.
 
-    topology: how its processes meet; whoever comes from outside is a client of the router in any case.
-    processes: those that were started, and what has become of them; empty where only the robot's table tells.
-    not_to_be_left: as in that table.
+    topology: how its processes meet; a process from outside is always a client of the router. processes: the started
+    ones with their state; empty if only the robot's table is known. not_to_be_left: as in that table.
     """
 
     robot: str
@@ -55,10 +54,9 @@ def find_target(
 ) -> Target:
     """The system at an endpoint, else at SKILLWING_CONNECT, else the one that runs here.
 
-    robot: its name, which for a system that runs here may be left out if there is only one, or only one with the
-    skillset of that hash (schema). table: of what robot the
-    system at an endpoint is, as `find_robot` takes it; SKILLWING_ROBOT unless given. Raises NoSystemError, and as
-    `find_robot` does.
+    robot: its name. It may be missing if one system runs here, or one with the skillset of the hash `schema`.
+    table: robot of the system at an endpoint, as `find_robot` takes it; by default SKILLWING_ROBOT. Raises
+    NoSystemError, and as `find_robot` does.
     """
     endpoint = endpoint or os.environ.get("SKILLWING_CONNECT")
     if endpoint:
@@ -83,7 +81,7 @@ def find_target(
 
 
 def _schema_of(state: RunState) -> str | None:
-    """The hash of a running system's skillset; None where its file cannot be read any more."""
+    """Hash of a running system's skillset; None if its file cannot be read."""
     try:
         return load(state.skillset).schema_hash
     except (OSError, SkillsetError):
@@ -122,7 +120,7 @@ class Connection:
         return decode(self.wait_for_answer(key, lambda take: self.bus.ask(key, encode(message), take)).payload, reply)
 
     def wait_for_answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-        """Call `ask` with a callback and wait until that is called. Raises as `ask` does; `key` is for the error."""
+        """Call `ask` with a callback and wait for that call. Raises as `ask` does; `key` is for the error."""
         return wait_for_answer(self.bus, key, ask)
 
     def make_interface(self, client: str, *, owns_goals: bool = False) -> SkillsetInterface:
@@ -135,10 +133,10 @@ class Connection:
 
 @contextmanager
 def open_connection(target: Target, *, client: str, wait_for_clock: bool = True) -> Iterator[Connection]:
-    """Connect to a system. client: what this process does there, part of the name of its node.
+    """Connect to a system. client: role of this process, part of the name of its node.
 
-    Raises NoSystemError where there is none. With `wait_for_clock` its time is known then, and a SkillwingError says
-    so if its clock is silent.
+    Raises NoSystemError if there is none. With `wait_for_clock` the robot time is known on return; a SkillwingError
+    says that the clock is silent.
     """
     skillset = load(target.skillset)
     clock = FollowedClock() if target.clock == "robot" else WallClock()
@@ -149,7 +147,9 @@ def open_connection(target: Target, *, client: str, wait_for_clock: bool = True)
         raise NoSystemError(str(error)) from error
     try:
         if wait_for_clock and isinstance(clock, FollowedClock) and not bus.run_until(clock.has_started, READY_TIMEOUT):
-            raise SkillwingError("Robot time does not pass: nobody publishes the clock. Look at `skillwing status`.")
+            raise SkillwingError(
+                "Robot time does not pass: no process publishes the clock. Look at `skillwing status`."
+            )
         yield Connection(target, bus, skillset)
     finally:
         bus.close()
@@ -161,5 +161,5 @@ def require_schema(connection: Connection, expected: str | None) -> None:
     if expected is not None and skillset.schema_hash != expected:
         raise SkillwingError(
             f"`{connection.target.robot}` runs another skillset than this code was made from: `{skillset.name}`, as it "
-            "is now. Connect to the robot that this code is for; if that is the one, `skillwing generate` it anew."
+            "is now. Connect to the robot that this code is for; if that is the one, run `skillwing generate` again."
         )

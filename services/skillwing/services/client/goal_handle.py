@@ -1,4 +1,4 @@
-"""What the client of a skill holds in its hands."""
+"""`GoalHandle`: a goal on the client's side."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _RANK = {state: rank for rank, state in enumerate(State)}
 
 
 class GoalHandle:
-    """A goal from the client's side: live, and valid for ever.
+    """A goal on the client's side. It is kept up to date, and stays valid after the end.
 
     goal_id, skill: which goal. state: None until the manager's first answer. terminal: how it ended, None before.
     progress: the latest feedback. record: id of the timeline record of the last change.
@@ -41,7 +41,7 @@ class GoalHandle:
         self._callbacks.append(callback)
 
     def advance(self, status: GoalStatus) -> bool:
-        """Take a status from the manager. False if it told nothing new; a goal never moves back."""
+        """Take a status from the manager. False if it is not new; a goal never moves back."""
         if self.done or (self.state is not None and _RANK[status.state] <= _RANK[self.state]):
             return False
         self.state, self.terminal, self.record = status.state, status.terminal, status.record
@@ -49,7 +49,7 @@ class GoalHandle:
         return True
 
     def end(self, terminal: Terminal, record: str | None) -> None:
-        """End the goal in the client's own judgement, for want of a manager's."""
+        """End the goal without an answer of its manager."""
         if not self.done:
             self.state, self.terminal, self.record = State.TERMINATED, terminal, record
             self._notify()

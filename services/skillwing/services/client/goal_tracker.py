@@ -1,4 +1,4 @@
-"""Following a goal from start to end over a network that may stay silent, so that every goal gets its answer."""
+"""`GoalTracker`: each goal of a client gets its terminal answer, also on a network that may stay silent."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from skillwing.services.protocol import (
 from skillwing.services.timeline import Timeline
 
 SILENCES_OF_THE_ABSENT = 6
-"""Silences after which a manager without an alive token is given up: 1.55 s, so that a short flap does no harm, and
-the resource manager, which waits a second, has freed its resources by then."""
+"""Silences after which a manager without an alive token counts as gone, 1.55 s. A short outage does no harm, and the
+resource manager, which waits 1 s, has released the goal's resources by then."""
 SILENCES_OF_THE_LIVING = 10
-"""The same for one that seems to live: it may be busy for a while. 5.6 s if each silence comes at once, 26 s if each
-question runs into its timeout of 2 s."""
+"""The same for a manager with an alive token, which may be busy. 5.6 s if each silence comes at once, 26 s if each
+question takes its timeout of 2 s."""
 VERDICT_PATIENCE = 1.0
-"""Wall time in seconds that a manager has to pass on the resource manager's verdict; one that hangs never will."""
+"""Wall time in seconds for a manager to pass on the resource manager's verdict. One that hangs never does."""
 
 
 class GoalTracker:
-    """One goal's correspondence with its manager.
+    """The requests and answers about one goal.
 
-    Ends the handle as LOST when the manager is gone, and as ERROR when it refuses the request for good.
+    The handle ends LOST if the manager is gone, and ERROR if it finally refuses the request.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class GoalTracker:
         )
 
     def interrupt(self, cause: str | None = None) -> None:
-        """Ask the manager to end the goal. It may not have heard of the start yet: it then remembers."""
+        """Ask the manager to end the goal. If the start has not arrived yet, the manager remembers the interrupt."""
         if self._interrupting or self.handle.done:
             return
         self._interrupting, self._interrupt_cause = True, cause
@@ -94,20 +94,20 @@ class GoalTracker:
         )
 
     def follow(self) -> None:
-        """Ask for a goal that somebody else has started."""
+        """Ask for a goal that another client has started."""
         self._has_to_exist = True
         self.probe()
 
     def probe(self) -> None:
-        """Ask how the goal is doing, in case news of it was lost or its manager is."""
+        """Ask for the goal's status: a publication may be lost, or its manager."""
         if self._probing or self.handle.done:
             return
         self._probing = True
         seen = self._seen
         self._ask_status(lambda answer: self._probe_answered(answer, seen=seen))
 
-    def judged(self, verdict: Violated | Lost) -> None:
-        """The resource manager has ended the goal. Its manager is about to say so, if it still can."""
+    def on_verdict(self, verdict: Violated | Lost) -> None:
+        """Take the resource manager's verdict, if the goal's manager does not pass it on in time."""
         self._bus.after(VERDICT_PATIENCE, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
 
     def advance(self, status: GoalStatus) -> None:
@@ -116,7 +116,7 @@ class GoalTracker:
         if status.goal_id != self.handle.goal_id or not consistent:
             return
         if self._interrupt_heard and status.state not in (State.INTERRUPTING, State.TERMINATED):
-            # Whoever heard the interrupt has been replaced since then, and the start has arrived once more.
+            # The process that took the interrupt was replaced since then, and the start arrived again.
             self._interrupting = self._interrupt_heard = False
             self.interrupt(self._interrupt_cause)
         if self.handle.advance(status):
@@ -124,7 +124,7 @@ class GoalTracker:
 
     @property
     def _seen(self) -> bool:
-        """Whether a manager is known to have taken the goal."""
+        """A manager has taken the goal, as far as is known."""
         return self.handle.state is not None
 
     def _ask_status(self, on_answer: Callable[[Answered | Refused], None]) -> None:
@@ -148,14 +148,16 @@ class GoalTracker:
         text = f"The manager refused to start: {answer.error.message} {answer.error.help}".strip()
         refusal = Terminal(ending=Ending.ERROR, reason=text, detected_by="client")
         if answer.error.code is ErrorCode.INTERNAL or self._seen:
-            # It may have taken the goal before it failed, or another process of its name has.
-            self._ask_status(lambda told: self._answered(told) if isinstance(told, Answered) else self._end(refusal))
+            # The manager may have taken the goal before it failed, or another process of its name did.
+            self._ask_status(
+                lambda status: self._answered(status) if isinstance(status, Answered) else self._end(refusal)
+            )
         else:
             self._end(refusal)
 
     def _interrupt_answered(self, answer: Answered | Refused, cause: str | None, *, seen: bool) -> None:
         if isinstance(answer, Refused) and answer.error.code is not ErrorCode.UNKNOWN_GOAL:
-            # It was not carried out, and somebody wants the goal to end.
+            # The interrupt was not carried out, and is still wanted.
             self._interrupting = False
             self._bus.after(LONGEST_DELAY, lambda: self.interrupt(cause), wall=True)
         else:
@@ -167,7 +169,7 @@ class GoalTracker:
         self._answered(answer, seen=seen)
 
     def _answered(self, answer: Answered | Refused, *, seen: bool = True) -> None:
-        """Take an answer to a question that was asked when the goal had been `seen`, or had not."""
+        """Take an answer. seen: the goal was known to have arrived when the question was asked."""
         if isinstance(answer, Answered):
             try:
                 self.advance(decode(answer.payload, GoalStatus))
@@ -177,7 +179,7 @@ class GoalTracker:
             # The question may have overtaken the start, which has arrived since then.
             self.probe()
         elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._seen:
-            # It knew the goal once. As long as it never answered, the start may simply not have arrived yet.
+            # A manager that never answered may not have the start yet; this one had the goal.
             self._lose(f"The manager of `{self.handle.skill}` was replaced and no longer knows the goal.")
         elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._has_to_exist:
             self._end(Terminal(ending=Ending.ERROR, reason=answer.error.message, detected_by="client"))

@@ -1,6 +1,6 @@
-"""The skillset interface: how missions, the command line and tests start skills and see the robot's state.
+"""The skillset interface, by which missions, commands and tests start skills and follow the robot's state.
 
-Nothing here blocks. Calls send their request and return; what comes back arrives in callbacks on the bus's thread.
+Nothing here blocks. Calls send their request and return; answers arrive in callbacks on the bus's thread.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ __all__ = ["GoalHandle", "SkillsetInterface"]
 P = ParamSpec("P")
 
 START_WITHIN = 30.0
-"""Robot time in seconds after which a start that is still under way somewhere is no longer to be carried out."""
+"""Robot time in seconds within which a start has to arrive at its manager."""
 PROBE_PERIOD = 5.0
-"""Wall time in seconds between two questions how the unfinished goals are doing."""
+"""Wall time in seconds between two questions about the unfinished goals."""
 ORPHANED_LIMIT = 100
 CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 """One chunk of a key: managers watch the alive tokens of owners as `client/*`, where they would not see `a/b`."""
@@ -60,9 +60,9 @@ CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 class SkillsetInterface:
     """A client's live view of one robot.
 
-    client: names who asks, in goals and in the timeline. owns_goals: the goals that it starts are not to outlive it;
-    when it is gone they are interrupted, unless their skill says otherwise. new_goal_id: where ids of goals come from,
-    by default from the bus. Raises InvalidOptionError if the client's name is no part of a key.
+    client: its name in goals and in the timeline. owns_goals: goals that it starts are interrupted when it is gone,
+    unless their skill has `owner_lost=continue`. new_goal_id: source of goal ids, by default the bus. Raises
+    InvalidOptionError if the client's name cannot be part of a key.
     """
 
     def __init__(
@@ -115,9 +115,9 @@ class SkillsetInterface:
     ) -> GoalHandle:
         """Start a skill and return at once.
 
-        inputs: by name; structures as mappings or typed structs. cause: the timeline record that leads to this start.
+        inputs: by name; structures as mappings or typed structs. cause: the timeline record that led to this start.
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
-        a wrong type or a missing one. Ranges are the manager's business: they end the goal NV.
+        a wrong type or a missing one. The manager checks ranges: such a goal ends NV.
         """
         fitted = self.fitted(skill, inputs)
         tracker = self._track(skill, goal_id or self._new_goal_id())
@@ -147,13 +147,13 @@ class SkillsetInterface:
         return fitted
 
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
-        """A handle on a goal that somebody else started. Raises UnknownNameError for an unknown skill."""
+        """A handle on a goal that another client started. Raises UnknownNameError for an unknown skill."""
         tracker = self._track(self.skillset.skill(skill).name, goal_id)
         tracker.follow()
         return tracker.handle
 
     def interrupt(self, goal: GoalHandle, *, cause: str | None = None) -> None:
-        """Ask for the end of a goal. Any number of times, before its start is acknowledged, after its end: no harm."""
+        """Ask for the end of a goal. It does no harm to repeat it, or to ask before the start or after the end."""
         tracker = self._trackers.get(goal.goal_id)
         if tracker is not None:
             tracker.interrupt(cause)
@@ -235,7 +235,7 @@ class SkillsetInterface:
         return tracker
 
     def _probe(self) -> None:
-        """News may be lost while the network heals, and a hung manager says nothing: ask now and then."""
+        """Ask for the status of each goal: publications may be lost, and a hung manager sends none."""
         self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True) if self._trackers else None
         for tracker in list(self._trackers.values()):
             if tracker.handle.state is not None:
@@ -249,13 +249,13 @@ class SkillsetInterface:
         self._changed()
 
     def _orphan(self, goal: GoalHandle) -> None:
-        """A goal that we told the mission is over has to be over, also if its manager turns up again."""
+        """Remember a goal whose client was told that it is over, to interrupt it if its manager comes back."""
         if len(self._orphaned) >= ORPHANED_LIMIT:
             self._orphaned.pop(next(iter(self._orphaned)))
         self._orphaned[goal.goal_id] = goal.skill
 
     def _interrupt_orphaned(self, goal_id: str) -> None:
-        """Ask until it is heard: a manager that has just turned up may not be within everybody's reach yet."""
+        """Repeat the interrupt until it is answered: a manager that has just come back may not be reachable yet."""
         if goal_id in self._interrupting_orphaned:
             return
         self._interrupting_orphaned.add(goal_id)
@@ -293,7 +293,7 @@ class SkillsetInterface:
         except ProtocolError:
             return
         if (tracker := self._trackers.get(verdict.goal_id)) is not None:
-            tracker.judged(verdict)
+            tracker.on_verdict(verdict)
 
     def _on_progress(self, sample: Sample) -> None:
         progress = _decoded(sample.payload, GoalProgress)
@@ -351,7 +351,7 @@ class SkillsetInterface:
 
 
 class _Listener(Generic[P]):
-    """A callback in a list of them; cancelling takes it out."""
+    """A callback in a list; `cancel` removes it."""
 
     def __init__(self, callback: Callable[P, None], listeners: list[Callable[P, None]]) -> None:
         self._callback = callback
@@ -371,7 +371,7 @@ def _checked_name(client: str) -> str:
 
 
 def _decoded(payload: bytes, kind: type[M]) -> M | None:
-    """The message, or None for a payload that is none: a broken publication is its sender's problem."""
+    """The message, or None for a payload that is none."""
     try:
         return decode(payload, kind)
     except ProtocolError:

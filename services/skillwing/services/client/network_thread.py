@@ -1,4 +1,4 @@
-"""The thread on which the network of an asyncio client lives."""
+"""The network thread of an asyncio client."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar, TypeVarTuple, Unpack
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 from skillwing.services.client.interface import SkillsetInterface
 
 T = TypeVar("T")
@@ -16,34 +16,34 @@ A = TypeVarTuple("A")
 
 
 class NetworkThread:
-    """The thread on which a connection lives, as seen from the event loop."""
+    """The thread of a connection, as the event loop uses it."""
 
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
         self._loop = loop
-        self._opened: asyncio.Future[tuple[Bus, SkillsetInterface]] = loop.create_future()
+        self._opened: asyncio.Future[tuple[RunnableBus, SkillsetInterface]] = loop.create_future()
         self.ended: asyncio.Future[None] = loop.create_future()
-        self._bus: Bus | None = None
+        self._bus: RunnableBus | None = None
         self._stopping = False
 
-    async def start(self, live: Callable[[], None]) -> tuple[Bus, SkillsetInterface]:
+    async def start(self, live: Callable[[], None]) -> tuple[RunnableBus, SkillsetInterface]:
         """Run `live`, which has to call `serve`, on the thread. Raises what it raises before that."""
 
         def run() -> None:
             try:
                 live()
             except Exception as error:  # noqa: BLE001 - it is raised on the loop's side
-                self._tell(self._fail, error)
+                self._post(self._fail, error)
             else:
-                self._tell(self._settle, self.ended, None)
+                self._post(self._settle, self.ended, None)
 
         threading.Thread(target=run, name="skillwing network", daemon=True).start()
         return await self._opened
 
-    def serve(self, bus: Bus, interface: SkillsetInterface) -> None:
+    def serve(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
         """On the thread: run the bus until `stop`."""
         self._bus = bus
-        self._tell(self._settle, self._opened, (bus, interface))
+        self._post(self._settle, self._opened, (bus, interface))
         bus.run_until(lambda: self._stopping)
 
     async def stop(self) -> None:
@@ -53,8 +53,8 @@ class NetworkThread:
             self._bus.post(_nothing)
             await self.ended
 
-    def _tell(self, action: Callable[[Unpack[A]], None], *arguments: *A) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody wants to know any more
+    def _post(self, action: Callable[[Unpack[A]], None], *arguments: *A) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(action, *arguments)
 
     def _settle(self, future: asyncio.Future[T], result: T) -> None:

@@ -1,4 +1,4 @@
-"""What a typed client knows of a skill, and what it is told when a goal has ended."""
+"""Types of the generated clients: a skill's signature, a goal's outcome, a datum's reading."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Signature(Generic[R, O, F]):
 
 @dataclass(frozen=True)
 class Outcome(Generic[R, O]):
-    """How a goal ended.
+    """The end of a goal.
 
-    result: the result of the skill that it ended with, None for every other end, such as an interruption; also None
-    where the effect or the postcondition of the result did not hold (`terminal.result` names it then). output: goes
-    with the result, None without one. terminal: the whole answer, with what fails, breaks or runs instead.
+    result: the skill's result that it ended with. None for every other end, such as an interrupt, and if the effect or
+    the postcondition of the result did not hold; `terminal.result` names it then. output: of the result, None without
+    one. terminal: the whole answer, with the failing preconditions, the violated invariant or the goal that runs.
     """
 
     goal_id: str
@@ -78,7 +78,7 @@ class Outcome(Generic[R, O]):
 
 
 class GoalFailedError(SkillwingError):
-    """A goal that had to succeed did not. outcome: how it ended."""
+    """A goal that had to succeed did not. outcome: its end."""
 
     def __init__(self, outcome: Outcome[Any, Any]) -> None:
         self.outcome = outcome

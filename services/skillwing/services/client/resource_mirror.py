@@ -1,4 +1,4 @@
-"""A client's copy of the resource states, kept up to date by changes that may overtake each other."""
+"""A client's copy of the resource states, from changes that may overtake each other."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from skillwing.services.protocol import ResourceChange, ResourceStates
 
 
 class ResourceMirror:
-    """Merges one snapshot and any number of changes, in whatever order and as often as they arrive."""
+    """A merge of snapshots and changes, in any order, each any number of times."""
 
     def __init__(self) -> None:
         self._states: dict[str, str] = {}
@@ -23,7 +23,7 @@ class ResourceMirror:
         return MappingProxyType(self._states) if self.ready else MappingProxyType({})
 
     def change_record(self, resource: str) -> str | None:
-        """Id of the timeline record of the resource's last change; None if it has not changed since we look."""
+        """Id of the timeline record of the resource's last change; None if no change was seen."""
         return self._records.get(resource)
 
     def take_snapshot(self, snapshot: ResourceStates) -> None:
@@ -34,7 +34,7 @@ class ResourceMirror:
         self.ready = True
 
     def take_change(self, change: ResourceChange) -> bool:
-        """False if a newer state of that resource is known already."""
+        """Take a change. False if a newer state of that resource is known."""
         if change.revision < self._revisions.get(change.resource, -1):
             return False
         self._revisions[change.resource] = change.revision
@@ -43,5 +43,5 @@ class ResourceMirror:
         return True
 
     def expect_new_manager(self) -> None:
-        """The manager was replaced: its revisions start anew. States stay as they were until its snapshot comes."""
+        """Accept the lower revisions of a new manager. States stay as they were until its snapshot arrives."""
         self._revisions.clear()

@@ -1,19 +1,22 @@
-"""Asking again: silence on the network is not an answer, and never means that the request was not carried out."""
+"""Requests on a network that may stay silent: repeated until a reply arrives, or waited for once.
+
+Silence is not an answer. It never means that the request was not carried out.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
+from skillwing.services.bus import Answer, Answered, Bus, Loop, NoReply, Refused
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.protocol import ErrorCode
 
 ANSWER_TIMEOUT = 4.0
-"""Seconds after which nobody is taken to be there; a query itself gives up after two."""
+"""Seconds after which a caller stops waiting; a query itself times out after 2 s."""
 FIRST_DELAY = 0.05
 LONGEST_DELAY = 1.0
 CUT_OFF_DELAY = 0.25
-"""Seconds between two attempts while we are cut off from the network, when silence says nothing about others."""
+"""Seconds between two attempts while this process is cut off. Its silence then proves nothing about others."""
 
 
 def retry_delay(attempt: int) -> float:
@@ -35,12 +38,11 @@ def ask_until_answered(
     keep_retrying: Callable[[int], bool] = lambda silences: True,
     on_silence: Callable[[], None] = lambda: None,
 ) -> None:
-    """Send the same request until somebody answers it, so the request has to be idempotent.
+    """Send the same request until it is answered. The request has to be idempotent.
 
-    After each silence `keep_retrying(number of silences)` decides: True asks again, False ends it with `on_silence`.
-    The refusal UNAVAILABLE, by which somebody says that he cannot take up a request now, is as good as silence.
-    While this node is cut off from the network nothing is counted, and the count begins anew when it is back.
-    Waiting is in wall time, since a robot clock that stands still is no reason to stop talking.
+    After each silence `keep_retrying(number of silences)` decides: True repeats the request, False ends with
+    `on_silence`. The refusal UNAVAILABLE counts as silence. While this node is cut off nothing is counted, and the
+    count starts again at 0 when it is back. Delays are wall time: a robot clock that stands still must not stop them.
     """
     silences = 0
 
@@ -73,9 +75,9 @@ def accepted(answer: Answer | None, key: str) -> Answered:
             raise NoReplyError(key)
 
 
-def wait_for_answer(bus: Bus, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-    """Call `ask` with a callback and run the bus until that is called. Raises as `ask` and `accepted` do."""
+def wait_for_answer(loop: Loop, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
+    """Call `ask` with a callback and run the loop until that is called. Raises as `ask` and `accepted` do."""
     answers: list[Answer] = []
     ask(answers.append)
-    bus.run_until(lambda: bool(answers), ANSWER_TIMEOUT)
+    loop.run_until(lambda: bool(answers), ANSWER_TIMEOUT)
     return accepted(answers[0] if answers else None, key)

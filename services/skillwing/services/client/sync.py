@@ -1,7 +1,7 @@
-"""What a generated `interface.py` stands on: skills, resources and data for a script that waits.
+"""Base of a generated `interface.py`: skills, resources and data for a script that waits.
 
-Everything runs on the caller's thread: news is taken in while one of these calls waits. It works on either bus, so
-that a script can be tested in virtual time.
+Everything runs on the caller's thread: messages are taken in while one of these calls waits. It works on either bus,
+so that a script can be tested in virtual time.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Generic, TypeVar
 
-from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus import Answer, Answered, RunnableBus
 from skillwing.services.client.connection import find_target, open_connection, require_schema
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
@@ -53,9 +53,9 @@ def connect(
 
 
 class Client:
-    """A script's connection. interface: where goals start and what is known of the robot."""
+    """A script's connection. interface: the untyped client below it."""
 
-    def __init__(self, bus: Bus, interface: SkillsetInterface) -> None:
+    def __init__(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
         self.bus = bus
         self.interface = interface
         self.keys = Keys(interface.skillset.name)
@@ -73,28 +73,28 @@ class Client:
         return Goal(self, signature, handle)
 
     def wait_until(self, condition: Callable[[], bool], awaited: str, timeout: float | None = None) -> None:
-        """Take in news until a condition holds.
+        """Take in messages until a condition holds.
 
-        awaited: what that is, for the error. Raises TimedOutError after `timeout` seconds, SkillwingError when the
+        awaited: a name of it for the error. Raises TimedOutError after `timeout` seconds, SkillwingError when the
         connection is closed.
         """
         if not self.bus.run_until(condition, timeout):
             if timeout is not None:
                 raise TimedOutError(awaited, timeout)
-            raise SkillwingError(f"{awaited} cannot come any more: the connection is closed. Connect again.")
+            raise SkillwingError(f"{awaited} cannot come: the connection is closed. Connect again.")
 
-    def take_in_news(self) -> None:
-        """Take in what has arrived by now."""
+    def take_in_messages(self) -> None:
+        """Take in the messages that have arrived."""
         reached: list[bool] = []
         self.bus.post(lambda: reached.append(True))
         self.bus.run_until(lambda: bool(reached))
 
     def fire(self, event: str) -> None:
-        """Fire an event of the skillset. Raises RefusedError where its guard says no, NoReplyError."""
+        """Fire an event of the skillset. Raises RefusedError if its guard does not hold, NoReplyError."""
         self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
 
     def answer(self, key: str, ask: Callable[[Callable[[Answer], None]], None]) -> Answered:
-        """Call `ask` with a callback and return what that gets. Raises RefusedError, NoReplyError."""
+        """Call `ask` with a callback and return its argument. Raises RefusedError, NoReplyError."""
         return wait_for_answer(self.bus, key, ask)
 
 
@@ -115,21 +115,21 @@ class Goal(Generic[R, O, F]):
 
     @property
     def state(self) -> State | None:
-        """Where the goal stands as of now; None until the manager's first answer."""
-        self._client.take_in_news()
+        """State of the goal now; None until the manager's first answer."""
+        self._client.take_in_messages()
         return self.handle.state
 
     @property
     def done(self) -> bool:
         """The goal has got its one terminal answer."""
-        self._client.take_in_news()
+        self._client.take_in_messages()
         return self.handle.done
 
     def wait(self, timeout: float | None = None) -> Outcome[R, O]:
         """Wait for the end of the goal, whatever it is.
 
-        Raises TimedOutError if it still runs after `timeout` seconds, which it then goes on doing. Ctrl-C interrupts
-        the goal and waits until it has stopped; pressed again it leaves it alone.
+        Raises TimedOutError if it still runs after `timeout` seconds; the goal is left alone. Ctrl-C interrupts the
+        goal and waits until it has stopped; a second Ctrl-C leaves it alone.
         """
         awaited = f"The end of `{self._signature.skill}`"
         try:
@@ -142,11 +142,11 @@ class Goal(Generic[R, O, F]):
         return self._outcome()
 
     def interrupt(self) -> None:
-        """Ask for the goal's end and return; `wait` tells when it has stopped. Any number of times."""
+        """Ask for the goal's end and return; `wait` waits for it. Repetition does no harm."""
         self._client.interface.interrupt(self.handle)
 
     def feedback(self) -> Iterator[F]:
-        """Feedback as it comes, until the end of the goal; while nobody asks for it only the latest is kept."""
+        """Feedback until the end of the goal. Between two iterations only the latest is kept."""
         seen = None
         while not self.handle.done:
             self._client.wait_until(
@@ -172,8 +172,8 @@ class Resource(Generic[S]):
 
     @property
     def state(self) -> S:
-        """The state as of now. Raises SkillwingError as long as the resource manager has not told."""
-        self._client.take_in_news()
+        """The state now. Raises SkillwingError before the resource manager's first answer."""
+        self._client.take_in_messages()
         return known(self._client.interface.state(self.name), self.name)
 
     def wait_for(self, *states: S, timeout: float | None = None) -> S:

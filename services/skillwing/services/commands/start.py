@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Loop, RunnableBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
@@ -91,15 +91,15 @@ def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
     return []
 
 
-def wait_for(bus: Bus, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
+def wait_for(loop: Loop, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:
     """Wait for a goal, with a message if its manager does not answer the start."""
-    if not bus.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
+    if not loop.run_until(lambda: goal.state is not None or condition(), SILENCE) and console is not None:
         console.print(f"The manager of `{goal.skill}` is alive and does not answer; it is given up in half a minute.")
-    bus.run_until(condition)
+    loop.run_until(condition)
 
 
 def follow_to_end(
-    bus: Bus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
+    bus: RunnableBus, goal: GoalHandle, interrupt: Callable[[GoalHandle], object], console: Console | None
 ) -> None:
     """Show a goal's progress until its end. The first Ctrl-C interrupts the goal.
 

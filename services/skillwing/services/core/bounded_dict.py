@@ -1,4 +1,4 @@
-"""Remembering for as long as it may matter, and no longer: memory has to stay bounded whatever comes in."""
+"""`BoundedDict`: memory that stays bounded, whatever clients send."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ V = TypeVar("V")
 
 
 class BoundedDict(Generic[K, V]):
-    """A mapping that holds the `limit` entries written last and forgets the older ones."""
+    """A mapping that keeps the `limit` entries written last."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
@@ -22,16 +22,18 @@ class BoundedDict(Generic[K, V]):
         return key in self._entries
 
     def __setitem__(self, key: K, value: V) -> None:
-        self._entries.pop(key, None)
-        self._entries[key] = value
-        if len(self._entries) > self._limit:
-            del self._entries[next(iter(self._entries))]
+        entries = self._entries
+        if key in entries:
+            del entries[key]
+        elif len(entries) >= self._limit:
+            del entries[next(iter(entries))]
+        entries[key] = value
 
     def get(self, key: K) -> V | None:
         return self._entries.get(key)
 
     def pop(self, key: K) -> V | None:
-        """Forget one entry; None if there is none."""
+        """Remove an entry and return its value; None if there is none."""
         return self._entries.pop(key, None)
 
     def newest(self) -> V | None:

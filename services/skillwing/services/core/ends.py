@@ -33,7 +33,7 @@ LONGEST_LOCAL_OUTCOME = 1 << 14
 
 
 def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
-    """Apply the effect of an end. For a finished goal the reply says how it ended."""
+    """Apply the effect of an end. For a finished goal the reply is its verdict."""
     check_goal_id(request.goal_id)
     skill = state.skill(request.skill)
     effect, post = _effect_of_end(skill, request)

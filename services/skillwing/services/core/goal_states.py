@@ -302,8 +302,7 @@ class Executing(Holding, frozen=True):
 
 
 class Unstopped(Executing, frozen=True):
-    """Base of the states in which nobody has asked the goal to stop. silences: of the resource manager, in a row, to
-    renewals."""
+    """Base of the states without a request to stop. silences: number of unanswered renewals in a row."""
 
     silences: int = 0
 
@@ -323,7 +322,7 @@ class Unstopped(Executing, frozen=True):
                 return self.end(event, skill)
 
     def count_silence(self, event: RenewalAnswered, skill: Skill, now: float) -> Reaction | None:
-        """Interrupt a goal whose invariants nobody watches. One silence proves nothing."""
+        """Interrupt a goal whose invariants are not watched. One silence proves nothing."""
         if not (event.answer is None or isinstance(event.answer, ErrorReply)):
             return None
         if self.silences + 1 >= RENEWALS_UNTIL_UNWATCHED:

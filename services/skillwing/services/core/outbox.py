@@ -1,4 +1,4 @@
-"""Writing down what a step of a core wants published."""
+"""`Outbox`: the publications and actions of one step of a core."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ P = TypeVar("P")
 
 
 class Outbox(Generic[P]):
-    """Collects, in order, what one step publishes; gives timeline records their ids.
+    """The publications of one step, in order. Timeline records get their ids here.
 
-    source: name of the process. new_record_id: where ids of records come from.
+    source: name of the process. new_record_id: source of the ids.
     """
 
     def __init__(self, source: str, new_record_id: Callable[[], str]) -> None:
         self._source = source
         self._new_record_id = new_record_id
-        self._pages: list[P | Record] = []
+        self._items: list[P | Record] = []
 
     def add(self, publication: P) -> None:
-        self._pages.append(publication)
+        self._items.append(publication)
 
     def record(
         self,
@@ -49,12 +49,12 @@ class Outbox(Generic[P]):
             cause=cause,
             goal_id=goal_id,
         )
-        self._pages.append(record)
+        self._items.append(record)
         return record.id
 
     def drain(self) -> tuple[P | Record, ...]:
-        """Everything since the last call."""
-        if not self._pages:
+        """Take out everything since the last call."""
+        if not self._items:
             return ()
-        pages, self._pages = tuple(self._pages), []
-        return pages
+        items, self._items = tuple(self._items), []
+        return items

@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.queries import data_in_guards
 from skillwing.services.core.ends import end, record_outcome
 from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.externs_and_events import fire_event, fire_extern, take_sample
@@ -44,7 +44,7 @@ from skillwing.services.protocol import (
     Violated,
 )
 
-Reply: TypeAlias = GoalVerdict | ResourceStates | None
+StepReply: TypeAlias = GoalVerdict | ResourceStates | None
 REPEATED_SPAN = 10.0
 """Seconds before a process's last step in which its publications may have got lost."""
 
@@ -52,7 +52,7 @@ REPEATED_SPAN = 10.0
 class Step(msgspec.Struct, frozen=True, tag="step"):
     """Outcome of one event: reply to its sender, publications in order, and entries for the journal."""
 
-    reply: Reply
+    reply: StepReply
     publications: tuple[Publication, ...] = ()
     entries: tuple[Entry, ...] = ()
 
@@ -88,7 +88,7 @@ class ResourceCore:
             table=ResourceTable(skillset, outbox, on_entry, found=found, entries=snapshot.resources),
             ledger=Ledger(on_entry, grants, snapshot.goals, snapshot.last_token),
             incarnations=Incarnations(on_entry, snapshot.managers),
-            data=data or LatestData(skillset, _data_in_guards(skillset)),
+            data=data or LatestData(skillset, data_in_guards(skillset)),
             outbox=outbox,
             entries=entries,
         )
@@ -158,7 +158,7 @@ def resume(state: ManagerState, event: Resumed, now: float) -> None:
     state.outbox.record(now, RecordKind.PROCESS, state.source, None, "RESUMED", text)
 
 
-RULES: Mapping[type[Event], Callable[[ManagerState, Any, float], Reply]] = MappingProxyType(
+RULES: Mapping[type[Event], Callable[[ManagerState, Any, float], StepReply]] = MappingProxyType(
     {
         BeginGoal: begin,
         EndGoal: end,
@@ -184,12 +184,3 @@ def _unwritten_data(data: LatestData, written: Mapping[str, object]) -> list[Ent
         if t is not None and data.never_expires(name) and written.get(name) != value:
             entries.append(DatumEntry(name, value, t))
     return entries
-
-
-def _data_in_guards(skillset: Skillset) -> frozenset[str]:
-    guards = [event.guard for event in skillset.events if event.guard is not None]
-    for skill in skillset.skills:
-        guards += [check.expression for check in skill.preconditions.checks]
-        guards += [invariant.expression for invariant in skill.invariants]
-        guards += [result.post for result in skill.results if result.post is not None]
-    return frozenset(name for guard in guards for name in names_used(guard, "data"))

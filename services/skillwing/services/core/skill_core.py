@@ -7,7 +7,7 @@ in `goal_states.py`; `docs/semantics.md` gives the rules and their reasons.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import BoundedDict
@@ -93,6 +93,7 @@ class SkillCore:
             OwnerGone: self._on_owner_gone,
             QuestionAnswered: self._on_answer,
             TimePassed: self._on_time,
+            **dict.fromkeys(get_args(CurrentGoalEvent), self._on_current),
         }
         self.dropped_calls = 0
         """Ends and confirmations by the developer that came when there was nothing to end."""
@@ -132,7 +133,7 @@ class SkillCore:
 
     def step(self, event: Event, now: float) -> tuple[Action, ...]:
         """Take an event at robot time `now`. A `RefusedError` says that a request was refused."""
-        self._handlers.get(type(event), self._on_current)(event, now)
+        self._handlers[type(event)](event, now)
         return self._outbox.drain()
 
     def _start(self, request: StartGoal, now: float) -> None:

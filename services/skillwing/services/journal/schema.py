@@ -11,7 +11,7 @@ from skillwing.services.journal.errors import JournalRefusedError
 FORMAT = 3
 """Raised with every change that another version cannot read, and with the protocol version."""
 APPLICATION_ID = 0x534B574A
-"""`SKWJ`, by which tools know the file."""
+"""`SKWJ`: type of the file, for tools."""
 ELSEWHERE = "Name another file, or move this one away to start afresh."
 
 TABLES = """

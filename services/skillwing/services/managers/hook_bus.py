@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import ParamSpec
 
-from skillwing.services.bus import Answer, Bus, Handle, Publisher, Request, Sample
+from skillwing.services.bus import Answer, Bus, Handle, Request, Sample
 
 P = ParamSpec("P")
 Guard = Callable[[str, Callable[[], None]], None]
@@ -13,28 +13,15 @@ Guard = Callable[[str, Callable[[], None]], None]
 
 
 class HookBus:
-    """A `Bus` whose callbacks all run under a guard."""
+    """A `Bus` whose callbacks all run under a guard; everything else is the bus's own."""
 
     def __init__(self, bus: Bus, guard: Guard) -> None:
         self._bus = bus
         self._guard = guard
-
-    @property
-    def name(self) -> str:
-        return self._bus.name
-
-    def now(self) -> float:
-        return self._bus.now()
-
-    def new_id(self) -> str:
-        return self._bus.new_id()
-
-    def wall(self) -> float:
-        return self._bus.wall()
-
-    @property
-    def follows_time(self) -> bool:
-        return self._bus.follows_time
+        self.name = bus.name
+        self.follows_time = bus.follows_time
+        self.now, self.wall, self.new_id = bus.now, bus.wall, bus.new_id
+        self.advertise, self.declare_alive, self.close = bus.advertise, bus.declare_alive, bus.close
 
     @property
     def connected(self) -> bool:
@@ -43,9 +30,6 @@ class HookBus:
     @property
     def routed(self) -> bool:
         return self._bus.routed
-
-    def advertise(self, key: str, *, events: bool = False) -> Publisher:
-        return self._bus.advertise(key, events=events)
 
     def subscribe(
         self,
@@ -72,9 +56,6 @@ class HookBus:
     ) -> None:
         self._bus.ask(key, payload, self._guarded(on_answer), timeout=timeout, attachment=attachment)
 
-    def declare_alive(self, key: str) -> Handle:
-        return self._bus.declare_alive(key)
-
     def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
         return self._bus.watch_alive(key_expression, self._guarded(on_change))
 
@@ -86,12 +67,6 @@ class HookBus:
 
     def post(self, action: Callable[[], None]) -> None:
         self._bus.post(self._guarded(action))
-
-    def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
-        return self._bus.run_until(done, timeout)
-
-    def close(self) -> None:
-        self._bus.close()
 
     def _guarded(self, callback: Callable[P, None]) -> Callable[P, None]:
         name = getattr(callback, "__name__", "callback")

@@ -1,4 +1,4 @@
-"""What the developer of a skill writes: the hooks that a skill's manager calls."""
+"""Hooks: the code that the developer of a skill writes, and that the skill's manager calls."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ F = TypeVar("F")
 
 @dataclass(frozen=True, slots=True)
 class Goal(Generic[I]):
-    """A goal as its skill's hooks see it.
+    """A goal, as its skill's hooks get it.
 
     inputs: in range, defaults filled in. token: fencing token of the grant, to be sent with every command to the
-    functional layer; 0 while the goal is being validated. started_at: robot time in seconds at which the goal came in.
+    functional layer; 0 during `validate`. started_at: robot time in seconds at which the start arrived.
     """
 
     id: str
@@ -28,7 +28,7 @@ class Goal(Generic[I]):
 
 
 class GoalControl(Protocol):
-    """What hooks may do to a goal; the manager implements it."""
+    """Calls of hooks to the manager that runs their goal."""
 
     def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None: ...
     def interrupted(self, goal_id: str) -> None: ...
@@ -38,8 +38,8 @@ class GoalControl(Protocol):
 class SkillHooks(Generic[I, O, F]):
     """Base of the generated `Abstract<Skill>Manager` classes.
 
-    All hooks, and all callbacks registered through `self.bus`, run on the manager's one thread, one at a time: they
-    have to return soon, and need no locks. An exception in any of them ends the running goal as ERROR; the process
+    All hooks, and all callbacks registered through `self.bus`, run one at a time on one thread. They have to return
+    soon, and need no locks. An exception in any of them ends the running goal as ERROR; the process
     lives on. Calls of `terminated`, `interrupted` and `failed` for a goal that is over are dropped.
     """
 
@@ -53,7 +53,7 @@ class SkillHooks(Generic[I, O, F]):
     current: Goal[I] | None = None
     """The goal from its dispatch to its end."""
     record: str | None = None
-    """Id of the timeline record of the goal's last change: the cause of what the hooks do for it."""
+    """Id of the timeline record of the goal's last change. It is the cause of the hooks' own records."""
     _control: GoalControl
 
     def bind(self, bus: Bus, control: GoalControl) -> None:
@@ -67,15 +67,15 @@ class SkillHooks(Generic[I, O, F]):
         """Runs once, before any goal. Subscribe to the functional layer here."""
 
     def validate(self, goal: Goal[I]) -> str | None:
-        """Return None if the goal makes sense, else a sentence saying why not: the goal then ends NV.
+        """Return None to accept the goal, or a sentence that says what is wrong with it. The goal then ends NV.
 
-        Types and ranges of the model have been checked. Move nothing here: preconditions are judged afterwards.
+        Types and ranges of the model are checked before. Move nothing here: preconditions are checked afterwards.
         """
         del goal
         return None
 
     def on_dispatch(self, goal: Goal[I]) -> None:
-        """Start the functional layer. The goal has been granted and RUNNING begins when this returns."""
+        """Start the functional layer. The goal holds its grant; it is RUNNING when this returns."""
 
     def progress(self, goal: Goal[I]) -> F | None:
         """Called at each progress period while the goal is RUNNING; None publishes nothing."""
@@ -83,16 +83,16 @@ class SkillHooks(Generic[I, O, F]):
         return None
 
     def on_interrupt(self, goal: Goal[I]) -> None:
-        """Ask the functional layer to stop and return; call `interrupted` once it really has.
+        """Ask the functional layer to stop, and return. Call `interrupted` when it has stopped.
 
-        The default has nothing to stop and confirms at once.
+        By default there is nothing to stop: it confirms at once.
         """
         self.interrupted(goal.id)
 
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
-        """The goal is over, whatever the reason: forget it, and stop what still runs for it (after an RI, say).
+        """The goal is over, for any reason. Forget it, and stop everything that still runs for it.
 
-        Called once for every goal that was dispatched, when its terminal answer has gone out.
+        It is called once for every dispatched goal, after its terminal answer.
         """
 
     # --- to call ---------------------------------------------------------------------------------------------------
@@ -100,15 +100,15 @@ class SkillHooks(Generic[I, O, F]):
     def terminated(self, goal_id: str, result: str, output: O | None = None, *, cause: str | None = None) -> None:
         """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this.
 
-        cause: id of the timeline record of what made it end so, such as a resource's last change; without it the end
-        is put down to the start.
+        cause: id of the timeline record that led to this end, such as a resource's last change. Without it the cause
+        is the goal's last record.
         """
         self._control.terminated(goal_id, result, output, cause)
 
     def interrupted(self, goal_id: str) -> None:
-        """Confirm that the interrupted skill has really stopped."""
+        """Confirm that the interrupted skill has stopped."""
         self._control.interrupted(goal_id)
 
     def failed(self, goal_id: str, reason: str, *, cause: str | None = None) -> None:
-        """End the goal as ERROR; the skill's lost effect is applied. cause: as with `terminated`."""
+        """End the goal as ERROR, with the skill's lost effect. cause: as in `terminated`."""
         self._control.failed(goal_id, reason, cause)

@@ -178,8 +178,8 @@ class ResourceManagerNode:
     def _leave(self, why: str) -> None:
         """Refuse all requests until this process has left the network.
 
-        The queryables stay declared. A Zenoh router may go on sending the questions of present clients to a server that
-        has taken back its declaration, and to none that takes its place, until that session is closed.
+        The queryables stay declared. After an undeclaration, a Zenoh router may send the queries of present clients to
+        this session until it is closed, and none to a successor.
         """
         if self._left is None:
             self._left = why

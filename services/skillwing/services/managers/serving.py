@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.bus import Handle, Network, Request
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
 
@@ -14,7 +14,7 @@ M = TypeVar("M", bound=Message)
 log = logging.getLogger(__name__)
 
 
-def serve(bus: Bus, key_expression: str, kind: type[M] | Any, answer: Callable[[M, str], Message]) -> Handle:
+def serve(bus: Network, key_expression: str, kind: type[M] | Any, answer: Callable[[M, str], Message]) -> Handle:
     """Answer each query on the key with `answer(message, key)`.
 
     kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` becomes its

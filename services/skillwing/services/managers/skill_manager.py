@@ -119,7 +119,7 @@ class SkillManagerNode:
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not take this process for a predecessor whose token was away for a moment.
         attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
-        self._registration = Registration(bus, keys, attach, self._make_way)
+        self._registration = Registration(bus, keys, attach, self._on_replaced)
         self._registration.ask()
         self._alive: Handle = bus.declare_alive(keys.alive(self.name))
 
@@ -158,10 +158,10 @@ class SkillManagerNode:
             log.warning("dropped a verdict: %s", error)
         else:
             self._step(verdict)
-            self._look_for_successor(verdict)
+            self._check_replaced(verdict)
 
-    def _make_way(self, refusal: ErrorReply) -> None:
-        """Leave to the successor: nothing that we ask for is granted any more. Supervision may start us anew."""
+    def _on_replaced(self, refusal: ErrorReply) -> None:
+        """End this process, because a successor has attached. Supervision may start another one."""
         self._registration.give_up()
         log.error("%s This one ends.", refusal.message)
         self._bus.post(self._end)
@@ -170,29 +170,29 @@ class SkillManagerNode:
         self.detach()
         self._bus.close()
 
-    def _look_for_successor(self, answer: GoalVerdict | ErrorReply | None) -> None:
-        """Who is told that his goal is another's, or lost, asks whether he still counts; that asks for nothing else."""
+    def _check_replaced(self, answer: GoalVerdict | ErrorReply | None) -> None:
+        """After `STALE_TOKEN` or `Lost`, attach again now: if this process was replaced, the reply says so."""
         if isinstance(answer, Lost) or (isinstance(answer, ErrorReply) and answer.code is ErrorCode.STALE_TOKEN):
             self._registration.ask()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
         if isinstance(answer, NoReply) and not self._bus.connected:
-            # Nobody's silence but ours.
+            # This process is cut off; the resource manager may be well.
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
         verdict = _verdict(answer)
         if isinstance(verdict, ErrorReply) and verdict.code is ErrorCode.REPLACED:
-            # No word on the goal, which was not granted here: the successor may have been asked for it, too.
-            self._make_way(verdict)
+            # The goal gets no answer from here: the successor may run it.
+            self._on_replaced(verdict)
             return
         self._step(QuestionAnswered(asked, verdict))
-        self._look_for_successor(verdict)
+        self._check_replaced(verdict)
 
     # --- what the hooks ask for --------------------------------------------------------------------------------------
 
     def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
-        told = None if output is None else msgspec.to_builtins(output)
-        self._step(Terminated(goal_id, result, told, cause))
+        fields = None if output is None else msgspec.to_builtins(output)
+        self._step(Terminated(goal_id, result, fields, cause))
 
     def interrupted(self, goal_id: str) -> None:
         self._step(StopConfirmed(goal_id))
@@ -228,7 +228,7 @@ class SkillManagerNode:
             case Record():
                 self._timeline.publish(action)
             case GoalStatus():
-                self._tell(action)
+                self._publish(action)
             case AskResources(silences=0):
                 self._ask(action)
             case AskResources():
@@ -237,7 +237,7 @@ class SkillManagerNode:
             case CallHook():
                 self._call(action)
 
-    def _tell(self, status: GoalStatus) -> None:
+    def _publish(self, status: GoalStatus) -> None:
         self._status.put(encode(status))
         if self._hooks.current is not None and self._hooks.current.id == status.goal_id:
             self._hooks.record = status.record
@@ -250,7 +250,7 @@ class SkillManagerNode:
     # --- renewing the grant ---
 
     def _keep_renewing(self) -> None:
-        """On the hooks' own thread, so that a hook that hangs is noticed by those who wait for the renewals."""
+        """Renew on the thread of the hooks, so that a hook that hangs stops the renewals."""
         if self._renewal_timer is None and self._core.renewal() is not None:
             self._renewal_timer = self._bus.after(RENEWAL_PERIOD, self._renew, wall=True)
 
@@ -264,10 +264,10 @@ class SkillManagerNode:
 
     def _on_renewal_answer(self, renewal: RenewGoal, answer: Answer) -> None:
         if isinstance(answer, NoReply) and not self._bus.connected:
-            return  # Nobody's silence but ours.
+            return  # this process is cut off
         verdict = _verdict(answer)
         self._step(RenewalAnswered(renewal, verdict))
-        self._look_for_successor(verdict)
+        self._check_replaced(verdict)
 
     # --- hooks -------------------------------------------------------------------------------------------------------
 
@@ -328,7 +328,7 @@ class SkillManagerNode:
         self._timeline.record(RecordKind.PROCESS, self.name, None, BLOCKED, text=text, cause=cause, goal_id=goal_id)
 
     def _guard_callback(self, callback: str, body: Callable[[], None]) -> None:
-        """Run a callback that a hook has registered, on behalf of the goal that runs now, if one does."""
+        """Run a callback that a hook has registered, for the current goal if there is one."""
         goal = self._hooks.current
         self._guarded(callback, goal.id if goal else "", body)
 
@@ -362,12 +362,12 @@ class SkillManagerNode:
                 log.warning("dropped a feedback of %s: %s", self.name, error)
 
     def _feedback(self, goal: Goal[Any]) -> dict[str, Any] | None:
-        told = msgspec.to_builtins(self._hooks.progress(goal))
-        if told is None:
+        given = msgspec.to_builtins(self._hooks.progress(goal))
+        if given is None:
             return None
-        if not isinstance(told, Mapping):
-            raise TypeError(f"progress has to return the skill's feedback by name, not {told!r}")
-        feedback, problems = fit_fields(self._model.feedback, told)
+        if not isinstance(given, Mapping):
+            raise TypeError(f"progress has to return the skill's feedback by name, not {given!r}")
+        feedback, problems = fit_fields(self._model.feedback, given)
         wrong = [problem.sentence for problem in problems if problem.kind != "range"]
         if wrong:
             # No reason to end a flight.
@@ -377,7 +377,7 @@ class SkillManagerNode:
 
 
 def _verdict(answer: Answer) -> GoalVerdict | ErrorReply | None:
-    """What the resource manager has answered; None for silence."""
+    """The answer of the resource manager; None for silence."""
     match answer:
         case Refused():
             return answer.error
@@ -385,7 +385,7 @@ def _verdict(answer: Answer) -> GoalVerdict | ErrorReply | None:
             try:
                 return decode(answer.payload, _union(GoalVerdict))
             except ProtocolError as error:
-                log.warning("the resource manager's answer is unreadable, hence none: %s", error)
+                log.warning("the resource manager's answer is unreadable and counts as silence: %s", error)
         case _:
             pass
     return None

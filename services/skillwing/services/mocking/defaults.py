@@ -146,7 +146,7 @@ def _choose(leaf: _Leaf, values: dict[str, Any], guards: Sequence[_Guard]) -> No
 def _holds(guard: _Guard, data: Mapping[str, Any]) -> bool:
     try:
         return evaluate(guard.expression, Environment(data=data, inputs=guard.inputs))
-    except UnboundNameError:  # it speaks of resources as well
+    except UnboundNameError:  # it names resources as well
         return False
 
 

@@ -1,4 +1,4 @@
-"""Fitting of a mock script to a skillset. Pure."""
+"""Check of a mock script against a skillset, and its meaning there. Pure."""
 
 from __future__ import annotations
 

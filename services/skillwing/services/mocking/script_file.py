@@ -1,15 +1,17 @@
 """Mock scripts in TOML files.
 
-seed = 1
-[skill.goto]
-runs = [{result = "BLOCKED", delay = 0.5}, {result = "ARRIVED"}]   # or `choices`, or one run's fields right here
-[data]
-battery = {from = 100.0, to = 0.0, over = 600.0}
-[resources]
-SDK_authority = "AVAILABLE"
-[[reaction]]
-when = {ends = "takeoff", with = "AT_ALTITUDE"}
-trigger = {flight_status = "IN_AIR"}
+    seed = 1
+    [skill.goto]
+    runs = [{result = "BLOCKED", delay = 0.5}, {result = "ARRIVED"}]   # or `choices`, or one run's fields right here
+    [data]
+    battery = {from = 100.0, to = 0.0, over = 600.0}
+    [resources]
+    SDK_authority = "AVAILABLE"
+    [[reaction]]
+    when = {ends = "takeoff", with = "AT_ALTITUDE"}
+    trigger = {flight_status = "IN_AIR"}
+
+All problems of a file are reported at once.
 """
 
 from __future__ import annotations

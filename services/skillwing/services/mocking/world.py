@@ -176,4 +176,4 @@ def _complain(what: str, answer: Answer) -> None:
     if isinstance(answer, Refused):
         log.warning("could not %s: %s %s", what, answer.error.message, answer.error.help)
     elif not isinstance(answer, Answered):
-        log.warning("could not %s: nobody answers", what)
+        log.warning("could not %s: no reply", what)

@@ -113,7 +113,7 @@ def _concerns(reaction: FittedReaction, status: GoalStatus) -> bool:
     if when.ends != status.skill:
         return False
     end = status.terminal
-    # A result is told by its name if it held; `N_ARRIVED` by its label.
+    # A result that held has its name, another end its label, such as `N_ARRIVED`.
     names = {end.label, str(end.ending), end.result if end.ending is Ending.SUCCEEDED else None}
     return not reaction.endings or not names.isdisjoint(reaction.endings)
 

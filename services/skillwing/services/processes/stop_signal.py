@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from skillwing.services.bus import Bus
+from skillwing.services.bus import RunnableBus
 
 CHECK_PERIOD = 0.2
 """Wall seconds between two checks during a wait."""
@@ -51,7 +51,7 @@ class StopSignal:
         if self.received:
             raise KeyboardInterrupt
 
-    def wait(self, bus: Bus, done: Callable[[], bool], timeout: float) -> bool:
+    def wait(self, bus: RunnableBus, done: Callable[[], bool], timeout: float) -> bool:
         """Wait as `bus.run_until` does; raises KeyboardInterrupt after a signal."""
         deadline = bus.wall() + timeout
         while True:

@@ -23,7 +23,7 @@ FORMAT = 3
 
 
 class Head(msgspec.Struct, frozen=True):
-    """Identity of the robot. text, file: source of the skillset, and the name that says in which language it is."""
+    """Identity of the robot. text, file: source of the skillset, and its file name, which determines the language."""
 
     format: int
     robot: str
@@ -59,28 +59,28 @@ class Taken(msgspec.Struct, frozen=True, tag="taken"):
 Line: TypeAlias = Made | Taken
 
 
-class Refused(msgspec.Struct, frozen=True, tag="refused"):
+class RefusedAnswer(msgspec.Struct, frozen=True, tag="refused"):
     """Answer of a core that refused."""
 
     error: ErrorReply
 
 
-class Broken(msgspec.Struct, frozen=True, tag="broken"):
+class BrokenAnswer(msgspec.Struct, frozen=True, tag="broken"):
     """Answer of a core that raised an unexpected exception."""
 
     error: str
 
 
-Answer: TypeAlias = Step | Refused | Broken
+Answer: TypeAlias = Step | RefusedAnswer | BrokenAnswer
 
 
 def answer_of(outcome: Step | Exception) -> Answer:
     """The outcome of a step as a value."""
     match outcome:
         case RefusedError():
-            return Refused(outcome.reply)
+            return RefusedAnswer(outcome.reply)
         case Exception():
-            return Broken(f"{type(outcome).__name__}: {outcome}")
+            return BrokenAnswer(f"{type(outcome).__name__}: {outcome}")
         case step:
             return step
 

@@ -13,7 +13,7 @@ from typing import Any, NoReturn, Self
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Bus, NoReply, Refused, Sample
+from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus, Sample
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.history.history import History
@@ -41,7 +41,7 @@ class Bench:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: RunnableBus,
         skillset: Skillset,
         layer: FakeLayer,
         *,

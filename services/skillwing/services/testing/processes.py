@@ -89,7 +89,7 @@ class SkillsetProcesses(Bench):
         if process not in running:
             raise UnknownNameError("running process", process, running)
         os.kill(self.launcher.pids[process], signal.SIGKILL)
-        # No message tells that a process has been reaped, so that there is nothing to wait for on the bus.
+        # No message reports that a process has been reaped, so the loop polls.
         while self.launcher.running(process):
             self.run(0.01)
 

@@ -1,9 +1,9 @@
-"""The low-level autopilot: follows setpoints, and looks after the drone by itself when that cannot go on.
+"""The low-level autopilot: it follows setpoints, and protects the drone when it cannot follow them any more.
 
-`failsafes.py` says when it acts by itself and in which order. Wherever it lands it first brakes, and stays inside the
-fence. With a rotor lost it gives the heading up. With navigation lost it holds its place as long as navigation vouches
-for the velocity; blind, it leans against what it can reckon of the velocity, and comes down fast, at the vertical speed
-that the range-finder tells. Rotors stop by themselves on touchdown.
+`failsafes.py` lists the reasons for that, in order of priority. Before a landing the autopilot brakes; it stays inside
+the fence. With a lost rotor it no longer controls the heading. With lost navigation it holds its position as long as
+the velocity is valid. Without a valid velocity it descends fast: it controls the estimated velocity, and the vertical
+speed that the range-finder measures. Rotors stop on touchdown.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from skillwing.sim_mujoco.physics.hexacopter import ROTORS, Airframe
 __all__ = ["Autopilot", "Estimate", "Limits", "Mode", "Setpoint"]
 
 GUIDE_PERIOD = 0.02
-"""How often `guide` is called [s]."""
+"""Period of `guide` [s]."""
 _BRAKING_TIME = 0.6
-_NEVER_IN_THE_AIR = 0.7
-"""A drone in the air that is so far above where it should be is not at rest [m]."""
+_STANDS_ABOVE = 0.7
+"""A drone that is so far above its target and at rest stands on something [m]."""
 _NEAR_GROUND = 0.3
-"""Nearer to the ground than this beyond standing, contacts turn the drone as well as rotors do [m]."""
+"""Clearance below the skids within which contacts, and not only rotors, may turn the drone [m]."""
 _DOWNWARD = -0.05
-"""Who is told to climb more slowly than this is told to sink [m/s]."""
+"""A commanded climb below this is a descent [m/s]."""
 _SINKING = 0.7
-"""A drone in the air that has lost a rotor sinks faster than this part of what it was told."""
+"""Share of the commanded descent that a drone in the air with a lost rotor exceeds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setpoint:
-    """Where to be, with velocity and acceleration feed-forward, and where to point, in ENU."""
+    """Position and heading to reach, with velocity and acceleration feed-forward, in ENU."""
 
     position: Vector
     velocity: Vector
@@ -52,7 +52,7 @@ class Setpoint:
 
 
 class Autopilot:
-    """Call `guide` every 20 ms and `stabilise` every `dt` seconds."""
+    """The autopilot of one drone. Call `guide` every 20 ms and `stabilise` every `dt` seconds."""
 
     def __init__(self, airframe: Airframe, dt: float, limits: Limits | None = None) -> None:
         limits = limits or Limits()
@@ -66,7 +66,7 @@ class Autopilot:
         self._stamp = float("-inf")
         self._hold = Setpoint((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
         self._guided: float | None = None
-        self._told_climb = 0.0
+        self._commanded_climb = 0.0
         self._wall: str | None = None
         self.mode = Mode.OFF
         self.authority = True
@@ -77,35 +77,37 @@ class Autopilot:
 
     @property
     def failsafe(self) -> str:
-        """What the autopilot does by itself, in words; empty while it follows or stands ready."""
-        what = self._emergencies.what
+        """Description of the active failsafe; empty while the autopilot follows setpoints or stands ready."""
+        reason = self._emergencies.reason
         if self.mode is Mode.OFF:
-            return f"{what}: staying on the ground" if what else ""
+            return f"{reason}: staying on the ground" if reason else ""
         if self.mode is Mode.ROTOR:
-            return f"{what}: landing"
+            return f"{reason}: landing"
         if self.mode is Mode.FENCE:
             return f"{self._wall} fence ahead: holding position"
         return "" if self.mode in (Mode.FOLLOW, Mode.PILOT) else self.mode.value
 
     @property
     def follows(self) -> bool:
-        """Whether a fresh setpoint counts, once the pilot leaves the authority to the computer."""
-        return not self._emergencies.what if self.mode is Mode.OFF else self.mode not in OVERRULING
+        """A fresh setpoint counts, provided that the computer has the authority."""
+        return not self._emergencies.reason if self.mode is Mode.OFF else self.mode not in OVERRULING
 
     @property
     def holds_heading(self) -> bool:
-        """Whether the nose can be pointed somewhere."""
+        """The heading can be controlled."""
         return self._attitude_loop.holds_heading
 
     def command(self, setpoint: Setpoint, t: float, of: float | None = None) -> None:
-        """A setpoint arrived at time `t`, which is that `of` a moment, or of now. An older one than the last comes too
-        late, and so does one that is older than the failsafe's patience."""
+        """Take a setpoint that arrived at `t` and was made at the time `of`, by default `t`.
+
+        It is ignored if it is older than the previous one, or than the failsafe's timeout.
+        """
         stamp = t if of is None else min(of, t)
         if stamp >= self._stamp and t - stamp <= SETPOINT_TIMEOUT:
             self._setpoint, self._stamp = setpoint, stamp
 
     def battery(self, percent: float, voltage: float) -> None:
-        """What the battery says of itself: charge [%], voltage under load [V]. Tell it before each `guide`."""
+        """Take the battery's state before each `guide`: charge [%], and voltage under load [V]."""
         self._emergencies.battery(percent, voltage, GUIDE_PERIOD)
 
     def guide(self, t: float, now: Estimate, rate: Vector) -> None:
@@ -119,7 +121,7 @@ class Autopilot:
         if self.mode is Mode.OFF:
             return
         target = self._target(dt, now)
-        self._told_climb = target.velocity[2]
+        self._commanded_climb = target.velocity[2]
         velocity = self._trusted_velocity(now, target)
         wanted = target.velocity
         if not self._emergencies.blind:
@@ -137,16 +139,16 @@ class Autopilot:
         self._rotors.commanded(thrusts)
         return thrusts
 
-    # --- which mode ------------------------------------------------------------------------------------------
+    # --- modes -----------------------------------------------------------------------------------------------
 
     def _watch_rotors(self, now: Estimate, rate: Vector) -> None:
         if self.mode is Mode.OFF or not self.holds_heading:
             return
-        failed = self._rotors.judge(rate)
+        failed = self._rotors.update(rate)
         if failed is not None and not self._may_touch(now):
             self._emergencies.rotor = failed
             self._attitude_loop.drop(failed)
-            self._velocity_loop.go_easy()
+            self._velocity_loop.limit_tilt()
 
     def _choose_mode(self, t: float, now: Estimate) -> None:
         age = t - self._stamp
@@ -169,7 +171,7 @@ class Autopilot:
             self._enter(Mode.HOVER, now)
 
     def _fence_stops(self, now: Estimate) -> bool:
-        """The drone is about to break the fence; or was, and the setpoint would lead it there again."""
+        """The motion would leave the fence, or the setpoint would after a stop at the fence."""
         wanted = self._setpoint
         if self._fence is None or wanted is None:
             return False
@@ -190,7 +192,7 @@ class Autopilot:
             self._velocity_loop.reset()
             self._attitude_loop.reset()
             self._rotors.reset()
-        # Where it holds is kept from one failsafe to the next, unless it was found without navigation.
+        # The held position is kept from one failsafe to the next, unless it was found without navigation.
         holding = self.mode in (*LANDING, Mode.HOVER, Mode.FENCE) and self.mode is not Mode.NAVIGATION
         if mode is not Mode.FOLLOW and not (holding and mode in (*LANDING, Mode.HOVER)):
             stop = add(now.position, scale(_BRAKING_TIME, now.velocity))
@@ -199,7 +201,7 @@ class Autopilot:
         self._touchdown.reset()
         self.mode = mode
 
-    # --- where to ----------------------------------------------------------------------------------------------
+    # --- targets -----------------------------------------------------------------------------------------------
 
     def _target(self, dt: float, now: Estimate) -> Setpoint:
         if self.mode is Mode.FOLLOW and self._setpoint is not None:
@@ -212,13 +214,13 @@ class Autopilot:
         return self._hold
 
     def _trusted_velocity(self, now: Estimate, target: Setpoint) -> Vector:
-        """The velocity to fly on: blind, the range-finder's upright part, and what is left of the rest."""
+        """Velocity for control. Without a valid one: the range-finder's vertical part, and the estimate of the rest."""
         if not self._emergencies.blind:
             return now.velocity
         x, y, z = now.velocity
         if self._is_near_ground(now):
-            # Better a little drift at touchdown than leaning against a speed that may be none. At a wanted velocity
-            # the loop keeps the lean that it has found against the wind.
+            # A little drift at touchdown is better than a tilt against a speed that may not exist. With the wanted
+            # velocity as input the loop keeps the tilt that it has found against the wind.
             x, y, _ = target.velocity
         return x, y, self._ground_speed.climb if now.ground is not None else z
 
@@ -226,15 +228,15 @@ class Autopilot:
         return now.ground is not None and now.ground < STANDING_RANGE + _NEAR_GROUND
 
     def _may_touch(self, now: Estimate) -> bool:
-        """Whether contacts may turn the drone: the range-finder sees the ground, or the drone does not sink as told."""
-        stands = self._told_climb < _DOWNWARD and now.velocity[2] > _SINKING * self._told_climb
+        """Contacts may turn the drone: the ground is near, or the drone does not sink as commanded."""
+        stands = self._commanded_climb < _DOWNWARD and now.velocity[2] > _SINKING * self._commanded_climb
         return stands or self._is_near_ground(now)
 
     def _has_touched_down(self, t: float, now: Estimate, velocity: Vector, target: Setpoint) -> bool:
         late = now.position[2] - target.position[2]
         sinking = late > 0.05 or target.velocity[2] < _DOWNWARD or not target.rotors
-        insisting = late > _NEVER_IN_THE_AIR
+        insisting = late > _STANDS_ABOVE
         if self._emergencies.blind:
-            # It sinks without being told how far, and how fast it moves sideways is not known.
+            # It sinks without a target height, and its horizontal speed is unknown.
             insisting, velocity = self.mode in LANDING, (0.0, 0.0, velocity[2])
         return self._touchdown.noticed(t, now, velocity, sinking=sinking, insisting=insisting)

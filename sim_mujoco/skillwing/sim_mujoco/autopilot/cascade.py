@@ -29,16 +29,16 @@ _POSITION_GAIN, _VELOCITY_GAIN, _VELOCITY_INTEGRAL = 1.0, 2.2, 0.5
 _MAX_TILT, _MAX_TILT_WITHOUT_A_ROTOR = math.radians(25), math.radians(12)
 _MAX_CLIMB_ACCELERATION = 5.0
 _APPROACH_BRAKING = 2.5
-"""How hard the drone means to brake towards a place [m/s2]."""
+"""Planned braking towards a target [m/s2]."""
 _LINEAR_WITHIN = _APPROACH_BRAKING / _POSITION_GAIN**2
 
 
 def position_to_velocity(
     position: Vector, target: Vector, feed_forward: Vector, max_speed: float = 6.0, max_climb: float = 2.0
 ) -> Vector:
-    """Velocity that leads to `target` [m/s], limited in the plane and in height.
+    """Velocity that leads to `target` [m/s], with limits in the plane and in height.
 
-    It grows with the distance, and from 2.5 m on only as far as the drone can brake again.
+    It grows with the distance; beyond 2.5 m only as far as the drone can brake again.
     """
     away = subtract(target, position)
     far = math.hypot(away[0], away[1])
@@ -60,8 +60,8 @@ class VelocityLoop:
     def reset(self) -> None:
         self._integral = (0.0, 0.0, 0.0)
 
-    def go_easy(self) -> None:
-        """Lean little from now on: four rotors carry the drone."""
+    def limit_tilt(self) -> None:
+        """Limit the tilt from now on, because four rotors carry the drone."""
         self._max_tilt = _MAX_TILT_WITHOUT_A_ROTOR
 
     def acceleration(self, velocity: Vector, wanted: Vector, feed_forward: Vector, dt: float) -> Vector:
@@ -80,7 +80,7 @@ class VelocityLoop:
 
 
 class AttitudeLoop:
-    """From a wanted acceleration and heading to rotor thrusts, in two rates: `aim` slowly, `thrusts` at every step."""
+    """Wanted acceleration and heading to rotor thrusts, at two rates: `aim` slowly, `thrusts` at every step."""
 
     def __init__(self, airframe: Airframe, dt: float) -> None:
         self._airframe = airframe
@@ -95,7 +95,7 @@ class AttitudeLoop:
 
     @property
     def holds_heading(self) -> bool:
-        """False from the loss of a rotor on: then the nose turns as it likes."""
+        """False from the loss of a rotor on: then nothing controls the heading."""
         return self._mixer.lost is None
 
     def drop(self, rotor: int) -> None:
@@ -104,7 +104,7 @@ class AttitudeLoop:
         self.reset()
 
     def aim(self, acceleration: Vector, heading: float, quaternion: Quaternion) -> None:
-        """Choose the body axes whose z carries the acceleration and whose x points to the heading, if it can."""
+        """Choose the wanted body axes: z along the acceleration, x towards the heading if that is controlled."""
         if not self.holds_heading:
             heading = heading_of(quaternion)
         force = add(acceleration, (0.0, 0.0, GRAVITY))

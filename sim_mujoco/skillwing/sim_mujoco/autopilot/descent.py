@@ -1,4 +1,4 @@
-"""Coming down and noticing the ground: sink speed, vertical speed from the range-finder, touchdown."""
+"""Descent: sink speed, vertical speed from the range-finder, and detection of touchdown."""
 
 from __future__ import annotations
 
@@ -9,25 +9,24 @@ from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
 from skillwing.sim_mujoco.physics.hexacopter import GEAR_HEIGHT
 
 LANDING_SPEED, FAST_DESCENT, FLARE_HEIGHT = 0.7, 1.5, 5.0
-"""Sink speed near the ground and high above it [m/s], and the distance that the range-finder measures between [m]."""
+"""Sink speed near the ground and high above it [m/s], and the range at which it changes [m]."""
 STANDING_RANGE = GEAR_HEIGHT + RANGE_MOUNT[2]
-"""What the range-finder measures when the drone stands [m]."""
+"""Range that the range-finder measures when the drone stands [m]."""
 _HURRIED_DESCENT, _HURRIED_LANDING, _FLARE = 3.0, 0.5, 0.45
-"""In a hurry: the fastest descent that the maker of the M600 allows, the sink speed at touchdown [m/s], and how much
-faster for each metre above it [1/s]."""
+"""Descent without a valid velocity: the fastest that the maker of the M600 allows and that at touchdown [m/s], and its
+growth with the height [1/s]."""
 _AT_REST = 0.25
 _SEEN, _BLIND, _CONTRADICTED = 0.4, 1.5, 3.0
-"""How long the drone has to be at rest to have landed: with the ground in view at the skids, without a range-finder,
-and against what it says [s]."""
+"""Time at rest that counts as touchdown: if the range-finder sees the ground at the skids, sees nothing, or
+contradicts [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What the autopilot knows of its motion.
+    """The autopilot's estimate of its motion.
 
-    `ground` is the range-finder's distance [m], measured at `ground_at`; None if it sees none or cannot be trusted.
-    `valid` and `velocity_valid` tell whether navigation vouches for the position and for the velocity; while it does
-    not, they are dead reckoning.
+    `ground` is the range-finder's distance [m], measured at `ground_at`; None without a range or with a failed sensor.
+    Position and velocity are dead reckoning while they are not valid (`valid`, `velocity_valid`).
     """
 
     position: Vector
@@ -40,9 +39,9 @@ class Estimate:
 
 
 def sink_speed(ground: float | None, *, hurry: bool = False) -> float:
-    """How fast to come down [m/s] at a distance from the ground, if it is known.
+    """Sink speed [m/s] at a distance from the ground; None if that is unknown.
 
-    In a `hurry` it is a matter of seconds: the velocity that is not known grows with them.
+    `hurry` is for an unknown velocity, whose error grows with each second.
     """
     if hurry and ground is not None:
         return min(_HURRIED_LANDING + _FLARE * max(0.0, ground - STANDING_RANGE), _HURRIED_DESCENT)
@@ -50,7 +49,7 @@ def sink_speed(ground: float | None, *, hurry: bool = False) -> float:
 
 
 class GroundSpeed:
-    """Height above the ground and its rate, by an alpha-beta filter of the range-finder's measurements alone."""
+    """Height above the ground and its rate: an alpha-beta filter of the range-finder's measurements alone."""
 
     _ALPHA, _BETA, _STEP = 0.5, 0.2, 0.6
 
@@ -71,14 +70,14 @@ class GroundSpeed:
         elif dt > 0.0:
             expected = self._height + self.climb * dt
             miss = height - expected
-            # Ground that jumps is an edge below the drone, not a jump of the drone.
+            # A jump of the measured height is an edge below the drone, not a motion of the drone.
             self._height = height if abs(miss) > self._STEP else expected + self._ALPHA * miss
             self.climb += 0.0 if abs(miss) > self._STEP else self._BETA * miss / dt
         self._at = now.ground_at
 
 
 class Touchdown:
-    """Notices that the drone has landed: told to sink, it stays where it is."""
+    """Detector of touchdown: the drone is commanded to sink and stays at rest."""
 
     def __init__(self) -> None:
         self._since: float | None = None
@@ -87,11 +86,11 @@ class Touchdown:
         self._since = None
 
     def noticed(self, t: float, now: Estimate, velocity: Vector, *, sinking: bool, insisting: bool) -> bool:
-        """At `t`, moving with `velocity`; `sinking` if it was told to go down at all, `insisting` if so far down that
-        no drone in the air would be where it is.
+        """The drone has landed, as of `t` and its `velocity`.
 
-        The ground in view at the skids is proof enough with a word to sink. Without it, or against what the
-        range-finder says, a drone in the air could be at rest a little above where it should be.
+        sinking: it is commanded to go down. insisting: the target is so far below that no drone in the air would stay.
+        With the ground in view at the skids, `sinking` is enough. Otherwise a drone in the air could be at rest a
+        little above its target, so it takes `insisting`.
         """
         standing = now.ground is not None and now.ground < STANDING_RANGE + 0.08
         if not (sinking if standing else insisting) or norm(velocity) > _AT_REST:

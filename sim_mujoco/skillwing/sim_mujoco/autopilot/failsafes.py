@@ -1,8 +1,8 @@
-"""What makes the autopilot act by itself, and which of several reasons goes first.
+"""Failsafes of the autopilot, and their priorities.
 
-In this order: a rotor has failed, navigation is lost, the battery is critical (with each of these it lands, and does
-not take off), the safety pilot flies, setpoints have ended (hold, then land), the fence is near (stop and hold). What
-cannot be flown on with comes before what could, and what the pilot can decide comes after the pilot.
+Highest first: a failed rotor, lost navigation, a critical battery. With each of these it lands, and does not take off.
+Then come the safety pilot, the end of setpoints (hold, then land), and the fence (stop and hold). Reasons that rule out
+flying come first; reasons that the safety pilot can decide on come after the pilot.
 """
 
 from __future__ import annotations
@@ -10,18 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.physics.battery import CELLS
 
 NAVIGATION_REGAINED = 2.0
-"""How long navigation has to be good before it is trusted again [s]."""
+"""Time for which navigation has to be good before it is trusted again [s]."""
 CRITICAL_CHARGE, CRITICAL_VOLTAGE = 8.0, 3.3 * CELLS
-"""Of the battery, for coming down from anywhere under the ceiling with a good reserve [%], [V]."""
+"""Battery state that still allows a descent from the ceiling, with a good reserve: charge [%], voltage [V]."""
 _VOLTAGE_SMOOTHING = 2.0
 
 
 class Mode(StrEnum):
-    """What the autopilot is doing. The values of the failsafe modes are what it tells others."""
+    """Modes of the autopilot. The values of the failsafe modes are published."""
 
     OFF = "rotors off"
     FOLLOW = "following setpoints"
@@ -41,7 +41,7 @@ OVERRULING = (Mode.ROTOR, Mode.NAVIGATION, Mode.BATTERY, Mode.FENCE)
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """When the autopilot steps in: below this charge [%] or this voltage [V], and at this fence."""
+    """Limits of the failsafes: least charge [%], least voltage [V], and the fence."""
 
     fence: Box | None = None
     charge: float = CRITICAL_CHARGE
@@ -49,7 +49,7 @@ class Limits:
 
 
 class Emergencies:
-    """What no setpoint can change. A failed rotor stays failed, and a critical battery critical, until restarted."""
+    """Emergencies that no setpoint can change. A failed rotor and a critical battery last until the next start."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -59,10 +59,10 @@ class Emergencies:
         self._voltage: float | None = None
         self._lost, self._good_since = False, 0.0
         self.blind = False
-        """Navigation is lost, and not even the velocity can be flown on."""
+        """Navigation is lost, and the velocity is not valid either."""
 
     def navigation(self, t: float, *, valid: bool, velocity_valid: bool) -> None:
-        """Whether navigation vouches for the position at `t`, and for the velocity."""
+        """Take the validity of position and velocity at `t`."""
         if not valid:
             self._lost, self._good_since = True, t
         elif t - self._good_since >= NAVIGATION_REGAINED:
@@ -70,7 +70,7 @@ class Emergencies:
         self.blind = self._lost and not velocity_valid
 
     def battery(self, percent: float, voltage: float, dt: float) -> None:
-        """Charge [%] and voltage under load [V], `dt` seconds after the last ones; short sags do not count."""
+        """Take charge [%] and voltage under load [V], `dt` seconds after the last ones; short sags do not count."""
         last = voltage if self._voltage is None else self._voltage
         self._voltage = last + (voltage - last) * dt / (_VOLTAGE_SMOOTHING + dt)
         if percent < self._limits.charge or self._voltage < self._limits.voltage:
@@ -78,7 +78,7 @@ class Emergencies:
 
     @property
     def mode(self) -> Mode | None:
-        """The landing that is called for."""
+        """The landing mode that the worst emergency requires."""
         if self.rotor is not None:
             return Mode.ROTOR
         if self._lost:
@@ -86,8 +86,8 @@ class Emergencies:
         return Mode.BATTERY if self._critical else None
 
     @property
-    def what(self) -> str:
-        """What has happened, in words; empty if nothing."""
+    def reason(self) -> str:
+        """Description of the worst emergency; empty without one."""
         if self.rotor is not None:
             return f"rotor {self.rotor + 1} failed"
         mode = self.mode

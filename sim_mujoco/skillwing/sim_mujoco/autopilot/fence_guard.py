@@ -1,26 +1,26 @@
-"""The last line of defence of the fence: notices that the drone could soon no longer stop inside it.
+"""The fence guard: it detects that the drone could soon no longer stop inside the fence.
 
-Guidance keeps what it asks for inside; this looks at the motion itself, whoever asked for it, and at the wind's doing.
+Guidance keeps its setpoints inside. The guard watches the motion itself, whatever causes it: setpoints or wind.
 """
 
 from __future__ import annotations
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, clamp
-from skillwing.onboard.geofence import Box
 
 REACTION = 0.25
 """Time until the drone begins to brake [s]."""
 LEVEL_BRAKING, UPRIGHT_BRAKING = 3.5, 3.0
-"""What braking can be relied upon, in wind as well [m/s2]."""
+"""Reliable deceleration, also in wind: horizontal, vertical [m/s2]."""
 MARGIN = 0.2
-"""From the fence, where the drone comes to rest [m]."""
+"""Distance from the fence at which the drone comes to rest [m]."""
 _DRIFTING = 0.2
-"""Of the margin whoever comes more slowly than this [m/s] gets a share only: who hovers within it is left alone."""
+"""Below this speed the margin shrinks in proportion, so that a hover within it is allowed [m/s]."""
 _WALLS = (("west", "east"), ("south", "north"), ("lower", "upper"))
 
 
 class FenceGuard:
-    """Looks at the four walls and the ceiling; the floor is the ground's business, since a drone has to land."""
+    """Guard of the four walls and the ceiling. There is no guard of the floor, since a drone has to land."""
 
     def __init__(self, fence: Box) -> None:
         self._fence = fence

@@ -1,10 +1,10 @@
 """The mixer: from total thrust and body torque to the thrusts of six rotors, of which one may be lost.
 
-A hexacopter whose rotors turn alternately left and right cannot do everything with five of them: at rest the rotor
-opposite the lost one has nothing to push against, so it stands still, and the other four carry the weight. They give
-thrust, roll and pitch, but their reaction torques are tied to roll and pitch, so yaw is given up (G.-X. Du, Q. Quan,
-K.-Y. Cai, "Controllability analysis and degraded control for a class of hexacopters subject to rotor failures",
-J. Intelligent and Robotic Systems 78, 2015). The opposite rotor can still turn the drone one way, and brakes with that.
+A hexacopter whose rotors turn alternately left and right loses yaw control with one rotor. The opposite rotor stands
+still, because nothing balances its torque; the other four carry the weight. They control thrust, roll and pitch, and
+their reaction torques follow from roll and pitch. See G.-X. Du, Q. Quan, K.-Y. Cai, "Controllability analysis and
+degraded control for a class of hexacopters subject to rotor failures", J. Intelligent and Robotic Systems 78, 2015. The
+opposite rotor can still turn the drone one way, which brakes the rotation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _Row = tuple[float, float, float, float]
 
 
 class Mixer:
-    """Thrust, roll and pitch as wanted; yaw gets what the rotors have left, and attitude comes before lift."""
+    """Allocation of thrust and torque. Attitude comes before lift, and yaw gets the remaining range of the rotors."""
 
     def __init__(self, airframe: Airframe) -> None:
         self._allocation = airframe.allocation
@@ -38,7 +38,7 @@ class Mixer:
         matrix[turning, 3] = np.linalg.pinv(self._allocation[:, turning])[:, 3]
         self._rows = _rows(matrix)
         self._yaw_of_thrust = self._allocation[3].tolist()
-        # The motor of the opposite rotor may stop: even idling it would spin the drone.
+        # The motor of the opposite rotor may stop, because even an idling rotor would turn the drone.
         self._lowest = [0.0 if r in (rotor, opposite) else MIN_THRUST for r in range(ROTORS)]
         self.lost = rotor
 
@@ -61,7 +61,7 @@ class Mixer:
         return thrusts
 
     def _share(self, lifts: list[float], turns: list[float]) -> float:
-        """The part of the wanted yaw that no rotor is too weak or too strong for."""
+        """Share of the wanted yaw torque that keeps all rotors within their limits."""
         share = 1.0
         for lift, turn, low in zip(lifts, turns, self._lowest, strict=True):
             if turn > 0.0 and lift + turn > MAX_THRUST:

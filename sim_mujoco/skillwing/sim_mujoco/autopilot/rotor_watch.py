@@ -1,7 +1,7 @@
-"""Finds out that a rotor gives less than it was told to, from how the drone turns.
+"""Detection of a weak rotor from the rotation of the drone.
 
-The torque that the rotors should have given is compared with the one that turned the drone. What is missing points to
-the rotor that did not give it: a lost rotor lets its arm drop. Nothing is measured at the rotors.
+The torque of the commanded thrusts is compared with the torque that the angular rate shows. The direction of the
+difference points to the rotor: the arm of a lost rotor drops. Nothing is measured at the rotors.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.physics.hexacopter import ARM, ROTOR_LAG, ROTORS, Airframe
 
 PERIOD = 0.02
-"""How often the torques are compared [s]."""
+"""Period of the comparison [s]."""
 LOST_SHARE, LOST_THRUST = 0.35, 4.0
-"""A rotor that withholds more than this part of its thrust, and more newtons than this, counts as failed."""
+"""A rotor that lacks more than this share of its thrust, and more than this thrust [N], has failed."""
 _SMOOTHING = 0.04
 _CONFIRMATIONS = 4
 _STRAY = 0.5
-"""Torque that no single rotor can miss, as part of what one is suspected of, above which something else pushes."""
+"""Unexplained torque, as a share of the explained one, above which something other than a rotor acts."""
 
 
 class RotorWatch:
-    """Tell `commanded` what the rotors are told at every step, and `judge` every 20 ms how the drone turns."""
+    """Watch over six rotors. Call `commanded` at every step, and `update` every 20 ms."""
 
     def __init__(self, airframe: Airframe) -> None:
         self._inertia = airframe.inertia
@@ -31,7 +31,7 @@ class RotorWatch:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew, with rotors that stand still."""
+        """Start again with rotors that stand still."""
         self._sum, self._steps = [0.0] * ROTORS, 0
         self._thrusts = [0.0] * ROTORS
         self._rate: Vector | None = None
@@ -39,17 +39,17 @@ class RotorWatch:
         self._suspect: tuple[int, int] = (-1, 0)
 
     def commanded(self, thrusts: list[float]) -> None:
-        """Rotor thrusts (6) [N] that were asked for at this step."""
+        """Take the rotor thrusts (6) [N] that are commanded at this step."""
         self._sum = [a + b for a, b in zip(self._sum, thrusts, strict=True)]
         self._steps += 1
 
-    def judge(self, rate: Vector) -> int | None:
-        """The rotor (0 to 5) that has failed, if the angular rate (FLU) tells so for long enough."""
+    def update(self, rate: Vector) -> int | None:
+        """The rotor (0 to 5) that has failed, once the angular rate (FLU) has shown it for long enough."""
         if self._steps == 0:
             return None
-        told = [s / self._steps for s in self._sum]
+        commanded = [s / self._steps for s in self._sum]
         self._sum, self._steps = [0.0] * ROTORS, 0
-        after = [k * self._keep + (1.0 - self._keep) * u for k, u in zip(self._thrusts, told, strict=True)]
+        after = [k * self._keep + (1.0 - self._keep) * u for k, u in zip(self._thrusts, commanded, strict=True)]
         given = [0.5 * (a + b) for a, b in zip(self._thrusts, after, strict=True)]
         before, self._thrusts, self._rate = self._rate, after, rate
         if before is None:
@@ -58,10 +58,10 @@ class RotorWatch:
         return self._confirmed(self._withholding(given))
 
     def _smooth(self, before: Vector, rate: Vector, given: list[float]) -> None:
-        """Torque about x and y that the rotors should have given and the drone has not felt [N m]."""
+        """Missing torque about x and y [N m]: commanded less measured, smoothed."""
         ix, iy, iz = self._inertia
         p, q, r = (0.5 * (a + b) for a, b in zip(before, rate, strict=True))
-        felt = (
+        measured = (
             ix * (rate[0] - before[0]) / PERIOD + (iz - iy) * q * r,
             iy * (rate[1] - before[1]) / PERIOD + (ix - iz) * r * p,
         )
@@ -71,10 +71,10 @@ class RotorWatch:
         )
         k = PERIOD / (PERIOD + _SMOOTHING)
         x, y = self._missing
-        self._missing = x + k * (wanted[0] - felt[0] - x), y + k * (wanted[1] - felt[1] - y)
+        self._missing = x + k * (wanted[0] - measured[0] - x), y + k * (wanted[1] - measured[1] - y)
 
     def _withholding(self, given: list[float]) -> int | None:
-        """The rotor that explains the missing torque by itself, if one does."""
+        """The single rotor that explains the missing torque, if there is one."""
         x, y = self._missing
         lost = [(x * a + y * b) / ARM**2 for a, b in zip(self._roll, self._pitch, strict=True)]
         rotor = lost.index(max(lost))

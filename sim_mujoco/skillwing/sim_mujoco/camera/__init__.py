@@ -1,1 +1,1 @@
-"""The RGB camera: pictures of the world, cast and shaded on the processor while somebody wants them."""
+"""The RGB camera: pictures of the world, cast and shaded on the processor on request."""

@@ -1,7 +1,7 @@
-"""How the surfaces of a world look: colours, patterns, sun, sky and haze.
+"""Appearance of a world's surfaces: colours, patterns, sun, sky and haze.
 
-What belongs to one pixel lies in one column everywhere, colours (3, N) as well as places (3, N): NumPy works through
-long rows several times as fast as through short ones.
+Arrays have one column for each pixel, colours (3, N) as well as places (3, N): NumPy processes long rows several times
+as fast as short ones.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Array = NDArray[np.float32]
 Faces = NDArray[np.intp]
 
 SUN = np.array([-0.45, -0.6, 0.85], dtype=np.float32) / np.float32(math.sqrt(0.45**2 + 0.6**2 + 0.85**2))
-"""Towards the sun, as in the pictures of the worlds."""
+"""Direction to the sun, as in the pictures of the worlds."""
 _SUNLIGHT = np.array([[0.95], [0.91], [0.84]], dtype=np.float32)
 _SKYLIGHT = np.array([[0.50], [0.54], [0.58]], dtype=np.float32)
 _HORIZON = np.array([[0.87], [0.91], [0.95]], dtype=np.float32)
@@ -33,9 +33,9 @@ _GROUND, _MASONRY, _LEAVES, _PLAIN = range(4)
 class Appearance:
     """Colours of places on the faces of one world. The patterns come from the world's seed.
 
-    Faces are seen from their front only, because what stands there is solid. The sky has a face as well, the last one:
-    of the zenith's colour, it fades into the horizon's like everything else, though by its height instead of distance.
-    So no pixel has to be treated on its own.
+    Faces are seen from their front only, because objects are solid. The sky is a face as well, the last one. It has the
+    colour of the zenith and fades into that of the horizon by its height, as others do by their distance. So no pixel
+    needs a case of its own.
     """
 
     def __init__(self, world: World) -> None:
@@ -52,14 +52,14 @@ class Appearance:
         self._open_sky = np.append(np.float32(0.65) + np.float32(0.35) * normals[:, 2], np.float32(1.0))
         colours = world.colours()
         self._ground = Ground(corners, terrain, colours, world.paving)
-        # In all of the sky's light it is as bright as it is.
+        # In the full light of the sky a surface has its own brightness.
         self._colours = np.concatenate([self._ground.colours.T, _ZENITH / _SKYLIGHT], axis=1)
         green = (colours[:, 1] > colours[:, 0]) & (colours[:, 1] > colours[:, 2])
         kinds = np.select([terrain, building, green], [_GROUND, _MASONRY, _LEAVES], _PLAIN)
         self._kind = np.append(kinds, _PLAIN).astype(np.int32)
         rng = np.random.default_rng((world.seed, 3000))
         self._textures = Textures(texture.ground(rng), texture.masonry(rng), texture.leaves(rng), texture.plain())
-        # A pattern lies on the ground in x and y, on walls along the wall and up.
+        # Patterns have coordinates x and y on the ground, along and up on walls.
         x, y, z = self.normals.T
         along = np.hypot(x, y) + np.float32(1e-6)
         self._flat = (np.abs(z) > np.float32(0.7)).astype(np.float32)
@@ -90,7 +90,7 @@ class Appearance:
 
 
 def _contrast(faces: Faces, directions: Array, away: Array) -> Array:
-    """How much (N,) a colour still differs from the horizon's: less behind haze, and in the sky less when lower."""
+    """Contrast (N,) of a colour to that of the horizon: less behind haze, and less low in the sky."""
     contrast = np.exp(away * np.float32(-1.0 / _VISIBILITY))
     sky = np.flatnonzero(faces < 0)
     contrast[sky] = np.sqrt(np.maximum(directions[2].take(sky), np.float32(0.0)))
@@ -98,8 +98,8 @@ def _contrast(faces: Faces, directions: Array, away: Array) -> Array:
 
 
 def _surfaces(normals: Array, corners: Array, is_terrain: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """The number of the surface that each face belongs to, and that of the sky behind the last one: faces in one plane
-    are one surface, and so is the ground, which is smooth enough to be interpolated."""
+    """Numbers of the surfaces of the faces, with that of the sky at the end. Faces in one plane are one surface, and so
+    is the ground, which is smooth enough for interpolation."""
     plane = np.column_stack([normals, np.einsum("ij,ij->i", normals, corners)])
     _, number = np.unique(np.rint(plane * 100.0).astype(np.int32), axis=0, return_inverse=True)
     surfaces = number.ravel().astype(np.int32) + 1

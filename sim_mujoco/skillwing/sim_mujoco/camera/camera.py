@@ -8,10 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import rotations
-from skillwing.onboard.frames.vectors import add, to_world
-from skillwing.onboard.topics import CameraHeader
+from skillwing.onboard.frames.pose_history import rotations
+from skillwing.onboard.frames.vectors import Motion, add, to_world
+from skillwing.onboard.topics.video import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
 from skillwing.sim_mujoco.world.rays import RayScene
@@ -22,15 +21,15 @@ Pixels = NDArray[np.intp]
 Floats = NDArray[np.float32]
 Faces = NDArray[np.int32]
 Cast = Callable[[Pixels], tuple[Floats, Faces]]
-"""Casts rays: from numbers of pixels, counted row by row, to inverse distances along the optical axis (n,) and faces
+"""Ray caster: from numbers of pixels, counted row by row, to inverse distances along the optical axis (n,) and to faces
 (n,), -1 for the sky."""
 Picture = NDArray[np.uint8]
 FAR = 1000.0
-"""What is farther away is sky [m]."""
+"""Distance beyond which there is only sky [m]."""
 _GREY = np.rint(255.0 * np.linspace(0.0, 1.0, 2048) ** (1 / 1.15)).astype(np.uint8)
-"""What a pixel's value becomes of light between 0 and 1."""
+"""Values of pixels for light between 0 and 1."""
 _CLOSE = np.float32(0.02)
-"""Rays to the sun begin so far before the surface, or it would shade itself [m]."""
+"""Distance of the origin of rays to the sun from the surface, which would shade itself otherwise [m]."""
 
 
 def camera_header(t: float, tilt: float) -> CameraHeader:
@@ -49,10 +48,10 @@ def camera_header(t: float, tilt: float) -> CameraHeader:
 
 
 class Camera:
-    """One picture at a time, of the static world. The same motion gives the same picture, bit by bit."""
+    """The camera in the static world. The same motion gives the same picture, bit by bit."""
 
     def __init__(self, world: World, rays: RayScene) -> None:
-        self._rays, self._look = rays, Appearance(world)
+        self._rays, self._appearance = rays, Appearance(world)
         left = -(np.arange(WIDTH) + 0.5 - WIDTH / 2) / FOCAL
         up = -(np.arange(HEIGHT) + 0.5 - HEIGHT / 2) / FOCAL
         y, z = (each.ravel() for each in np.meshgrid(left, up))
@@ -62,7 +61,7 @@ class Camera:
         self._length = length.astype(np.float32)
 
     def picture(self, motion: Motion, tilt: float = 0.0) -> Picture:
-        """Red, green and blue (180, 320, 3) of what is seen from there."""
+        """Picture (180, 320, 3) in red, green and blue from that position."""
         turn = rotations(np.array([motion.quaternion]))[0] @ _downward(tilt)
         directions = turn.astype(np.float32) @ self._directions
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
@@ -72,23 +71,23 @@ class Camera:
             inverse = np.divide(self._length.take(pixels), ranges, out=np.zeros_like(ranges), where=faces >= 0)
             return inverse, faces
 
-        inverse, faces = trace(HEIGHT, WIDTH, self._look.surfaces, cast)
+        inverse, faces = trace(HEIGHT, WIDTH, self._appearance.surfaces, cast)
         away = self._length / np.maximum(inverse.ravel(), np.float32(1.0 / FAR))
         places = directions * away
         places += origin[:, None]
         seen = faces.ravel().astype(np.intp)
-        light = self._look.light(seen, places, directions, away, self._sunny(seen, places), 1.0 / FOCAL)
+        light = self._appearance.light(seen, places, directions, away, self._sunny(seen, places), 1.0 / FOCAL)
         light *= np.float32(len(_GREY) - 1)
         levels = np.clip(light, 0, len(_GREY) - 1).astype(np.uint16)
         return np.stack([_GREY.take(each) for each in levels], axis=-1).reshape(HEIGHT, WIDTH, 3)
 
     def _sunny(self, faces: Numbers, places: Floats) -> Floats:
-        """1 where the sun shines, 0 in the shade (N,): found for every other pixel of every other row that faces it,
-        and taken over by its neighbours below and to the right."""
+        """1 in the sun, 0 in the shade (N,): cast for every other pixel of every other row that faces the sun, and
+        copied to its neighbours below and to the right."""
         every_other = faces.reshape(HEIGHT, WIDTH)[::2, ::2].ravel()
-        asked = np.flatnonzero(self._look.facing_sun.take(every_other))
+        asked = np.flatnonzero(self._appearance.facing_sun.take(every_other))
         starts = places.reshape(3, HEIGHT, WIDTH)[:, ::2, ::2].reshape(3, -1).take(asked, axis=1).T
-        starts += _CLOSE * self._look.normals.take(every_other.take(asked), axis=0)
+        starts += _CLOSE * self._appearance.normals.take(every_other.take(asked), axis=0)
         towards = np.broadcast_to(SUN, starts.shape)
         found = np.zeros(len(every_other), dtype=np.float32)
         found[asked] = self._rays.distances(starts, towards, FAR) == 0.0
@@ -98,15 +97,16 @@ class Camera:
 
 
 def _downward(tilt: float) -> NDArray[np.float64]:
-    """Turns camera axes into body axes: a positive tilt lowers the nose."""
+    """Rotation from camera axes to body axes; a positive tilt points the camera down."""
     c, s = math.cos(tilt), math.sin(tilt)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) -> tuple[Floats, Faces]:
-    """Inverse distances along the optical axis and faces (height, width); both measures are even.
+    """Inverse distances along the optical axis and faces (height, width), from a part of the rays; both sizes are even.
 
-    `surface_of` gives the surface that a face belongs to, and that of the sky as its last element.
+    A pixel between two pixels of one surface lies on it too; all others are cast. `surface_of` gives the surface of
+    each face, and that of the sky as its last element.
     """
     pixels = np.arange(height * width, dtype=np.intp).reshape(height, width)
     inverse, face = np.empty(pixels.shape, dtype=np.float32), np.empty(pixels.shape, dtype=np.int32)
@@ -122,8 +122,10 @@ def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) ->
 
 
 def _fill(inverse: Floats, face: Faces, surface_of: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Fill in every other row of both (2 n, m) from those before and after it, and tell where (n, m) of these rows that
-    does not hold, because there is another surface on either side."""
+    """Interpolate every other row of both (2 n, m) from the rows before and after it.
+
+    Returns a mask (n, m) of the pixels in these rows that lie between two surfaces and have to be cast.
+    """
     known = face[::2]
     inverse[1:-1:2] = np.float32(0.5) * (inverse[:-2:2] + inverse[2::2])
     face[1::2] = known

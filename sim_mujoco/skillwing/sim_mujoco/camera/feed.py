@@ -1,4 +1,4 @@
-"""When the camera takes a picture, and what becomes of it: who wants pictures, how many, and what corrupts them."""
+"""The camera's feed: requests for pictures, their rate, delay and corruption."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.depth_camera import DELAY
@@ -24,29 +24,29 @@ class Shot:
     picture: Picture
 
 
-class Sight(Protocol):
-    """A camera, or what stands in for one."""
+class PictureSource(Protocol):
+    """A camera, or a substitute in tests."""
 
     def picture(self, motion: Motion, tilt: float = 0.0) -> Picture: ...
 
 
 class CameraFeed:
-    """A camera that nobody wants pictures from costs nothing: it is not even made before the first request.
+    """Pictures on request. Without requests the camera costs nothing: `make` makes it at the first one.
 
-    `make` makes it. Magnitudes of its faults are grey levels, of 255. Pictures come as late as the depth camera's: both
-    are read from the same kind of chip, and where those are matched these are developed.
+    Magnitudes of its faults are grey levels, of 255. The delay is the depth camera's: both have the same kind of chip,
+    and developing takes as long as matching.
     """
 
-    def __init__(self, make: Callable[[], Sight], rng: np.random.Generator) -> None:
+    def __init__(self, make: Callable[[], PictureSource], rng: np.random.Generator) -> None:
         self._make = make
-        self._camera: Sight | None = None
+        self._camera: PictureSource | None = None
         self.corruption = Corruption(rng)
         self._period = self._tilt = 0.0
         self._next = self._until = 0.0
         self._under_way: deque[Shot] = deque()
 
-    def want(self, t: float, fps: float, seconds: float, tilt: float) -> None:
-        """From `t` on pictures are wanted for so many seconds, at this rate."""
+    def request(self, t: float, fps: float, seconds: float, tilt: float) -> None:
+        """Request pictures from `t` on for so many seconds, at this rate."""
         self._period, self._tilt = 1.0 / fps, tilt
         if self._until < t:
             self._next = t
@@ -54,7 +54,7 @@ class CameraFeed:
         self._until = t + seconds
 
     def take(self, t: float, motion: Motion) -> Shot | None:
-        """Take the picture that is due by `t`, if one is, and give out the one that is ready by then, if one is."""
+        """Take the picture that is due by `t`, if any, and return the one that is ready by then, if any."""
         shot = self._shot(t, motion)
         if shot is not None:
             self._under_way.append(shot)
@@ -62,7 +62,7 @@ class CameraFeed:
         return self._under_way.popleft() if ready else None
 
     def _shot(self, t: float, motion: Motion) -> Shot | None:
-        """The picture that is due by `t`, if one is and if no fault swallows it."""
+        """The picture that is due by `t`, if any, unless a fault drops it."""
         if t < self._next - 1e-9 or t > self._until:
             return None
         self._next = max(self._next + self._period, t)

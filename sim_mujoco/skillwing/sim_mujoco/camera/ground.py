@@ -1,4 +1,4 @@
-"""The paint on the ground: a face of the terrain has only few strips of paving near it, most have none."""
+"""Paint on the ground: faces of the terrain with the few strips of paving near them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Mask = NDArray[np.bool_]
 
 
 class Ground:
-    """Paints places on the ground as `painted` does, but with those strips only that show near them.
+    """Colours of places on the ground, as `painted` gives them, but only from the strips near each place.
 
-    Faces that the same strips may reach are painted together. Faces that lie within one strip have its colour.
+    Faces with the same strips are painted together. Faces within one strip have its colour.
     """
 
     def __init__(self, corners: Array, is_ground: Mask, colours: Array, paving: Sequence[Strip]) -> None:
@@ -34,7 +34,7 @@ class Ground:
         self._sets = [[strip for strip, shows in zip(paving, each, strict=True) if shows] for each in sets]
         set_of[of_one] = len(sets)
         self._set_of = np.full(len(is_ground) + 1, len(sets), dtype=np.intp)
-        """The number of each face's set. What needs no paint, the sky for instance, has the one after the last."""
+        """The number of each face's set of strips. Faces without paint, as the sky, have the number after the last."""
         self._set_of[ground] = set_of
 
     def paint(self, colours: Array, faces: NDArray[np.intp], x: Array, y: Array) -> None:
@@ -51,15 +51,17 @@ class Ground:
 
 
 def _strips_of(corners: Array, paving: Sequence[Strip]) -> tuple[Mask, NDArray[np.intp]]:
-    """Which strips (F, S) may show on faces with these corners (3, F, 2), and within which (F,) of them each lies, -1
-    for none: what is below that one does not show."""
+    """Mask (F, S) of the strips that may show on faces, and the strip (F,) that covers each face, -1 for none.
+
+    corners: of the faces (3, F, 2). A covering strip hides those below it.
+    """
     middle = corners.mean(axis=0)
     radius = np.linalg.norm(corners - middle, axis=2).max(axis=0)
     near = np.zeros((len(middle), len(paving)), dtype=np.bool_)
     within = np.full(len(middle), -1)
     for k, strip in enumerate(paving):
         near[:, k] = _distances(middle, strip) <= radius + strip.width / 2
-        # Strips are convex: what has all its corners in one is in it as a whole.
+        # Strips are convex: a face with all corners in a strip lies in it.
         whole = near[:, k] & np.all([_covered(each, strip) for each in corners], axis=0)
         near[whole, :k] = False
         within[whole] = k
@@ -67,7 +69,7 @@ def _strips_of(corners: Array, paving: Sequence[Strip]) -> tuple[Mask, NDArray[n
 
 
 def _covered(places: Array, strip: Strip) -> Mask:
-    """Whether each place (N, 2) is painted: it does not stay what it was."""
+    """Mask of places (N, 2) that the strip paints."""
     unpainted = np.full((len(places), 3), np.nan, dtype=np.float32)
     return ~np.isnan(painted(places, unpainted, [strip])[:, 0])
 

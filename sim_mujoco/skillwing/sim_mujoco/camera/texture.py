@@ -1,7 +1,7 @@
-"""What surfaces look like from near: masonry and ground, as mip-mapped patterns that repeat.
+"""Textures of surfaces: masonry and ground, as mip-mapped patterns that repeat.
 
-A pattern is stored at several resolutions, each half of the one before (Williams, 1983), and looked up at the one that
-fits the size of a pixel on the surface: far away it fades into its mean instead of flickering.
+A pattern is stored at several resolutions, each half of the one before (Williams, 1983). The lookup uses the resolution
+that fits the size of a pixel on the surface. So far patterns fade into their mean and do not flicker.
 """
 
 from __future__ import annotations
@@ -18,29 +18,31 @@ Kinds = NDArray[np.int32]
 SIDE = 512
 """Texels of a pattern in each direction."""
 _COARSEST = SIDE.bit_length() - 1
-"""How often a pattern is halved until one texel is left."""
+"""Number of halvings of a pattern down to one texel."""
 
 
 class Pattern(NamedTuple):
-    """Brightness factors around 1 (SIDE, SIDE), repeated in both directions, and the width of what they show [m]."""
+    """Brightness factors around 1 (SIDE, SIDE), repeated in both directions, and the width of the pattern [m]."""
 
     texels: Array
     width: float
 
 
 class Textures:
-    """Some patterns in all their resolutions, in one table, so that pixels of all of them are looked up at once."""
+    """Patterns in all their resolutions, in one table for a lookup of all pixels at once."""
 
     def __init__(self, *patterns: Pattern) -> None:
         self._texels = np.concatenate([level.ravel() for each in patterns for level in _levels(each.texels)])
         self._per_metre = np.array([SIDE / each.width for each in patterns], dtype=np.float32)
         sizes = np.tile(4 ** np.arange(_COARSEST, -1, -1), len(patterns))
         self._start = (np.cumsum(sizes) - sizes).astype(np.int32)
-        """Where each resolution of each pattern begins in the table."""
+        """Start of each resolution of each pattern in the table."""
 
     def at(self, kind: Kinds, u: Array, v: Array, footprint: Array) -> Array:
-        """Factors (N,) of the patterns with these numbers (N,), at places u, v (N,) on the surface [m], for pixels that
-        are `footprint` (N,) wide there [m]."""
+        """Factors (N,) of the patterns with these numbers (N,), at places u, v (N,) on the surface [m].
+
+        footprint: width (N,) of a pixel there [m].
+        """
         per_metre = self._per_metre.take(kind)
         level = np.log2(np.maximum(footprint * per_metre, np.float32(1.0)))
         level = np.minimum(np.rint(level).astype(np.int32), _COARSEST)
@@ -52,7 +54,7 @@ class Textures:
 
 
 def _levels(pattern: Array) -> list[Array]:
-    """The pattern (SIDE, SIDE) and what it looks like in half the resolution, a quarter, and so on down to (1, 1)."""
+    """The pattern (SIDE, SIDE) in full resolution, half, a quarter, and so on down to (1, 1)."""
     levels = [pattern]
     while len(levels[-1]) > 1:
         n = len(levels[-1]) // 2
@@ -61,7 +63,7 @@ def _levels(pattern: Array) -> list[Array]:
 
 
 def masonry(rng: np.random.Generator) -> Pattern:
-    """Blocks of 0.5 x 0.25 m with joints, unlike one another, with stains and a few cracks: 8 m of a wall."""
+    """Wall of 8 m: different blocks of 0.5 x 0.25 m with joints, stains and a few cracks."""
     width, block_high, block_wide = 8.0, 0.25, 0.5
     metres = (np.arange(SIDE) + 0.5) * width / SIDE
     course = (metres // block_high).astype(int)

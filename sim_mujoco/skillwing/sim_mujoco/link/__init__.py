@@ -1,1 +1,1 @@
-"""The radio between drone and ground, emulated: what it carries depends on where the drone is."""
+"""The simulated radio link between drone and ground; its capacity depends on the drone's position."""

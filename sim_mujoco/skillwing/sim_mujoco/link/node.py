@@ -1,4 +1,4 @@
-"""The radio link as a process: carries video down and the ground's reports up, and says what it can do."""
+"""The radio link as a process: it carries video down and reports up, and publishes its status."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import RefusedError
-from skillwing.onboard.messaging import answer_with
-from skillwing.onboard.options import OptionsError, read_options
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with
+from skillwing.onboard.topics import link, video
+from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.link.packet_queue import Packet, PacketQueue
 from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, occlusion_zones
@@ -24,10 +25,10 @@ from skillwing.sim_mujoco.sensors.faults import MagnitudeError, UnknownFaultErro
 from skillwing.sim_mujoco.world.kinds import SiteOptions
 
 STEP = 0.01
-"""While something is under way the link moves it on this often [s]."""
+"""Period of the queues while packets are under way [s]."""
 STATUS_PERIOD, BUSY_STATUS_PERIOD = 1.0, 0.2
 _AVERAGED = 1.0
-"""Over so many seconds it is counted what was sent."""
+"""Time over which the sent data rate is averaged [s]."""
 
 
 class LinkNode:
@@ -52,39 +53,39 @@ class LinkNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._ends = (
-            (self._down, bus.advertise(topics.VIDEO_RECEIVED)),
-            (self._up, bus.advertise(topics.VIDEO_STATUS)),
+            (self._down, bus.advertise(video.VIDEO_RECEIVED)),
+            (self._up, bus.advertise(video.VIDEO_STATUS)),
         )
-        self._status = bus.advertise(topics.LINK_STATUS)
-        bus.subscribe(topics.TRUTH, message_reader(topics.Truth, self._on_truth), latest_only=True)
-        bus.subscribe(topics.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
-        bus.subscribe(topics.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
-        bus.serve(topics.LINK_FAULT, answer_with(topics.SetLinkFault, self._set_fault))
+        self._status = bus.advertise(link.LINK_STATUS)
+        bus.subscribe(TRUTH, message_reader(Truth, self._on_truth), latest_only=True)
+        bus.subscribe(video.VIDEO_SENT, lambda sample: self._carry(self._down, sample))
+        bus.subscribe(video.VIDEO_REPORT, lambda sample: self._carry(self._up, sample))
+        bus.serve(LINK_FAULT, answer_with(SetLinkFault, self._set_fault))
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
-        """What is under way is lost, as with a modem that is switched off."""
+        """Lose all packets under way, as a modem does that is switched off."""
 
-    def _on_truth(self, truth: topics.Truth) -> None:
+    def _on_truth(self, truth: Truth) -> None:
         self._position = truth.position
 
-    def _set_fault(self, wanted: topics.SetLinkFault) -> str:
+    def _set_fault(self, wanted: SetLinkFault) -> str:
         assert self._bus is not None
         try:
             self._radio.switch(self._bus.now(), wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
-            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
+            raise CommandRefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known kind", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
+            raise CommandRefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         self._publish_status()
         return f"{wanted.kind} of the link is {'on' if wanted.on else 'off'}"
 
-    # --- what it carries -------------------------------------------------------------------------------------
+    # --- packets ---------------------------------------------------------------------------------------------
 
     def _carry(self, queue: PacketQueue, sample: Sample) -> None:
         assert self._bus is not None
         if not self._moving:
-            # The time at rest has to be served too, or it would count as time of sending.
+            # The queues have to serve the time at rest too, or it would count as time of sending.
             self._moving = True
             now = self._bus.now()
             for each, _ in self._ends:
@@ -108,10 +109,10 @@ class LinkNode:
 
     @property
     def conditions(self) -> Conditions:
-        """What the link can do now."""
+        """Bandwidth, latency and loss now."""
         return self._radio.at(0.0 if self._bus is None else self._bus.now(), self._position)
 
-    # --- what it says ----------------------------------------------------------------------------------------
+    # --- status ----------------------------------------------------------------------------------------------
 
     def _publish_status(self) -> None:
         assert self._bus is not None
@@ -119,7 +120,7 @@ class LinkNode:
         self._told_at = now
         while self._sent and self._sent[0][0] <= now - _AVERAGED:
             self._sent.popleft()
-        status = topics.LinkStatus(
+        status = link.LinkStatus(
             t=now,
             bandwidth=conditions.bandwidth,
             latency=conditions.latency,
@@ -138,8 +139,11 @@ def _deliver(end: Publisher, packets: list[Packet]) -> None:
 
 
 class LinkOptions(RadioOptions, frozen=True, forbid_unknown_fields=True, rename={"occlusion": "shadow"}):
-    """Options of `make_link`: those of the radio, the seed of its losses, and a scenario file whose section `link` adds
-    zones and faults and replaces other options. With `shadow` the building of the `site` occludes the link as well."""
+    """Options of `make_link`: those of the radio, and the seed of its losses.
+
+    scenario: a file whose section `link` adds zones and faults, and replaces other options. shadow: the building of the
+    `site` occludes the link as well.
+    """
 
     seed: int = 1
     scenario: str | None = None
@@ -167,5 +171,5 @@ def make_link(options: dict[str, Any]) -> LinkNode:
 def _occlusion(chosen: SiteOptions) -> tuple[RadioZone, ...]:
     target = chosen.site().target
     if target is None:
-        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to shadow the link; `inspection` has one")
+        raise OptionsError(f"a world of kind `{chosen.kind}` has no building to occlude the link; `inspection` has one")
     return occlusion_zones(target)

@@ -10,18 +10,18 @@ import numpy as np
 from skillwing.sim_mujoco.link.radio import Conditions
 
 CAPACITY = 48_000
-"""What the modem holds; what comes on top is dropped [bytes]."""
+"""Capacity of the modem's queue [bytes]; further packets are dropped."""
 BURST = 3_000
-"""What an idle modem may send at once before its pace counts [bytes]."""
+"""Data that an idle modem may send at once, above its rate [bytes]."""
 LONGEST_WAIT = 2.0
-"""What could not be sent for so long is dropped, so that a link that comes back does not begin with old news [s]."""
+"""Waiting time after which a packet is dropped, so that a recovered link starts with new data [s]."""
 HEADER = 60
-"""What every packet costs beside its payload: IP, UDP and RTP headers with an extension [bytes]."""
+"""Overhead of every packet: IP, UDP and RTP headers with an extension [bytes]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Packet:
-    """The attachment says what a real packet's header would."""
+    """A packet. Its attachment stands for a real packet's header."""
 
     payload: bytes
     attachment: bytes
@@ -50,7 +50,7 @@ class PacketQueue:
 
     @property
     def idle(self) -> bool:
-        """Nothing is under way."""
+        """No packet waits or is under way."""
         return not self._queue and not self._flying
 
     @property
@@ -59,7 +59,7 @@ class PacketQueue:
         return self._held
 
     def put(self, t: float, packet: Packet) -> None:
-        """Hand a packet in; if the queue is full it is the one that is dropped."""
+        """Add a packet; if the queue is full it is dropped."""
         if self._held + packet.size > self._capacity:
             self.dropped += 1
             return
@@ -67,7 +67,7 @@ class PacketQueue:
         self._held += packet.size
 
     def serve(self, t: float, conditions: Conditions) -> list[Packet]:
-        """Let time pass up to `t` under these conditions, and return what has arrived at the far end by then."""
+        """Advance to `t` under these conditions, and return the packets that have arrived by then."""
         elapsed = 0.0 if self._served_until is None else t - self._served_until
         self._served_until = t
         self._tokens += elapsed * conditions.bandwidth / 8.0

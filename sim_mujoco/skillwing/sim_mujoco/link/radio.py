@@ -1,8 +1,8 @@
-"""What the radio can do where the drone is: bandwidth, latency and loss, from distance, zones and faults.
+"""The radio: bandwidth, latency and loss at the drone's position, from distance, zones and faults.
 
-Bandwidth falls with the square of the distance, as received power does in free space (Friis, 1946), capped by the
-modem's fastest modulation. A zone replaces what the distance gives where it is worse: a valley, the far side of a
-building, a jammer. At its rim the two blend over `edge` metres, so that nothing jumps.
+Bandwidth falls with the square of the distance, as received power does in free space (Friis, 1946), up to the modem's
+fastest modulation. A zone with a worse link replaces that: a valley, the far side of a building, a jammer. At its rim
+the two blend over `edge` metres, so that nothing jumps.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import Megabits
+from skillwing.onboard.topics.faults import Megabits
 from skillwing.sim_mujoco.sensors.faults import Fault, FaultSchedule, Seconds, UnknownFaultError, check_no_magnitude
 from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.world.site import Target
 
 MEGABIT = 1e6
 FLOOR = 1.0
-"""Bandwidths are blended by their logarithms, which nothing at all does not have [bit/s]."""
+"""Least bandwidth for blending, because logarithms are blended [bit/s]."""
 
 NARROW, CUT = "narrow", "cut"
 FAULTS = (NARROW, CUT)
@@ -32,8 +32,8 @@ Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 
 
 class RadioZone(Zone, frozen=True, forbid_unknown_fields=True):
-    """A zone and what is left of the link inside of it: what it does not name stays as outside. Its effect begins
-    `edge` outside of its border [m]."""
+    """A zone with the link's properties inside it; absent ones stay as outside. Its effect begins at a distance of
+    `edge` outside its border [m]."""
 
     edge: Metres = 4.0
     bandwidth: Megabits | None = None
@@ -55,7 +55,7 @@ class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     @property
     def scheduled(self) -> Fault:
-        """The same for a schedule, which knows faults of many things."""
+        """The same fault for a schedule."""
         return Fault("link", self.kind, self.at, self.duration, self.magnitude)
 
 
@@ -72,7 +72,7 @@ class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """Bandwidth [bit/s], latency of what gets through [s], share of packets that do not."""
+    """Bandwidth [bit/s], latency [s], and share of lost packets."""
 
     bandwidth: float
     latency: float
@@ -98,11 +98,11 @@ def occlusion_zones(target: Target) -> tuple[RadioZone, RadioZone]:
 
 
 USUAL_NARROW = 0.15
-"""What a narrow link is left with unless somebody says otherwise [Mbit/s]."""
+"""Default bandwidth of a narrow link [Mbit/s]."""
 
 
 def check_link_fault(kind: str, magnitude: float | None = None) -> None:
-    """Raises UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude of a link that is cut."""
+    """Raise UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude of a cut link."""
     if kind not in FAULTS:
         raise UnknownFaultError("kind of link fault", kind, FAULTS)
     if kind == CUT:
@@ -110,7 +110,7 @@ def check_link_fault(kind: str, magnitude: float | None = None) -> None:
 
 
 class Radio:
-    """Conditions by place and time. No I/O; scheduled faults are switched as time is told to have passed."""
+    """Conditions by position and time. No I/O; scheduled faults are switched when time has passed."""
 
     def __init__(self, options: RadioOptions) -> None:
         self._options = options
@@ -120,14 +120,14 @@ class Radio:
     def switch(self, t: float, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a fault by hand at robot time `t` [s], until it is switched again, by hand or by the schedule.
 
-        `magnitude` is what a narrow link is left with [Mbit/s]. Raises UnknownFaultError and MagnitudeError.
+        `magnitude` is the bandwidth of a narrow link [Mbit/s]. Raises UnknownFaultError and MagnitudeError.
         """
         check_link_fault(kind, magnitude)
         self._follow_schedule(t)
         self._set(kind, on, magnitude)
 
     def _follow_schedule(self, t: float) -> None:
-        # These faults are bound to no place.
+        # These faults do not depend on the position.
         for fault, on in self._schedule.switches(t, (0.0, 0.0, 0.0)):
             self._set(fault.kind, on, fault.magnitude)
 
@@ -138,7 +138,7 @@ class Radio:
             self._faults.pop(kind, None)
 
     def at(self, t: float, position: Vector) -> Conditions:
-        """What the link can do at robot time `t` [s] with the drone at `position` (ENU, the ground station at 0)."""
+        """Conditions at robot time `t` [s] with the drone at `position` (ENU, the ground station at 0)."""
         self._follow_schedule(t)
         options = self._options
         distance = math.hypot(*position)
@@ -148,15 +148,15 @@ class Radio:
         found = open_air
         for zone in options.zones:
             found = _worst(found, _inside(open_air, zone, zone.depth(position)))
-        return self._spoilt(found)
+        return self._with_faults(found)
 
     def faults(self, t: float) -> tuple[str, ...]:
         """The kinds of fault that are on at robot time `t` [s]."""
         self._follow_schedule(t)
         return tuple(kind for kind in FAULTS if kind in self._faults)
 
-    def _spoilt(self, conditions: Conditions) -> Conditions:
-        """What the faults that are on leave of the link."""
+    def _with_faults(self, conditions: Conditions) -> Conditions:
+        """Conditions with the active faults."""
         if CUT in self._faults:
             return replace(conditions, bandwidth=0.0, loss=1.0)
         if NARROW in self._faults:
@@ -167,7 +167,7 @@ class Radio:
 
 
 def _inside(outside: Conditions, zone: RadioZone, depth: float) -> Conditions:
-    """What the zone makes of the link so deep inside: all of its effect from its rim inwards, none `edge` outside."""
+    """Conditions at a depth in the zone: its full effect from the rim inwards, none at `edge` outside."""
     share = min(1.0, max(0.0, 1.0 + depth / zone.edge))
     share = share * share * (3.0 - 2.0 * share)
     bandwidth, latency, loss = outside.bandwidth, outside.latency, outside.loss

@@ -1,1 +1,1 @@
-"""Where the drone is: inertial navigation, kept true by satellite fixes and air pressure."""
+"""Navigation: inertial, aided by satellite fixes, air pressure and odometry."""

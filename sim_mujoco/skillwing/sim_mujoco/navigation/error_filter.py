@@ -1,9 +1,8 @@
-"""How wrong inertial navigation may be, and what an aiding measurement says about it.
+"""The error-state Kalman filter of inertial navigation, with the attitude error in the world frame.
 
-An error-state Kalman filter with the attitude error in the world frame; see J. Sola, "Quaternion kinematics for the
-error-state Kalman filter" (2017), chapter 7, and P. Groves, "Principles of GNSS, Inertial, and Multisensor Integrated
-Navigation Systems" (2013), chapter 14. The errors are what has to be added to the nominal state, and are handed over
-with each update, so that they are zero in between; only their covariance is kept.
+See J. Sola, "Quaternion kinematics for the error-state Kalman filter" (2017), chapter 7, and P. Groves, "Principles of
+GNSS, Inertial, and Multisensor Integrated Navigation Systems" (2013), chapter 14. Errors are added to the nominal state
+at each update, so they are zero in between. Only their covariance is kept.
 """
 
 from __future__ import annotations
@@ -22,16 +21,16 @@ BAROMETER: Final = 15
 SIZE: Final = 16
 """Errors: position, velocity, small rotation about the world's axes, biases (FLU), offset of the barometer."""
 _SHAKEN = 2.0
-"""The noise of the inertial sensors counts this much more than in their model: it is sampled, and impacts alias."""
+"""Factor on the noise of the inertial sensors' model, because sampling aliases impacts."""
 _TILT = 0.01
-"""Tilt is found from gravity, which the accelerometers' turn-on bias misleads [rad]."""
+"""Uncertainty of the initial tilt, which follows from gravity and accelerometer biases [rad]."""
 
 
 class ErrorFilter:
     """The covariance of the errors."""
 
     def __init__(self, level: float, height: float, heading: float) -> None:
-        """Standing still, with this uncertainty of the position, level and in height [m], and of the heading [rad]."""
+        """The filter of a drone at rest, with uncertainties of level position [m], height [m] and heading [rad]."""
         sigma = np.zeros(SIZE)
         sigma[POSITION], sigma[VELOCITY] = (level, level, height), 0.05
         sigma[ANGLES] = _TILT, _TILT, heading
@@ -47,8 +46,8 @@ class ErrorFilter:
         self._growth = np.diag(growth)
 
     def predict(self, dt: float, impulse: Matrix, turn: Matrix) -> None:
-        """Let `dt` pass, in which specific force in the world frame summed up to `impulse` (3,) [m/s]; `turn` (3, 3)
-        turns body coordinates into the world's."""
+        """Propagate over `dt`. impulse: integral of the specific force in the world frame (3,) [m/s]. turn: rotation
+        from body to world (3, 3)."""
         transition, lever = self._transition, cross_matrix(impulse)
         transition[POSITION, VELOCITY] = dt * np.eye(3)
         transition[POSITION, ANGLES] = -0.5 * dt * lever
@@ -72,12 +71,12 @@ class ErrorFilter:
 
     def _set(self, covariance: Matrix) -> None:
         self.covariance = covariance
-        # Asked for more often than they change.
+        # They are read more often than they change.
         self._sigma: list[float] = np.sqrt(np.diagonal(covariance)).tolist()
 
 
-def surprise(residual: Matrix, spread: Matrix) -> float:
-    """Squared Mahalanobis distance of a residual (n,) with covariance (n, n)."""
+def nis(residual: Matrix, spread: Matrix) -> float:
+    """Normalised innovation squared (NIS) of a residual (n,) with covariance (n, n)."""
     return float(residual @ np.linalg.solve(spread, residual))
 
 

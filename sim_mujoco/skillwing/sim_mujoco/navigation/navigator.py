@@ -1,15 +1,15 @@
-"""The navigation system: alignment, fixes that come late, fixes that lie, and what is left without them.
+"""The navigation system: alignment, late fixes, false fixes, and navigation without fixes.
 
-Call `inertial` with every sample, `epoch` every 0.1 s with the barometer's height, `fix` with each fix, `odometry` with
-what odometry says, if there is one.
+Call `inertial` with every sample, `epoch` every 0.1 s with the barometer's height, `fix` with each fix, and `odometry`
+with each report of odometry.
 
-A fix is compared with where the drone was when it was measured, and corrects where it is now. It is believed if it
-lies within five sigma of inertial navigation, and if fixes have not jumped: each is compared with the one before and
-the speed meanwhile, and what they jump by is summed up. So a receiver that jumps is not believed later, when
-navigation without it has become so uncertain that its fixes could be true; but it is when it has jumped back.
+A fix is compared with the state at the time of its measurement, and corrects the present state. It is accepted if it
+lies within five sigma of inertial navigation, and if fixes have not jumped. For that, each fix is compared with the one
+before and the speed in between, and jumps are summed up. So navigation does not accept a receiver that has jumped, even
+when its own uncertainty has grown large enough. It accepts the receiver again after a jump back.
 
-While there are fixes, odometry only proves itself. Without them its velocity keeps the drone's from drifting, and the
-position drifts as odometry does instead of faster and faster (`odometry_aid.py`).
+With fixes, odometry is only compared with navigation. Without fixes its velocity limits the drift of navigation's
+(`odometry_aid.py`).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from skillwing.sim_mujoco.navigation.error_filter import (
     VELOCITY,
     ErrorFilter,
     cross_matrix,
-    surprise,
+    nis,
 )
 from skillwing.sim_mujoco.navigation.odometry_aid import GATED, WEIGHED, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import ZERO, Strapdown
@@ -41,33 +41,33 @@ from skillwing.sim_mujoco.sensors.receivers import Receiver
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE
 
 EPOCH = 0.1
-"""Between two aiding measurements, and between two records of the past [s]."""
+"""Period of aiding measurements, and of the stored states [s]."""
 _PAST = 5
 _ALIGNMENT = 25
-"""So many samples at rest are averaged at least before the first fix is used; ten times as many at most."""
+"""Least number of samples at rest to average before the first fix is used; at most ten times as many."""
 _GATE = 25.0
-"""Squared Mahalanobis distance of a fix that is believed: five sigma."""
-_DOUBTFUL = 10
-"""So many disbelieved fixes in a row accuse the receiver."""
+"""Largest NIS of an accepted fix: five sigma."""
+_REJECTIONS = 10
+"""Number of rejected fixes in a row that is reported against the receiver."""
 _SILENCE = 1.0
-"""Over a longer silence jumps cannot be told from motion [s]."""
+"""Gap between fixes above which a jump cannot be distinguished from motion [s]."""
 _STILL, _STILL_RATE = 0.03, 0.002
-"""How still a drone stands on the ground: [m/s], [rad/s]."""
+"""Standard deviations of the motion of a drone on the ground: [m/s], [rad/s]."""
 _DRIFTING = 0.2
-"""Velocities with more than this uncertainty are no use for holding a place, or for setting down softly [m/s]."""
+"""Largest uncertainty of a velocity that allows holding a position and a soft touchdown [m/s]."""
 _FIXED = 0.5
-"""So long after a fix that was used there are fixes [s]."""
+"""Time after a used fix during which navigation counts as fixed [s]."""
 _COLOURED = 2.0
-"""Position errors of a receiver change slowly, so that averaging its fixes helps little: they count so much noisier."""
+"""Factor on the noise of fixes, whose errors change too slowly to be averaged out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """Where the navigation system says the drone is at `t`; fields as in `Motion`.
+    """The navigation solution at `t`; fields as in `Motion`.
 
-    `sigma` and `height_sigma` [m] are how uncertain it is of the position, by its own account. While not `valid` it is
-    too uncertain to say where the drone is: position and velocity are dead reckoning; attitude and rate are still good.
-    While it still vouches for the velocity (`velocity_valid`), as odometry can make it, the drone can hold its place.
+    `sigma` and `height_sigma` [m] are its own estimates of the position's uncertainty. While not `valid` the position
+    is dead reckoning; attitude and rate are still good. While `velocity_valid`, as odometry can make it, the drone can
+    hold its position.
     """
 
     t: float
@@ -83,7 +83,7 @@ class Solution:
 
 @dataclass(slots=True)
 class _Past:
-    """What a fix measured at `t` should have been: position, velocity, heading (7,); and the attitude then."""
+    """A stored state: the expected fix at `t`, as position, velocity, heading (7,), and the attitude."""
 
     t: float
     expected: NDArray[np.float64]
@@ -91,7 +91,7 @@ class _Past:
 
 
 class FixSteps:
-    """Whether a receiver's fixes follow one another as its own speed says, or have jumped away."""
+    """Detector of jumps: compares the steps between a receiver's fixes with its own velocity."""
 
     def __init__(self, receiver: Receiver) -> None:
         self._jitter = 10.0 * receiver.jitter
@@ -100,15 +100,15 @@ class FixSteps:
 
     @property
     def jumped(self) -> bool:
-        """Whether the jumps since fixes were last believed add up to more than jitter."""
+        """The jumps since the last reset add up to more than jitter."""
         return float(np.linalg.norm(self._jumps)) > self._limit(EPOCH)
 
-    def forget(self) -> None:
-        """Believe the receiver as it is now."""
+    def reset(self) -> None:
+        """Accept the receiver's position as it is now."""
         self._jumps = np.zeros(3)
 
     def take(self, t: float, fix: NDArray[np.float32]) -> bool:
-        """Compare with the fix before; False if it is the same one again."""
+        """Compare with the fix before. False if it is the same fix again."""
         last, self._last = self._last, (t, fix)
         if last is None:
             return True
@@ -117,7 +117,7 @@ class FixSteps:
             self._last = last
             return False
         if t - before > _SILENCE:
-            self.forget()
+            self.reset()
             return True
         step = fix[:3] - previous[:3] - 0.5 * (t - before) * (fix[3:6] + previous[3:6])
         if np.linalg.norm(step) > self._limit(t - before):
@@ -125,12 +125,12 @@ class FixSteps:
         return True
 
     def _limit(self, dt: float) -> float:
-        """How far fixes may be off within `dt`: by jitter, and by the speed between them [m]."""
+        """Largest step error within `dt` that jitter and velocity noise explain [m]."""
         return self._jitter + 0.5 * dt
 
 
 class Navigator:
-    """One drone's navigation with this class of satellite receiver."""
+    """Navigation of one drone with one class of satellite receiver."""
 
     def __init__(self, receiver: Receiver) -> None:
         level, height = _COLOURED * receiver.level, _COLOURED * receiver.height
@@ -143,7 +143,7 @@ class Navigator:
         self._pressure_offset = 0.0
         self._past: deque[_Past] = deque(maxlen=_PAST)
         self._steps = FixSteps(receiver)
-        self._disbelieved = 0
+        self._rejected = 0
         self._fixed_at = -math.inf
         self._odometry_at = -math.inf
         self._reputation = Reputation()
@@ -151,17 +151,17 @@ class Navigator:
 
     @property
     def aligned(self) -> bool:
-        """Whether place and attitude have been found: it takes a moment at rest, and a fix."""
+        """Position and attitude have been found, which takes a moment at rest and a fix."""
         return self._state is not None
 
     @property
     def attitude(self) -> tuple[Quaternion, Vector]:
-        """Attitude and angular rate (FLU) now, as good as there are; level before alignment."""
+        """Estimated attitude and angular rate (FLU) now; level before alignment."""
         state = self._state
         return ((1.0, 0.0, 0.0, 0.0), ZERO) if state is None else (state.quaternion, state.rate)
 
     def solution(self, t: float) -> Solution | None:
-        """Where the drone is at `t`, the time of the latest sample; None before alignment."""
+        """The solution at `t`, the time of the latest sample; None before alignment."""
         state = self._state
         if state is None:
             return None
@@ -174,18 +174,18 @@ class Navigator:
             self._is_valid,
             self._sigma,
             math.hypot(self._filter.sigma(POSITION)[2], self._receiver.height),
-            self._vouches_for_velocity,
+            self._velocity_is_valid,
         )
 
     def inertial(self, force: Vector, rate: Vector) -> None:
-        """Specific force [m/s2] and angular rate [rad/s], FLU, of the last 4 ms."""
+        """Take specific force [m/s2] and angular rate [rad/s], FLU, of the last 4 ms."""
         if self._state is not None:
             self._state.step(force, rate, IMU_PERIOD)
         else:
             self._samples.append((*force, *rate))
 
     def epoch(self, t: float, pressure_height: float, *, standing: bool) -> None:
-        """A tenth of a second is over: take the barometer's height [m], and stillness if the drone is `standing`."""
+        """Take the barometer's height [m] of an epoch, and zero motion if the drone is `standing`."""
         self._standing = standing
         state = self._state
         if state is None:
@@ -195,50 +195,50 @@ class Navigator:
         if standing:
             self._take_rest(state)
         state.impulse = state.turn = ZERO
-        # What the receiver's fixes wander together the filter cannot see. Unlike max, np.max overlooks no NaN.
+        # The filter cannot see the common drift of the fixes. Unlike max, np.max returns NaN if there is one.
         self._sigma = math.hypot(float(np.max(self._filter.sigma(POSITION)[:2])), self._receiver.level)
         expected = np.array([*state.position, *state.velocity, heading_of(state.quaternion)])
         self._past.append(_Past(t, expected, state.quaternion))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:
-        """Take a fix (7,) measured at `t`; what speaks against a receiver that gave it, after what it gave before.
+        """Take a fix (7,) measured at `t`, and return what its history shows against the receiver, in words.
 
-        It is used unless it cannot be true, or is not `usable` for reasons of others. The first one ends alignment.
+        It is used if it is plausible, and `usable` in the opinion of others. The first one ends alignment.
         """
         if not np.isfinite(fix).all():
-            return NOT_FINITE  # Neither alignment nor the filter would ever get rid of it.
+            return NOT_FINITE  # It would stay in alignment and filter for ever.
         if not self._steps.take(t, fix):
-            return None  # Nothing new was measured.
+            return None  # The receiver repeats an old fix.
         if self._state is None:
             if usable and len(self._samples) >= _ALIGNMENT:
                 self._align(fix)
         elif self._standing and not self._is_valid:
-            self._state = None  # On the ground one may begin anew, and believe whatever there is.
+            self._state = None  # On the ground alignment may start again, with any fix.
         else:
             return self._weigh(self._state, now, t, fix, usable=usable)
         return None
 
     def odometry(self, report: OdometryReport) -> None:
-        """Take odometry's word for the velocity. One of a moment that is no longer remembered comes too late."""
+        """Take a velocity of odometry. It is too late if the state of its time is no longer stored."""
         state, past = self._state, self._remembered(report.t)
         if state is None or past is None or report.t <= self._odometry_at:
             return
         self._odometry_at = report.t
-        self._reputation.meet(report.since)
+        self._reputation.reported_by(report.since)
         if report.good and not self._standing:
             self._weigh_velocity(state, past, report)
 
     def place(self, position: Vector, heading: float) -> None:
-        """Know suddenly that the drone is at rest somewhere: for tests."""
+        """Set the state of a drone at rest: for tests."""
         state = self._state
         quaternion = (math.cos(heading / 2), 0.0, 0.0, math.sin(heading / 2))
         biases = (state.force_bias, state.rate_bias) if state is not None else (ZERO, ZERO)
         self._begin(Strapdown(position, ZERO, quaternion, *biases))
 
-    # --- beginning -------------------------------------------------------------------------------------------
+    # --- alignment -------------------------------------------------------------------------------------------
 
     def _align(self, fix: NDArray[np.float32]) -> None:
-        """Gravity tells the tilt of a drone at rest, its receiver the rest; gyroscopes should read zero."""
+        """Align a drone at rest: tilt from gravity, gyroscope biases from the rate, the rest from the fix."""
         x, y, z, turn_x, turn_y, turn_z = np.mean(np.array(self._samples), axis=0).tolist()
         length = math.sqrt(x * x + y * y + z * z)
         up_x, up_y, up_z = x / length, y / length, z / length
@@ -253,8 +253,8 @@ class Navigator:
     def _begin(self, state: Strapdown) -> None:
         self._state, self._filter = state, self._new_filter()
         self._sigma = float(self._noise[0])
-        self._disbelieved = 0
-        self._steps.forget()
+        self._rejected = 0
+        self._steps.reset()
         self._past.clear()
         self._samples.clear()
 
@@ -282,20 +282,20 @@ class Navigator:
             return None
         residual, design = compared
         if not self._steps.jumped and self._likely(residual, design):
-            self._disbelieved = 0
+            self._rejected = 0
             if usable:
                 self._fixed_at = t
                 self._correct(state, self._filter.update(residual, design, self._noise**2))
             return None
-        self._disbelieved += 1
-        if self._disbelieved < _DOUBTFUL:
+        self._rejected += 1
+        if self._rejected < _REJECTIONS:
             return None
         return f"its fixes are {np.linalg.norm(residual[:3]):.1f} m from where inertial navigation is"
 
     def _compare(
         self, t: float, fix: NDArray[np.float32], delay: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Residual (7,) of a fix and how today's errors show in it (7, 16); None if the past is not known."""
+        """Residual (7,) of a fix and its design matrix (7, 16); None if the state of its time is not stored."""
         past = self._remembered(t)
         if past is None:
             return None
@@ -312,13 +312,13 @@ class Navigator:
         residual = velocity - past.expected[3:6]
         design = np.zeros((3, SIZE))
         design[:, VELOCITY] = np.eye(3)
-        # Body axes are turned into the world by an attitude that may be wrong.
+        # The attitude that turns body axes into the world may be wrong.
         design[:, ANGLES] = cross_matrix(velocity)
         spread = design @ self._filter.covariance @ design.T + GATED**2 * np.eye(3)
-        agrees, fixed = surprise(residual, spread) <= _GATE, past.t - self._fixed_at <= _FIXED
+        agrees, fixed = nis(residual, spread) <= _GATE, past.t - self._fixed_at <= _FIXED
         self._reputation.observe(agrees=agrees, fixed=fixed)
-        # Once navigation has drifted, almost anything would agree with it.
-        if agrees and not fixed and self._reputation.earned and self._vouches_for_velocity:
+        # Navigation that has drifted is so uncertain that almost any velocity would agree with it.
+        if agrees and not fixed and self._reputation.earned and self._velocity_is_valid:
             self._correct(state, self._filter.update(residual, design, np.full(3, WEIGHED**2)))
 
     def _remembered(self, t: float) -> _Past | None:
@@ -326,7 +326,7 @@ class Navigator:
 
     def _likely(self, residual: NDArray[np.float64], design: NDArray[np.float64]) -> bool:
         spread = design @ self._filter.covariance @ design.T + np.diag(self._noise**2)
-        return all(surprise(residual[k], spread[k, k]) <= _GATE for k in (slice(0, 3), slice(3, 6)))
+        return all(nis(residual[k], spread[k, k]) <= _GATE for k in (slice(0, 3), slice(3, 6)))
 
     def _correct(self, state: Strapdown, errors: NDArray[np.float64]) -> None:
         def part(which: slice) -> Vector:
@@ -344,5 +344,5 @@ class Navigator:
         return self._sigma <= self._receiver.trusted
 
     @property
-    def _vouches_for_velocity(self) -> bool:
+    def _velocity_is_valid(self) -> bool:
         return all(sigma <= _DRIFTING for sigma in self._filter.sigma(VELOCITY))

@@ -1,9 +1,8 @@
-"""Whether odometry's velocity may keep navigation true while there are no fixes.
+"""Aiding of navigation by odometry's velocity while there are no fixes; autopilots call it external vision.
 
-An autopilot calls it aiding by external vision. What odometry says is gated as fixes are, but nothing absolute is left
-then to hold it against: an error that grows slowly enough would be followed by navigation, and the gate with it. So
-odometry has to earn its say beforehand, by agreeing with navigation while fixes vouch for that, and loses it by
-contradicting the inertial measurements later, until there are fixes again.
+Its reports are gated as fixes are, but without fixes there is no absolute reference: navigation and its gate would
+follow an error that grows slowly. So odometry has to qualify beforehand, by agreement with navigation that has fixes.
+It loses that by contradicting the inertial measurements, until there are fixes again.
 """
 
 from __future__ import annotations
@@ -14,22 +13,22 @@ from dataclasses import dataclass
 from skillwing.onboard.frames.vectors import Vector
 
 GATED = 0.1
-"""Standard deviation that odometry's velocity is gated with [m/s], of each axis."""
+"""Standard deviation of odometry's velocity for the gate [m/s], of each axis."""
 WEIGHED = 0.5
-"""And the one that it is weighed with. Where nothing holds it along its track, odometry slips for seconds, so that
-averaging ten reports a second helps little. As white noise of this size the reports lead the position as far astray."""
+"""Standard deviation for the update [m/s]. It is larger because errors of odometry last for seconds where little
+constrains it along the track; white noise of this size causes the same position error."""
 PROOF = 10
-"""So many reports in a row have to agree with navigation while fixes keep that true."""
-DOUBTFUL = 5
-"""So many contradictions in a row cost odometry its say."""
+"""Number of reports in a row that have to agree with navigation while it has fixes."""
+CONTRADICTIONS = 5
+"""Number of contradictions in a row after which odometry no longer aids."""
 
 
 @dataclass(frozen=True, slots=True)
 class OdometryReport:
-    """What odometry says of the moment `t`: the `velocity` along the axes that the body had then, FLU [m/s].
+    """A report of odometry for the time `t`: the `velocity` in body axes, FLU [m/s].
 
-    Its frame has drifted away from navigation's, which does not show in these axes. `since` is when this odometry
-    began, and `good` whether it believes in itself.
+    The drift of odometry's frame does not show in these axes. `since` is the start of this odometry; `good` is its own
+    opinion of its tracking.
     """
 
     t: float
@@ -39,26 +38,26 @@ class OdometryReport:
 
 
 class Reputation:
-    """What one odometry's reports were worth so far."""
+    """Record of the agreement between one odometry and navigation."""
 
     def __init__(self) -> None:
         self.earned = False
-        """Whether it may lead navigation."""
+        """This odometry may aid navigation."""
         self._since = math.nan
         self._agreed = self._contradicted = 0
 
-    def meet(self, since: float) -> None:
-        """A report of the odometry that began at `since`: another one than before has earned nothing yet."""
+    def reported_by(self, since: float) -> None:
+        """Take the start of the reporting odometry; a new one has to qualify again."""
         if since != self._since:
             self.earned, self._since = False, since
             self._agreed = self._contradicted = 0
 
     def observe(self, *, agrees: bool, fixed: bool) -> None:
-        """A report agrees with navigation or contradicts it; `fixed` if fixes keep navigation true."""
+        """Take the agreement of a report with navigation; `fixed` if that has fixes."""
         if agrees:
             self._agreed += fixed
             self._contradicted = 0
         else:
             self._agreed = 0
             self._contradicted += 1
-        self.earned = (self.earned or self._agreed >= PROOF) and self._contradicted < DOUBTFUL
+        self.earned = (self.earned or self._agreed >= PROOF) and self._contradicted < CONTRADICTIONS

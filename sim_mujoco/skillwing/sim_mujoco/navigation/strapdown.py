@@ -1,7 +1,7 @@
-"""Inertial navigation: position, velocity and attitude from what gyroscopes and accelerometers measure.
+"""Inertial navigation: position, velocity and attitude from gyroscopes and accelerometers.
 
-Strapdown equations in a local level frame (ENU) without the earth's rotation, which a small MEMS gyroscope cannot feel.
-Plain floats: at 250 Hz they are faster than arrays.
+Strapdown equations in a local level frame (ENU), without the earth's rotation, which a small MEMS gyroscope cannot
+measure. Plain floats are faster than arrays at 250 Hz.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 class Strapdown:
     """The nominal state: position and velocity ENU, attitude body to world, biases of the instruments (FLU).
 
-    `rate` is the latest angular rate without its bias. `impulse` sums up specific force in the world frame over time
-    [m/s], `turn` the angular rate [rad], until whoever uses the sums sets them to zero.
+    `rate` is the latest angular rate without its bias. `impulse` is the integral of the specific force in the world
+    frame [m/s], and `turn` that of the angular rate [rad]. The user of the integrals sets them to zero.
     """
 
     position: Vector = ZERO

@@ -1,1 +1,1 @@
-"""The simulated world as MuJoCo sees it: hexacopter, wind, battery, rotor faults, clearance."""
+"""The simulated vehicle: hexacopter under MuJoCo, wind, battery, rotor faults, clearance."""

@@ -1,4 +1,4 @@
-"""Distance from a point to the nearest surface, for judges."""
+"""Distance from a point to the nearest surface, for the ground truth."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ Points = NDArray[np.float64]
 
 _CELL = 4.0
 _STRIDE = 1.0
-"""Within so much of one place the nearest triangle is sought among the same ones [m]."""
+"""Distance from a point within which the same candidate triangles are searched [m]."""
 
 
 class Clearance:
     """Exact distances from points to the triangles that do not carry the label `ignore`; at most `reach` [m].
 
-    Triangles are looked at in groups, by cubes of 4 m that their middles lie in: of a village only what is near counts.
-    Points that come one after the other along a way are told quickly: what may be the nearest around one of them is
-    kept for those that follow. Their distance differs by no more than they lie apart.
+    Triangles are grouped by cubes of 4 m, so that only near groups are searched. Successive points along a path are
+    fast: the candidates around one point are kept for the following points.
     """
 
     def __init__(self, triangles: Triangles, ignore: int, reach: float = 15.0) -> None:
@@ -47,17 +46,17 @@ class Clearance:
             away, self._middle = 0.0, p
             self._near, self._distances = self._candidates(p)
         nearest = self._distances[0] if len(self._distances) else self._reach
-        # What was nearest has at most come that far away, and another at most so much nearer.
+        # The nearest triangle is at most that much farther now, and any other at most that much nearer.
         count = np.searchsorted(self._distances, nearest + 2.0 * away, side="right")
         a, ab, ac = (each[:count] for each in self._near)
         return float(np.sqrt(_square_distances(p, a, ab, ac).min(initial=self._reach**2)))
 
     def _candidates(self, p: Points) -> tuple[tuple[Points, Points, Points], Points]:
-        """The triangles of which one is nearest, wherever within a stride of `p` one asks, and their distances from
-        `p`, the nearest first."""
+        """Triangles that may be the nearest to any point within a stride of `p`, and their distances from `p`, the
+        nearest first."""
         outside = np.maximum(np.maximum(self._low - p, p - self._high), 0.0)
         farthest = np.maximum(np.abs(p - self._low), np.abs(self._high - p))
-        # All of a group lies nearer than the farthest corner of its box, so no other needs to be looked at beyond that.
+        # A group lies nearer than the farthest corner of its box, so no group beyond that needs a search.
         certain = float(np.sqrt(_dots(farthest, farthest).min(initial=np.inf)))
         within = min(self._reach, certain) + 2.0 * _STRIDE
         near = np.flatnonzero(np.repeat(_dots(outside, outside) <= within**2, self._counts))
@@ -69,7 +68,7 @@ class Clearance:
 
 
 def _square_distances(p: Points, a: Points, ab: Points, ac: Points) -> Points:
-    """From `p` to each triangle (a, a + ab, a + ac), squared (N,)."""
+    """Squared distances (N,) from `p` to each triangle (a, a + ab, a + ac)."""
     away = p - _closest_points(p, a, ab, ac)
     return _dots(away, away)
 

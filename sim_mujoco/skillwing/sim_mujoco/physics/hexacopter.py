@@ -18,11 +18,11 @@ ARM = 0.5665
 TORQUE_PER_THRUST = 0.025
 """Reaction torque of a rotor per newton of thrust [m]."""
 MIN_THRUST, MAX_THRUST = 4.0, 50.0
-"""What a turning rotor can give [N]."""
+"""Limits of a turning rotor [N]."""
 ROTOR_LAG = 0.05
 """Time constant of thrust [s]."""
 ROTOR_RADIUS = 0.27
-"""Half of 21 inches, which is the M600's propellers' diameter; `extent.TIP_RADIUS` holds their tips [m]."""
+"""Half the diameter of the M600's propellers, 21 inches; `extent.TIP_RADIUS` includes their tips [m]."""
 GEAR_HEIGHT = 0.565
 """Height of the centre above the ground when the drone stands on its skids [m]."""
 
@@ -31,13 +31,13 @@ _ANGLES = tuple(math.radians(30 + 60 * rotor) for rotor in range(ROTORS))
 _SKID = GEAR_HEIGHT - 0.015
 _ROTOR_HEIGHT = 0.06
 _BLADE_HALF = 0.01
-"""Half of the height that a turning blade takes up [m]."""
+"""Half the height of the disc of a turning blade [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Airframe:
-    """Mass [kg], diagonal inertia [kg m2], and the allocation (4, 6): thrust and torque (x, y, z) for each newton that
-    a rotor gives."""
+    """Mass [kg], diagonal inertia [kg m2], and the allocation (4, 6): thrust and torque (x, y, z) for each newton of a
+    rotor."""
 
     mass: float
     inertia: Vector
@@ -67,7 +67,7 @@ def airframe(model: mujoco.MjModel) -> Airframe:
 
 
 def _mjcf() -> str:
-    """The air that the blades sweep is a part of the body: it weighs nothing, but what gets into it is hit."""
+    """Body of the drone as MJCF. The discs that the blades sweep are massless parts of it, for collisions."""
     arms, discs, rotors = "", "", ""
     for i, (angle, spin) in enumerate(zip(_ANGLES, _SPIN, strict=True)):
         x, y = ARM * math.cos(angle), ARM * math.sin(angle)

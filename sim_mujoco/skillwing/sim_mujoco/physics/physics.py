@@ -6,16 +6,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector, norm
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.frames.vectors import Motion, Vector, norm
 from skillwing.sim_mujoco.physics.hexacopter import BODY, GEAR_HEIGHT, Airframe, airframe, attach_to
 from skillwing.sim_mujoco.world.world import World
 
 _HARD_LANDING = 1.5
-"""Touching the ground with the skids faster than this counts as a collision [m/s]."""
+"""Speed of the skids at touchdown above which it counts as a collision [m/s]."""
 _SEPARATE = 1.0
-"""Contacts closer together in time than this are one collision [s]."""
+"""Time between contacts below which they are one collision [s]."""
 
 
 class Physics:
@@ -37,8 +36,8 @@ class Physics:
         self._shares: NDArray[np.float64] | None = None
         self.collisions = 0
         mujoco.mj_forward(self._model, self._data)
-        self._felt: list[float] = self._data.sensordata.tolist()
-        """By the accelerometer and the gyroscope one step ago."""
+        self._previous: list[float] = self._data.sensordata.tolist()
+        """Accelerometer and gyroscope one step ago."""
 
     @property
     def airframe(self) -> Airframe:
@@ -58,45 +57,44 @@ class Physics:
 
     @property
     def inertial(self) -> tuple[float, ...]:
-        """Specific force (3) [m/s2] and angular rate (3) [rad/s] in FLU, the mean of the moments before the last two
-        steps.
+        """Specific force (3) [m/s2] and angular rate (3) [rad/s] in FLU, the mean over the last two steps.
 
-        A real IMU integrates between its samples. Skids at rest slip to and fro by micrometres with a period of a few
-        steps; every other one alone would make a constant 0.06 m/s2 of that, half a degree of lean.
+        A real IMU integrates between its samples. Skids at rest oscillate by micrometres with a period of a few steps;
+        every other step alone would turn that into a constant 0.06 m/s2, half a degree of tilt.
         """
         now = self._data.sensordata.tolist()
-        return tuple([0.5 * (one + other) for one, other in zip(self._felt, now, strict=True)])
+        return tuple([0.5 * (one + other) for one, other in zip(self._previous, now, strict=True)])
 
     def set_wind(self, wind: Vector) -> None:
-        """Wind from now on, in the world frame [m/s]."""
+        """Set the wind from now on, in the world frame [m/s]."""
         self._model.opt.wind[:] = wind
 
     def set_rotors(self, shares: list[float]) -> None:
-        """What part of the commanded thrust each rotor (6) gives from now on."""
+        """Set the share of the commanded thrust that each rotor (6) gives from now on."""
         self._shares = np.array(shares) if min(shares) < 1.0 else None
 
     def place(self, position: Vector, heading: float = 0.0) -> None:
-        """Put the drone at rest somewhere, hovering: for tests of control. Time goes on."""
+        """Put the drone somewhere, hovering: for tests of control. Time goes on."""
         now = self._data.time
         mujoco.mj_resetData(self._model, self._data)
         self._data.time = now
         self._data.qpos[:] = [*position, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
         self._data.act[:] = self.airframe.mass * 9.81 / len(self._data.act)
         mujoco.mj_forward(self._model, self._data)
-        self._felt = self._data.sensordata.tolist()
+        self._previous = self._data.sensordata.tolist()
 
     def step(self, thrusts: list[float]) -> None:
         """Advance by `dt` with these commanded rotor thrusts (6) [N]."""
         self._data.ctrl[:] = thrusts
         if self._shares is not None:
             self._data.ctrl *= self._shares
-        self._felt = self._data.sensordata.tolist()
+        self._previous = self._data.sensordata.tolist()
         mujoco.mj_step(self._model, self._data)
         if self._data.ncon:
-            self._judge_contacts()
+            self._check_contacts()
 
-    def _judge_contacts(self) -> None:
-        """Anything but skids set down gently on the ground is a collision."""
+    def _check_contacts(self) -> None:
+        """Count a collision, unless all contacts are skids that touch the ground gently."""
         now = self._data.time
         pairs = self._data.contact.geom.tolist()
         if not all(self._is_footing(one, other) for one, other in pairs) or self._comes_down_hard():
@@ -109,17 +107,17 @@ class Physics:
         return fixed in self._ground and moving in self._skids
 
     def _comes_down_hard(self) -> bool:
-        """Whether the drone was too fast where it touched, or a skid was driven into the ground too fast.
+        """The drone was too fast at a contact, or a skid hit the ground too fast.
 
-        MuJoCo finds contacts before it advances the motion, and what it derived from the motion then it still has after
-        the step: the velocity that the touch had not slowed down yet. A skid may slide faster than the drone moves.
+        MuJoCo finds contacts before it advances the motion. After the step it still has the velocity from before, which
+        the contact had not reduced yet. A skid may slide faster than the drone moves.
         """
         data = self._data
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_XBODY, self._body, self._twist, 0)
         p, q, r, x, y, z = self._twist.tolist()
         speed = norm((x, y, z))
         if speed + TIP_RADIUS * norm((p, q, r)) <= _HARD_LANDING:
-            return False  # no point of it is faster, and who stands is seldom looked at more closely
+            return False  # no point of the drone is faster, and a standing drone is checked at every step
         points = np.cross(self._twist[:3], data.contact.pos - data.xpos[self._body]) + self._twist[3:]
         sunk = np.abs((points * data.contact.frame[:, :3]).sum(axis=1))
         return bool(max(speed, sunk.max()) > _HARD_LANDING)

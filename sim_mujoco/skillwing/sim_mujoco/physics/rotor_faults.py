@@ -1,6 +1,6 @@
-"""Rotors that stand still or have grown weak, by the names `rotor/1` to `rotor/6`.
+"""Faults of rotors, which are called `rotor/1` to `rotor/6`.
 
-Rotor 1 is ahead on the left, and they are counted counter-clockwise as seen from above.
+Rotor 1 is ahead on the left; they are counted counter-clockwise as seen from above.
 """
 
 from __future__ import annotations
@@ -16,15 +16,17 @@ _USUALLY_LEFT = 0.5
 
 
 class RotorFaults:
-    """What part of the commanded thrust each rotor gives."""
+    """Share of the commanded thrust that each rotor gives."""
 
     def __init__(self) -> None:
         self.shares = [1.0] * ROTORS
         self._active: dict[str, dict[str, float]] = {name: {} for name in ROTOR_NAMES}
 
     def switch(self, name: str, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Stop a rotor or weaken it to the part `magnitude` of its thrust (half), or end that. Raises
-        UnknownFaultError and MagnitudeError."""
+        """Stop a rotor, weaken it to the share `magnitude` of its thrust (half by default), or end that.
+
+        Raises UnknownFaultError and MagnitudeError.
+        """
         check_rotor_fault(name, kind, magnitude)
         active = self._active[name]
         if not on:
@@ -41,8 +43,10 @@ class RotorFaults:
 
 
 def check_rotor_fault(name: str, kind: str, magnitude: float | None = None) -> None:
-    """Raises UnknownFaultError for a rotor or a kind that does not exist, MagnitudeError for a weak one with less than
-    nothing or more than all of its thrust, and for a magnitude of one that stands."""
+    """Raise UnknownFaultError for a rotor or a kind that does not exist, MagnitudeError for a wrong magnitude.
+
+    A weak rotor has a share from 0 to 1; a stopped one has no magnitude.
+    """
     if name not in ROTOR_NAMES:
         raise UnknownFaultError("rotor", name, ROTOR_NAMES)
     if kind not in ROTOR_FAULTS:

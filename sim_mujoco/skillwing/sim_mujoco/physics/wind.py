@@ -1,9 +1,8 @@
 """The wind: a steady part, turbulence, and single gusts at given times.
 
-Turbulence is the Dryden model for low altitude as in MIL-F-8785C (1980), 3.7.3.4: frozen eddies whose lengths and
-strengths follow from the height above the ground and from the wind at 6 m (20 ft), and which pass the drone at its
-speed through the air. Gusts have the form 1 - cosine (3.7.1.3). The eddies are taken as larger than the drone: they
-push it and do not twist it.
+Turbulence is the Dryden model for low altitude of MIL-F-8785C (1980), 3.7.3.4. Its frozen eddies pass the drone at its
+airspeed; their lengths and strengths follow from the height and from the wind at 6 m (20 ft). Gusts have the form
+1 - cosine (3.7.1.3). Eddies are assumed to be larger than the drone: they cause a force and no torque.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ FOOT = 0.3048
 _LOWEST, _HIGHEST = 10.0, 1000.0
 """Heights between which the low-altitude model holds [ft]."""
 _SLOWEST = 1.0
-"""Eddies pass at least this fast: in a calm they drift by themselves [m/s]."""
+"""Least speed at which eddies pass: without wind they drift by themselves [m/s]."""
 _BLOCK = 1024
 
 
@@ -37,7 +36,7 @@ class Gust:
             raise ValueError(f"a gust of {self.duration:g} s cannot be; give it a positive length")
 
     def velocity_at(self, t: float) -> Vector:
-        """What it adds to the wind at `t` [m/s]."""
+        """Wind of the gust at `t` [m/s]."""
         phase = (t - self.at) / self.duration
         swell = 0.5 * (1.0 - math.cos(2.0 * math.pi * phase)) if 0.0 < phase < 1.0 else 0.0
         return scale(swell, self.velocity)
@@ -65,7 +64,7 @@ class Turbulence:
     """Three independent components, along the mean wind, across it and upright, each white noise through a filter."""
 
     def __init__(self, strength: float, rng: np.random.Generator) -> None:
-        """`strength` is the wind at 6 m that stirs the air [m/s]: 7.7 is light, 15.4 moderate, 23 severe."""
+        """`strength` is the wind at 6 m that causes the turbulence [m/s]: 7.7 is light, 15.4 moderate, 23 severe."""
         if not strength >= 0.0:
             raise ValueError(f"turbulence of {strength:g} m/s cannot be; give 0 or more")
         self.strength = strength
@@ -95,7 +94,7 @@ class Turbulence:
 
 
 class Wind:
-    """Wind where the drone is. The same generator and the same flight give the same wind."""
+    """Wind at the position of the drone. The same generator and the same flight give the same wind."""
 
     def __init__(
         self,
@@ -113,7 +112,7 @@ class Wind:
 
     @property
     def is_steady(self) -> bool:
-        """It never changes."""
+        """The wind never changes."""
         return self._turbulence is None and not self.gusts
 
     def advance(self, t: float, dt: float, height: float, velocity: Vector) -> Vector:
@@ -129,11 +128,11 @@ class Wind:
 
 
 def _normal(rng: np.random.Generator) -> Iterator[float]:
-    """Standard normal numbers, drawn in blocks, which is ten times cheaper than one by one."""
+    """Standard normal numbers, drawn in blocks: ten times faster than one by one."""
     while True:
         yield from rng.standard_normal(_BLOCK).tolist()
 
 
 def _stationary(one: float, other: float) -> tuple[float, float]:
-    """States of the two lags as they are distributed when the filter has run for long."""
+    """States of the two lags, with the stationary distribution of the filter."""
     return math.sqrt(0.5) * one, 0.5 * math.sqrt(0.5) * (one + other)

@@ -1,1 +1,1 @@
-"""Scenario files: their format, how they are read, and which faults they may name."""
+"""Scenario files: format, reading, and checks."""

@@ -6,17 +6,17 @@ from collections.abc import Iterator
 from typing import cast
 
 from skillwing.onboard.odometry.gicp import gicp_matcher
-from skillwing.onboard.options import Poses
 from skillwing.onboard.sensor_data.names import CAMERA
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
+from skillwing.onboard.topics.mapping import Poses
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, check_rotor_fault
 from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError, check_kind
 from skillwing.sim_mujoco.sensors.table import SENSORS
 
 
 def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
-    """Raise UnknownFaultError for a sensor, a rotor or a kind of fault that does not exist, MagnitudeError for a
-    magnitude that its kind of fault cannot have."""
+    """Raise UnknownFaultError for a sensor, rotor or kind of fault that does not exist, MagnitudeError for a magnitude
+    that the kind cannot have."""
     if sensor.startswith(ROTOR):
         check_rotor_fault(sensor, kind, magnitude)
     elif sensor == CAMERA:

@@ -1,7 +1,6 @@
-"""Everything that is wrong in what a file says, in words for who wrote it.
+"""All errors of a file's content against its structures, in words for its author. Pure.
 
-The library that reads it stops at the first thing. Pure. Places are as people count: `fault 2 zone` is the zone of the
-second fault.
+The library that reads the file stops at the first error. Places count from one: `fault 2 zone` is in the second fault.
 """
 
 from __future__ import annotations
@@ -17,11 +16,11 @@ from msgspec import inspect
 from msgspec.structs import FieldInfo
 
 LONGEST_VALUE = 40
-"""Letters of a wrong value that are shown."""
+"""Largest number of letters of a wrong value that are shown."""
 
 
 def field_errors(content: object, kind: type[msgspec.Struct], place: str = "") -> Iterator[str]:
-    """A clause for each thing in `content`, as TOML or JSON gave it, that does not fit; none if all fits."""
+    """A clause for each error in `content`, as read from TOML or JSON; none if it fits."""
     if not isinstance(content, dict):
         yield _at(place, f"this has to be a section, not {_shown(content)}")
         return
@@ -29,7 +28,7 @@ def field_errors(content: object, kind: type[msgspec.Struct], place: str = "") -
     fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
     meant = {name: get_close_matches(name, fields, 1) for name in written if name not in fields}
     found = [_unknown(name, guess, fields) for name, guess in meant.items()]
-    # What was mistyped is not missing as well.
+    # A mistyped field is not missing as well.
     guessed = {name for guess in meant.values() for name in guess}
     absent = [name for name, field in fields.items() if field.required and name not in {*written, *guessed}]
     found += [f"`{name}` is missing" for name in absent]
@@ -40,12 +39,12 @@ def field_errors(content: object, kind: type[msgspec.Struct], place: str = "") -
         try:
             msgspec.convert(written, kind)
         except msgspec.ValidationError as error:
-            # A rule of the structure itself, in its own words.
+            # A rule of the structure itself, with its own text.
             yield _at(place, str(error).partition(" - at `$")[0])
 
 
 def _inside(value: object, field: FieldInfo, place: str) -> Iterator[str]:
-    """What is wrong with a value in the section at that place."""
+    """Errors of a value in the section at that place."""
     with suppress(msgspec.ValidationError):
         msgspec.convert(value, field.type)
         return
@@ -62,7 +61,7 @@ def _inside(value: object, field: FieldInfo, place: str) -> Iterator[str]:
 
 
 def _without_none(wanted: inspect.Type) -> inspect.Type:
-    """Absence is said by absence."""
+    """The type without None: a file leaves a value out instead."""
     if isinstance(wanted, inspect.UnionType):
         return next(each for each in wanted.types if not isinstance(each, inspect.NoneType))
     return wanted
@@ -106,6 +105,6 @@ def _shown(value: object) -> str:
     try:
         text = json.dumps(value, default=str, ensure_ascii=False)
     except (ValueError, RecursionError):
-        # TOML's 0xfff... may have more digits than Python writes, and its a.b.c... be deeper than it follows.
+        # TOML's 0xfff... may have more digits, and its a.b.c... more levels, than Python can write.
         return "something too large to be shown"
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 4]} ..."

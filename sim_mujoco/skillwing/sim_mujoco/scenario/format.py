@@ -10,15 +10,15 @@ from typing import Annotated, Any
 
 import msgspec
 
-from skillwing.onboard.options import Poses
-from skillwing.onboard.topics import Magnitude
+from skillwing.onboard.topics.faults import Magnitude
+from skillwing.onboard.topics.mapping import Poses
 from skillwing.sim_mujoco.link.radio import RadioOptions
 from skillwing.sim_mujoco.sensors.faults import Seconds
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 STRONGEST_WIND = 50.0
-"""In each direction, of a gust as of the mean wind [m/s]: half as much again as the least wind of a hurricane."""
+"""Largest component of gusts and of the mean wind [m/s]: 1.5 times the least wind of a hurricane."""
 WindSpeed = Annotated[float, msgspec.Meta(ge=-STRONGEST_WIND, le=STRONGEST_WIND)]
 WindVector = tuple[WindSpeed, WindSpeed, WindSpeed]
 WindStrength = Annotated[float, msgspec.Meta(ge=0.0, le=STRONGEST_WIND)]
@@ -26,8 +26,8 @@ Percent = Annotated[float, msgspec.Meta(ge=0.0, le=100.0)]
 
 
 class FaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
-    """A fault that comes by itself: `{"sensor": "zed", "kind": "blackout", "at": 60.0}`, optionally with `for` seconds,
-    a `magnitude`, and a `zone` outside of which it is off."""
+    """A scheduled fault: `{"sensor": "zed", "kind": "blackout", "at": 60.0}`, optionally with `for` seconds, a
+    `magnitude`, and a `zone` outside of which it is off."""
 
     sensor: str
     kind: str
@@ -53,7 +53,7 @@ class PilotOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Sections that may be repeated (`[[fault]]`), and single values. What is absent keeps its default."""
+    """Sections that may be repeated (`[[fault]]`), and single values. Absent ones keep their defaults."""
 
     fault: tuple[FaultOptions, ...] = ()
     gust: tuple[GustOptions, ...] = ()
@@ -66,7 +66,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     link: RadioOptions | None = None
 
     def sim_options(self) -> dict[str, Any]:
-        """The same as options of the simulator node."""
+        """The scenario as options of the simulator node."""
         single = {"wind": self.wind, "turbulence": self.turbulence, "battery": self.battery, "receiver": self.receiver}
         return {
             "faults": self.fault,

@@ -1,4 +1,4 @@
-"""Scenario files, TOML or JSON: read, and checked as far as that can be done before a flight."""
+"""Reader of scenario files, TOML or JSON, with all checks that are possible before a flight."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from skillwing.sim_mujoco.scenario.format import Scenario
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used; `str()` says where and why, with all that is wrong in it."""
+    """A scenario that cannot be used; `str()` gives the place and the cause of each error."""
 
 
 def read_scenario(path: Path) -> Scenario:
@@ -36,8 +36,8 @@ def read_scenario(path: Path) -> Scenario:
         raise ScenarioError(f"the scenario {path} cannot be read: sections or lists nest too deep in it") from error
     wrong = [*field_errors(content, Scenario), *fault_errors(content)]
     if wrong:
-        told = f" {wrong[0]}" if len(wrong) == 1 else "".join(f"\n    {each}" for each in wrong)
-        raise ScenarioError(f"the scenario {path} does not fit:{told}")
+        text = f" {wrong[0]}" if len(wrong) == 1 else "".join(f"\n    {each}" for each in wrong)
+        raise ScenarioError(f"the scenario {path} does not fit:{text}")
     scenario = msgspec.convert(content, Scenario)
     try:
         require_library(scenario.poses)

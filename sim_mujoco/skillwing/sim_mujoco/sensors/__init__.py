@@ -1,1 +1,1 @@
-"""Sensors: what they measure, how often and how late, how they fail, and how they notice it themselves."""
+"""Sensors: measurements, rates and delays, faults, and self-diagnosis."""

@@ -13,7 +13,7 @@ from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
 class Cadence:
-    """Due at every multiple of `period` after time 0, without drift."""
+    """A period without drift: due at every multiple after time 0."""
 
     def __init__(self, period: float) -> None:
         self.period = period
@@ -38,8 +38,8 @@ class Measurement:
 
 
 Observer: TypeAlias = Callable[[float, Measurement, Condition], str | None]
-"""A cross-check of a measurement that arrives, by other instruments: from time, measurement and the sensor's condition
-so far to a sentence that speaks against it."""
+"""A cross-check of an arriving measurement by other instruments: from time, measurement and the sensor's condition to a
+sentence against the measurement, or None."""
 
 
 def no_residual(_t: float, _measurement: Measurement, _condition: Condition) -> None:
@@ -69,7 +69,7 @@ class Channel:
 
     @property
     def condition(self) -> Condition:
-        """The health of the sensor, as it finds it itself."""
+        """Condition of the sensor, by its own diagnosis."""
         return self._monitor.condition
 
     def due(self, t: float) -> bool:

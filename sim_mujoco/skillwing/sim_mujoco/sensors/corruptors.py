@@ -9,31 +9,31 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.faults import KINDS, check_kind
 
 Data = NDArray[np.float32]
 ONE: Final[Data] = np.ones(1, dtype=np.float32)
-"""The unit of a sensor whose values are all of one kind. Others have a row: what one unit means for each value."""
+"""Unit of a sensor whose values are all of one kind. Others have one number for each value."""
 
 
 class Corruptor(ABC):
-    """Changes measurements while it is switched on."""
+    """Change of measurements while a fault is on."""
 
     @abstractmethod
     def apply(self, data: Data) -> Data | None:
-        """The measurement that is delivered instead of `data`; None if nothing is delivered at all."""
+        """The measurement that is delivered instead of `data`; None for no delivery."""
 
 
 class Blackout(Corruptor):
-    """Delivers nothing."""
+    """No delivery at all."""
 
     def apply(self, data: Data) -> Data | None:
         return None
 
 
 class Freeze(Corruptor):
-    """Delivers the measurement of the moment it began, again and again."""
+    """The first measurement of the fault, again and again."""
 
     def __init__(self) -> None:
         self._frozen: Data | None = None
@@ -45,7 +45,7 @@ class Freeze(Corruptor):
 
 
 class Noise(Corruptor):
-    """Adds white noise of this standard deviation, in units of the sensor."""
+    """Additional white noise with this standard deviation, in units of the sensor."""
 
     def __init__(self, sigma: float, rng: np.random.Generator, unit: Data = ONE) -> None:
         self._sigma, self._rng = np.float32(sigma) * unit, rng
@@ -55,7 +55,7 @@ class Noise(Corruptor):
 
 
 class Bias(Corruptor):
-    """Adds a constant, in units of the sensor."""
+    """A constant offset, in units of the sensor."""
 
     def __init__(self, offset: float, unit: Data = ONE) -> None:
         self._offset = np.float32(offset) * unit
@@ -65,7 +65,7 @@ class Bias(Corruptor):
 
 
 class Dropout(Corruptor):
-    """Loses each measurement with this probability."""
+    """Loss of each measurement with this probability."""
 
     def __init__(self, probability: float, rng: np.random.Generator) -> None:
         self._probability, self._rng = probability, rng
@@ -75,7 +75,7 @@ class Dropout(Corruptor):
 
 
 class Slow(Corruptor):
-    """Delivers only one of so many measurements."""
+    """Delivery of only one of so many measurements."""
 
     def __init__(self, every: float) -> None:
         self._every, self._count = round(every), 0

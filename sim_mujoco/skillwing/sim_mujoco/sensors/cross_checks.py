@@ -78,7 +78,7 @@ class GroundCrossCheck:
             return None
         slack = self._TOLERANCE + self._SLOPE * expected[1]
         agree = expected[0] - slack <= distance <= expected[1] + slack
-        if not self._contradiction.weigh(agree=agree):
+        if not self._contradiction.update(agree=agree):
             return None
         whom = "where it stands" if standing else "the LiDAR"
         return f"{distance:.1f} m, while {whom} says {expected[0]:.1f} m"

@@ -1,9 +1,9 @@
-"""Stereo depth camera looking along the nose: 320 x 180 pixels, 15 Hz, 54 degrees high, up to 20 m.
+"""Stereo depth camera along the nose: 320 x 180 pixels, 15 Hz, 54 degrees high, up to 20 m.
 
-A pixel has a depth only if it is found again in the second camera's picture, 12 cm to the right. So there are holes:
-where something nearer hides the spot from the second camera, which is left of everything near, or where it lies
-outside its picture; where depth changes so steeply, at edges and on surfaces seen along, that the two pictures differ
-too much to be matched (Burt and Julesz, 1980: a disparity gradient of 1); and here and there, the more the farther.
+A pixel has a depth only if it is found again in the picture of the second camera, 12 cm to the right. Three causes make
+holes. The second camera does not see the point: something nearer hides it, or it lies outside the picture. The depth
+changes too steeply for a match, at edges and on oblique surfaces (Burt and Julesz, 1980: a disparity gradient of 1).
+And matching fails at random, more often at larger depths.
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector, add, axes, to_world
+from skillwing.onboard.frames.vectors import Motion, Vector, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
-from skillwing.onboard.topics import DepthHeader
+from skillwing.onboard.topics.sensors import DepthHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
@@ -26,11 +25,11 @@ if TYPE_CHECKING:
     from skillwing.sim_mujoco.world.rays import RayScene
 
 ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
-"""Where the camera sits on the drone, FLU [m]."""
+"""Position of the camera on the drone, FLU [m]."""
 WIDTH, HEIGHT = 320, 180
 PERIOD = 1 / 15
 DELAY = 0.03
-"""From the shutter until a picture is handed out [s]: reading it from the chip, the wire, and matching."""
+"""Time from the shutter to the delivery of a picture [s]: readout, transfer and matching."""
 REACH, NEAREST = 20.0, 0.4
 FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
 """Focal length [px], the same in both directions; the optical axis passes through the image's centre."""
@@ -39,8 +38,8 @@ BASELINE = 0.12
 _STEEPEST = 1.0
 """Disparity gradient that can still be matched [pixels per pixel]."""
 _UNMATCHED, _UNMATCHED_FAR = 3.0, 1.4
-"""Pixels fail to match where a fluctuation exceeds so many standard deviations close by (0.1 %), and at the end of the
-reach (8 %)."""
+"""Standard deviations of a fluctuation above which a pixel fails to match: nearby (0.1 %), and at the end of the reach
+(8 %)."""
 
 
 def depth_header(t: float) -> DepthHeader:
@@ -57,12 +56,12 @@ def publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[b
 
 
 def noise_at(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Standard deviation of what is measured at a depth [m]."""
+    """Standard deviation of a measured depth [m]."""
     return np.float32(DEPTH_NOISE) * depth * depth
 
 
 class DepthCamera:
-    """One picture at a time, of the static world."""
+    """The camera in the static world; it takes one picture at a time."""
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._noise = rays, NoiseTable(rng)
@@ -89,7 +88,7 @@ class DepthCamera:
         return depth
 
     def true_depth(self, motion: Motion) -> NDArray[np.float32]:
-        """The same without noise, holes and limits of the sensor."""
+        """True depth (180, 320) [m], without noise, holes and limits of the sensor."""
         return _inverted(self._inverse_depth(motion))
 
     def _inverse_depth(self, motion: Motion) -> NDArray[np.float32]:
@@ -115,9 +114,9 @@ def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
     width = disparity.shape[1]
     column = np.arange(width, dtype=np.float32) - disparity  # in the second camera's picture
     hidden = column < 0.0
-    # What hides a pixel is no farther to the right than its own disparity.
+    # A pixel is hidden only by pixels to its right within its own disparity.
     hidden |= column > _least_of_next(column, float(disparity.max()))
-    # All rows one after the other: a neighbour is one place away, or a row.
+    # With all rows in one array, a neighbour is one element away, or one row.
     values, unmatched = disparity.reshape(-1), hidden.reshape(-1)
     for away in (1, width):
         steep = np.abs(values[away:] - values[:-away]) > _STEEPEST
@@ -129,10 +128,10 @@ def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def _least_of_next(rows: NDArray[np.float32], count: float) -> NDArray[np.float32]:
-    """The least of at least `count` values on the right of each, as far as there are so many; infinite on the edge."""
+    """The least of the `count` values, or more, to the right of each value; infinite at the edge."""
     height, width = rows.shape
     windows = [1 << k for k in range(width.bit_length()) if 1 << k <= min(count, width - 2)]
-    # All rows one after the other, with so much behind each that no window reaches from one into the next.
+    # All rows in one array, each padded so that no window reaches into the next row.
     room = sum(windows) + 1
     padded = np.full((height, width - 1 + room), np.inf, dtype=np.float32)
     padded[:, : width - 1] = rows[:, 1:]

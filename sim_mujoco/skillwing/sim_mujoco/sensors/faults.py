@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import LARGEST_COMPONENT
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.sim_mujoco.sensors.zones import Zone
 
 Seconds: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1e6)]
@@ -47,7 +47,7 @@ class UnknownFaultError(ValueError):
 
 
 class MagnitudeError(ValueError):
-    """A fault has a magnitude that its kind cannot have; `advice` is the way out."""
+    """A fault has a magnitude that its kind cannot have; `advice` says what to do."""
 
     def __init__(self, message: str, advice: str) -> None:
         super().__init__(message)
@@ -64,7 +64,7 @@ def check_magnitude(kind: str, magnitude: float | None, least: float, most: floa
 
 
 def check_no_magnitude(kind: str, magnitude: float | None) -> None:
-    """Raise MagnitudeError for a magnitude of a fault that is either on or off."""
+    """Raise MagnitudeError for any magnitude, because the fault is either on or off."""
     if magnitude is not None:
         raise MagnitudeError(f"{kind} has no magnitude", "leave the magnitude out")
 

@@ -1,8 +1,8 @@
 """Satellite receiver: position, velocity and heading at 10 Hz, 0.1 s late.
 
-Two antennas give the heading, as moving-base pairs of RTK receivers do. Position errors wander slowly (a first-order
-Gauss-Markov process: multipath, atmosphere, geometry) with a little jitter on top. Antennas sit at the body's centre: a
-receiver's own lever arms are known to it.
+Two antennas give the heading, as moving-base pairs of RTK receivers do. Position errors are a slow first-order
+Gauss-Markov process (multipath, atmosphere, geometry) and a little jitter. The antennas are at the body's centre,
+because receivers correct for their own lever arms.
 """
 
 from __future__ import annotations
@@ -12,22 +12,21 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import heading_of
+from skillwing.onboard.frames.vectors import Motion, heading_of
+from skillwing.onboard.topics import common, sensors
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.receivers import Receiver
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0
-"""No fix can be farther from the home pad [m]."""
-LARGEST_ERROR = 0.1 * topics.LARGEST_COMPONENT
-"""Noise and bias of a fault are no larger, so that both together, and navigation that believes them, stay within what a
-message holds [m]."""
+"""Largest possible distance of a fix from the home pad [m]."""
+LARGEST_ERROR = 0.1 * common.LARGEST_COMPONENT
+"""Largest noise and bias of a fault [m]. Both together, and navigation that accepts them, stay within the bounds of
+messages."""
 
 
 class Gnss:
-    """One receiver."""
+    """A satellite receiver."""
 
     def __init__(self, receiver: Receiver, rng: np.random.Generator) -> None:
         self._receiver, self._rng = receiver, rng
@@ -48,4 +47,4 @@ class Gnss:
 def publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
     """Message of a fix."""
     x, y, z, vx, vy, vz, heading = data.tolist()
-    return encode(topics.Gnss(t=end, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)), b""
+    return encode(sensors.Gnss(t=end, position=(x, y, z), velocity=(vx, vy, vz), heading=heading)), b""

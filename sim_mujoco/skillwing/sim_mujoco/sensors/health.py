@@ -1,8 +1,8 @@
-"""How a sensor node finds out by itself that its sensor has failed, and that it works again.
+"""Self-diagnosis of a sensor: detection of its failure and of its recovery.
 
-It sees only what is delivered: nothing for too long, too little, the same again and again, values that the sensor
-cannot produce, or that contradict one another (`self_tests.py`); and it hears what other instruments have to say
-(`cross_checks.py`). A recovered sensor must deliver good data for a while before it is trusted again.
+It uses only delivered data. Signs of a failure are: no data for too long, too few, repeated or impossible values,
+failed self-tests (`self_tests.py`), and residuals against other instruments (`cross_checks.py`). A recovered sensor has
+to deliver good data for a while before it is trusted again.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from skillwing.sim_mujoco.sensors.corruptors import Data
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 FROZEN_AFTER = 4
-"""So many identical measurements in a row are a frozen sensor."""
+"""Number of identical measurements in a row that make a frozen sensor."""
 SILENT_PERIODS = 5
 LEAST_SHARE = 0.5
-"""Fewer measurements than this share of the promised rate are too few."""
+"""Share of the nominal rate below which there are too few measurements."""
 LARGEST_BAD_SHARE = 0.05
 TRUST_AFTER = 2.0
 FIRST_TRUST_AFTER = 0.5
 _WINDOW_PERIODS = 15
-"""Rates are judged over so many periods, but over at least half a second and at most two."""
+"""Periods over which the rate is measured, but at least half a second and at most two."""
 
 
 class Condition(StrEnum):
@@ -37,7 +37,7 @@ class Condition(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Smallest and largest value the sensor can produce. With `zero_is_none` a 0 means "nothing there"."""
+    """Smallest and largest value that the sensor can produce. With `zero_is_none` a 0 means "nothing there"."""
 
     low: float
     high: float
@@ -54,10 +54,10 @@ class Change:
 
 
 class HealthMonitor:
-    """Watches one sensor that promises a measurement every `period` seconds."""
+    """Monitor of one sensor with a nominal measurement every `period` seconds."""
 
     def __init__(self, period: float, limits: Limits, tests: Sequence[SelfTest] = ()) -> None:
-        """`tests` are what this kind of sensor can tell of itself beyond that."""
+        """`tests` are the additional self-tests of this kind of sensor."""
         self._period, self._limits, self._tests = period, limits, tests
         self._window = min(2.0, max(0.5, _WINDOW_PERIODS * period))
         self._silence_limit = max(SILENT_PERIODS * period, 0.2)
@@ -72,19 +72,19 @@ class HealthMonitor:
         self.condition = Condition.UNKNOWN
 
     def observe(self, t: float, data: Data, residual: str | None = None) -> Change | None:
-        """A measurement was delivered at `t`; `residual` is what other instruments say against it."""
+        """Take a measurement that was delivered at `t`; `residual` is the objection of other instruments."""
         self._last_seen = t
         self._arrivals.append(t)
-        return self._judge(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)
+        return self._conclude(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)
 
     def check(self, t: float) -> Change | None:
-        """Time passed. Call it regularly, at least once a period."""
+        """Take the time. Call it at least once a period."""
         if self._started is None:
             self._started = self._counting_since = t
         problem = self._silent(t) or self._sparse(t)
-        return None if problem is None else self._judge(t, problem)
+        return None if problem is None else self._conclude(t, problem)
 
-    def _judge(self, t: float, problem: str | None) -> Change | None:
+    def _conclude(self, t: float, problem: str | None) -> Change | None:
         if problem is not None:
             self._good_since = None
             return self._become(t, Condition.FAILED, problem)
@@ -121,12 +121,12 @@ class HealthMonitor:
     def _frozen(self, data: Data) -> str | None:
         same = self._previous is not None and np.array_equal(self._previous, data)
         self._previous = data
-        # A sensor that sees nothing delivers the same emptiness, which is no evidence.
+        # Repeated measurements of nothing in sight are no evidence.
         self._repeats = self._repeats + 1 if same and data.any() else 0
         return f"the same measurement {self._repeats + 1} times" if self._repeats + 1 >= FROZEN_AFTER else None
 
     def _tested(self, t: float, data: Data) -> str | None:
-        """The first problem that a test of the sensor has; each has to see each measurement."""
+        """The first problem that a self-test finds. Every test has to see every measurement."""
         problems = [test.problem(t, data) for test in self._tests]
         return next((problem for problem in problems if problem is not None), None)
 

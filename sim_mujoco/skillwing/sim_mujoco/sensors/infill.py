@@ -1,9 +1,9 @@
-"""A picture from an eighth of its rays: what lies on a plane between known pixels is computed, the rest is cast.
+"""Depth pictures from an eighth of their rays: pixels on a plane are interpolated, all others are cast.
 
-On a plane the inverse of the depth is a linear function of the pixel's place. Where two known neighbours lie on one
-line with the next one on either side, the pixel between them lies on it too. An edge breaks the line on both sides of
-the pixels that it passes between; these get a ray of their own, and so does what is curved. What is narrower than two
-pixels, or lower than four, may be missed: thin things that stand upright are many, thin ones that lie in the air few.
+On a plane the inverse depth is a linear function of the pixel's position. If two known neighbours lie on one line with
+the next pixel on either side, the pixel between them lies on it too. Pixels at edges and on curved surfaces break the
+line and get a ray of their own. Objects narrower than two pixels, or lower than four, may be missed: thin upright
+objects are common, thin horizontal ones are rare.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from numpy.typing import NDArray
 Pixels = NDArray[np.intp]
 Image = NDArray[np.float32]
 Cast = Callable[[Pixels], Image]
-"""Inverse depths (n,) of the pixels with these numbers, counted row by row."""
+"""Ray caster: from numbers of pixels, counted row by row, to their inverse depths (n,)."""
 
 _STRAIGHT = np.float32(2e-3)
-"""How far, relative to the value, neighbours may lie off one line."""
+"""Largest deviation of neighbours from one line, relative to the value."""
 
 
 class Infill:
-    """Computes pictures of one size: an even width, a height that is a multiple of four."""
+    """Interpolation of pictures of one size. The width is even, the height a multiple of four."""
 
     def __init__(self, height: int, width: int) -> None:
         self._numbers = np.arange(height * width, dtype=np.intp).reshape(height, width)
         self.first: Pixels = self._numbers[::4, ::2].ravel()
-        """The pixels that are cast in any case, always in this order."""
+        """Pixels that are always cast, in this order."""
 
     def inverse_depths(self, first: Image, cast: Cast) -> Image:
         """Inverse depths (height, width), 0 where there is no return, from those of the `first` pixels (n,)."""
@@ -47,8 +47,10 @@ class Infill:
 
 
 def _between(known: Image) -> tuple[Image, NDArray[np.bool_]]:
-    """The rows (n - 1, m) in the middles between the rows `known` (n, m), and after which (n, m) of these that does not
-    hold, with all of the last."""
+    """Rows (n - 1, m) midway between the rows `known` (n, m), and a mask (n, m) of pixels after which the line breaks.
+
+    The last row is masked as well.
+    """
     step = known[1:] - known[:-1]
     middle = np.float32(0.5) * step
     middle += known[:-1]

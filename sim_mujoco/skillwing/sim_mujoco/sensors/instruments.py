@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import add, to_world
+from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT
+from skillwing.onboard.topics import sensors
 from skillwing.services.protocol import encode
 
 if TYPE_CHECKING:
@@ -20,18 +19,18 @@ if TYPE_CHECKING:
 IMU_PERIOD = 0.004
 IMU_BATCH = 0.02
 IMU_DELAY = 0.004
-"""From a batch's last sample until it is handed out [s]: five samples of some twenty bytes take a millisecond on a
-serial line of a megabit a second, and a driver that looks as often as the unit samples finds them within 4 ms."""
+"""Time from a batch's last sample to its delivery [s]. Five samples of twenty bytes take 1 ms on a serial line of
+1 Mbit/s; a driver that polls at the sampling rate reads them within 4 ms."""
 IMU_NOISE = np.array([0.06] * 3 + [0.005] * 3)
 """Standard deviation of each sample: specific force (3) [m/s2], angular rate (3) [rad/s]."""
 IMU_TURN_ON = np.array([0.05] * 3 + [0.003] * 3)
 """Standard deviation of the biases when the unit is switched on."""
 IMU_WALK = np.array([1e-3] * 3 + [1e-4] * 3)
-"""How far the biases wander in a second; four times as far in sixteen."""
+"""Standard deviation of the biases' random walk after one second; it grows with the square root of time."""
 ACCELERATION_LIMIT = 80.0
 RANGE_PERIOD = 0.05
 RANGE_DELAY = 0.01
-"""Until a distance is handed out [s]: it is averaged from many pulses and sent on a slow serial line."""
+"""Time to the delivery of a distance [s]: it is averaged over many pulses and sent on a slow serial line."""
 RANGE_REACH, RANGE_NEAREST = 40.0, 0.05
 
 BAROMETER_NOISE, BAROMETER_DRIFT = 0.1, 0.03
@@ -39,12 +38,12 @@ BAROMETER_NOISE, BAROMETER_DRIFT = 0.1, 0.03
 
 
 class Imu:
-    """Specific force [m/s2] and angular rate [rad/s] with white noise, turn-on biases, and biases that wander.
+    """IMU: specific force [m/s2] and angular rate [rad/s], with white noise, turn-on biases and random walk of biases.
 
-    The model is that of Kalibr's IMU pages and of IEEE 952. The magnitudes are of the class of a small MEMS unit on a
-    drone: noise densities of 0.0038 m/s2 and 0.0003 rad/s per root hertz, about twice those published for the
-    ADIS16448 of the EuRoC flights (0.002 and 0.00017), since rotors shake; the accelerometer's walk is a third of the
-    one published there (0.003), the gyroscope's five times as large (0.00002).
+    The model is that of Kalibr's IMU pages and of IEEE 952, with the magnitudes of a small MEMS unit on a drone. Noise
+    densities are 0.0038 m/s2 and 0.0003 rad/s per root hertz. Because rotors vibrate, that is about twice the published
+    values for the ADIS16448 of the EuRoC flights (0.002 and 0.00017). The accelerometer's random walk is a third of the
+    published one (0.003), the gyroscope's five times as large (0.00002).
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -52,18 +51,18 @@ class Imu:
         self.bias = rng.normal(0.0, IMU_TURN_ON)
 
     def errors(self, count: int) -> NDArray[np.float64]:
-        """What the next `count` samples (count, 6) are wrong by."""
+        """Errors (count, 6) of the next `count` samples."""
         draws = self._rng.standard_normal((count + 1, 6))
         self.bias = self.bias + IMU_WALK * math.sqrt(count * IMU_PERIOD) * draws[-1]
         return self.bias + IMU_NOISE * draws[:-1]
 
     def measure(self, truth: NDArray[np.float64]) -> NDArray[np.float32]:
-        """True rows (n, 6) of specific force and angular rate, FLU, as the IMU sees them."""
+        """Measured specific force and angular rate (n, 6), FLU, from the true ones."""
         return (truth + self.errors(len(truth))).astype(np.float32)
 
 
 class RangeFinder:
-    """One beam along the body's -z."""
+    """Range-finder with one beam along the body's -z."""
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._rng = rays, rng
@@ -95,10 +94,10 @@ def imu_publication(start: float, end: float, data: NDArray[np.float32]) -> tupl
     """Array and header of a batch: times since the first sample, specific force and angular rate (n, 7)."""
     times = np.linspace(0.0, end - start, len(data), endpoint=False, dtype=np.float32)
     rows = np.column_stack([times, data])
-    return rows.tobytes(), encode(topics.ImuHeader(t0=start, count=len(rows)))
+    return rows.tobytes(), encode(sensors.ImuHeader(t0=start, count=len(rows)))
 
 
 def range_publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
     """Message of a distance."""
     distance = float(data[0])
-    return encode(topics.Range(t=end, distance=distance if distance != 0.0 else None)), b""
+    return encode(sensors.Range(t=end, distance=distance if distance != 0.0 else None)), b""

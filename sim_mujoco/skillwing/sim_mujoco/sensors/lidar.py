@@ -1,11 +1,11 @@
 """Spinning LiDAR: 16 beams, 1024 columns, 10 Hz, its ring orthogonal to the nose (the spin axis is the body's x).
 
-Columns are measured one after the other, each from where the drone was at that moment.
+Columns are measured one after the other, each from the position of the drone at its time.
 
-Not every ray returns. What comes back of a beam from a diffuse (Lambertian) surface falls with the square of the range
-and with the cosine of the incidence, and fluctuates from shot to shot (speckle, texture, dirt); what stays below the
-detector's threshold is no return. The range at which half of the returns from a surface hit squarely are missing is the
-sensor's reach; of 16-beam sensors makers promise 90 to 100 m on bright surfaces and 40 to 50 m on dark ones.
+Not every ray returns. The echo from a diffuse (Lambertian) surface falls with the square of the range and with the
+cosine of the incidence. It fluctuates from shot to shot (speckle, texture, dirt). An echo below the threshold of the
+detector is no return. The reach is the range at which half of the returns at a right angle are missing. Data sheets of
+16-beam sensors give 90 to 100 m on bright surfaces and 40 to 50 m on dark ones.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.poses import interpolate, rotations
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.pose_history import interpolate, rotations
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.directions import lidar_directions
-from skillwing.onboard.topics import LidarHeader
+from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.sensors.noise import NoiseTable
 
@@ -28,27 +27,27 @@ if TYPE_CHECKING:
     from skillwing.sim_mujoco.world.rays import RayScene
 
 LIDAR_MOUNT: Vector = (0.0, 0.0, -0.42)
-"""Where the sensor sits on the drone, FLU [m]."""
+"""Position of the sensor on the drone, FLU [m]."""
 COLUMNS, BEAMS = 1024, 16
 PERIOD = 0.1
 DELAY = 0.02
-"""From the end of a revolution until it is handed out [s]: its last packets cross the network while the drone turns the
-ones before into ranges, and nobody gets it before the driver has seen that none is missing."""
+"""Time from the end of a revolution to its delivery [s]. The driver converts packets while the last ones cross the
+network, and delivers when it has all of them."""
 REACH, NEAREST = 60.0, 0.5
 RANGE_NOISE = 0.02
 FADING = 0.8
-"""How much echoes fluctuate: standard deviation of the logarithm of their strength."""
+"""Fluctuation of echoes: standard deviation of the logarithm of their strength."""
 _DARK = -2.6
-"""A fluctuation below this many standard deviations is lost at any range: one shot in two hundred."""
+"""Standard deviations below which an echo is lost at any range: one shot in two hundred."""
 
 
 def noise_at(ranges: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Standard deviation of what is measured at a range [m]: the same at any."""
+    """Standard deviation of a measured range [m], which is constant."""
     return np.full_like(ranges, RANGE_NOISE)
 
 
 class Lidar:
-    """One revolution at a time."""
+    """The LiDAR in the static world; it measures one revolution at a time."""
 
     def __init__(self, rays: RayScene, rng: np.random.Generator) -> None:
         self._rays, self._noise = rays, NoiseTable(rng)
@@ -70,7 +69,7 @@ class Lidar:
         return np.where(seen, ranges + noise, np.float32(0.0)).reshape(COLUMNS, BEAMS)
 
     def returns(self, ranges: NDArray[np.float32], squareness: NDArray[np.float32]) -> NDArray[np.bool_]:
-        """Which shots come back, from surfaces at `ranges` (N,) [m] hit with this cosine of incidence (N,)."""
+        """Mask of shots that return, from surfaces at `ranges` (N,) [m] with this cosine of incidence (N,)."""
         fluctuation = self._noise.draw(len(ranges))
         echo = np.float32(REACH**2) * squareness * np.exp(np.float32(FADING) * fluctuation)
         return (ranges > NEAREST) & (echo > ranges * ranges) & (fluctuation > _DARK)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 class NoiseTable:
     """A table of standard normal numbers, read from a random place each time.
 
-    Drawing 57,600 fresh numbers for every depth picture would be felt beside casting its rays; a place in a table of a
-    million is as good for a sensor and nearly free.
+    Drawing 57,600 fresh numbers for every depth picture costs time beside casting its rays. A random place in a table
+    of a million is as good for a sensor and nearly free.
     """
 
     def __init__(self, rng: np.random.Generator, size: int = 1 << 20) -> None:

@@ -9,10 +9,11 @@ from typing import Literal, TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Receiver:
-    """A class of receivers. Standard deviations of what it gives, and what a navigator may ask of it.
+    """A class of receivers, by the standard deviations of its errors.
 
-    `level` and `height` [m] are how far the position wanders, within about `correlation` seconds; `jitter` [m], `speed`
-    [m/s] and `heading` [rad] are white. Navigation with it is `trusted` up to that horizontal uncertainty [m].
+    The position's slow errors are `level` and `height` [m], with a correlation time of `correlation` seconds. `jitter`
+    [m], `speed` [m/s] and `heading` [rad] are white. Navigation with it is `trusted` up to that horizontal uncertainty
+    [m].
     """
 
     level: float
@@ -29,11 +30,11 @@ RECEIVERS: dict[ReceiverName, Receiver] = {
     "rtk": Receiver(0.02, 0.03, 30.0, 0.005, 0.03, math.radians(0.2), 1.0),
     "standalone": Receiver(1.0, 1.8, 100.0, 0.1, 0.08, math.radians(0.5), 4.0),
 }
-"""With fixed carrier-phase ambiguities (makers promise 1 cm + 1 ppm), and without corrections (1.5 to 2.5 m)."""
+"""With fixed carrier-phase ambiguities (data sheets: 1 cm + 1 ppm), and without corrections (1.5 to 2.5 m)."""
 
 
 def receiver_class(name: str) -> Receiver:
-    """The class of that name. Raises ValueError, which says what is known."""
+    """The class of that name. Raises ValueError, which lists the known ones."""
     if name not in RECEIVERS:
         raise ValueError(f"there is no class of receivers {name!r}; choose one of {', '.join(RECEIVERS)}")
     return RECEIVERS[name]

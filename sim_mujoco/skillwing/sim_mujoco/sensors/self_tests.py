@@ -1,4 +1,4 @@
-"""What a sensor's own measurements say against it, beyond limits and rates: noise, jumps, and contradictions."""
+"""Self-tests of a sensor on its own data, beyond limits and rates: noise, jumps, and contradictions."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.sensors.corruptors import Data
 
 NOT_FINITE = "some of its values are no finite numbers"
-"""What witnesses say of a measurement that they cannot compute with."""
+"""Residual of a measurement that cross-checks cannot compute with."""
 _ENOUGH = 100
-"""With fewer values in view nothing is concluded."""
+"""Number of values in view below which there is no conclusion."""
 
 
 class SelfTest(ABC):
-    """Looks at one measurement after the other."""
+    """A test that sees one measurement after the other."""
 
     @abstractmethod
     def problem(self, t: float, data: Data) -> str | None:
-        """What is wrong, in words, as of this measurement of `t`; None if nothing is."""
+        """Problem of the sensor after this measurement of `t`, in words; None without one."""
 
 
 class Roughness(SelfTest):
-    """Surfaces are smooth, noise is not: the second difference between neighbours, measured in the sensor's own noise.
+    """Test for noise: the second difference between neighbours, relative to the sensor's own noise.
 
-    Its median over many neighbours hardly knows edges. `thin` picks a part of the measurement, whose values are
-    neighbours along the last axis; `sigma` is the noise that is normal at a distance.
+    Surfaces are smooth, and the median over many neighbours hardly depends on edges. `thin` picks a part of the
+    measurement, whose values are neighbours along the last axis; `sigma` is the normal noise at a distance.
     """
 
     _LIMIT = 4.0
@@ -51,7 +51,7 @@ class Roughness(SelfTest):
             return None
         bend = np.abs(left + right - 2.0 * middle)
         normal = self._MEDIAN * math.sqrt(6.0) * self._sigma(middle)
-        # To know on which side of the limit the median is, one need not find it.
+        # A count shows on which side of the limit the median is, and is faster than the median.
         if 2 * np.count_nonzero(seen & (bend > self._LIMIT * normal)) <= count:
             self._times = 0
             return None
@@ -61,17 +61,17 @@ class Roughness(SelfTest):
 
 
 class Jump(SelfTest):
-    """The world does not come nearer everywhere at once: a step in all directions is one of the sensor.
+    """Test for a step of all ranges at once, which the sensor causes and not the world.
 
-    Two thirds of the directions have to change the same way: motion moves edges both ways, so does far noise, and
-    much of the rest stays quiet. A drone that pitches over open ground changes them all as well, but never in one
-    measurement alone: a step has quiet right before and right after it, and enough in view to tell. The jump counts
-    until there is one back. `speed` is how fast so many may come nearer [m/s]: a wall ahead does.
+    Two thirds of the directions have to change the same way. Motion moves edges both ways, and so does noise at long
+    range; many directions stay quiet. A drone that pitches over open ground changes all directions too, but over
+    several measurements. A step has quiet measurements right before and after it, with enough in view. The jump counts
+    until one back. `speed` is the largest real approach of so many directions [m/s], as to a wall ahead.
     """
 
     _LEAST = 0.15
     _QUIET = 0.5
-    """Of what a jump has to be at least."""
+    """Share of the least jump below which a measurement is quiet."""
 
     def __init__(self, thin: Callable[[Data], Data], speed: float) -> None:
         self._thin, self._speed = thin, speed
@@ -83,11 +83,11 @@ class Jump(SelfTest):
     def problem(self, t: float, data: Data) -> str | None:
         now = self._thin(data)
         if self._before is not None and np.array_equal(self._before[1], now):
-            return self._told  # Frozen: the next change is one since the first of these.
+            return self._text  # A frozen sensor: the next change counts from the first of these measurements.
         before, self._before = self._before, (t, now.copy())
         if before is not None:
             self._compare(t - before[0], before[1], now)
-        return self._told
+        return self._text
 
     def _compare(self, dt: float, before: Data, now: Data) -> None:
         change = (now - before)[(now > 0.0) & (before > 0.0)]
@@ -96,7 +96,7 @@ class Jump(SelfTest):
             return
         jump, least = _middle_and_least(change)
         limit = self._LEAST + self._speed * dt
-        # Where a third stands still, the rest may go on all the same.
+        # A third that stands still is quiet, whatever the rest does.
         quiet = least <= self._QUIET * limit and abs(jump) <= limit
         if quiet and self._step:
             self._count(self._step)
@@ -109,28 +109,28 @@ class Jump(SelfTest):
         self._offset = 0.0 if is_back else self._offset + step
 
     @property
-    def _told(self) -> str | None:
+    def _text(self) -> str | None:
         return f"everything jumped by {self._offset:+.1f} m" if self._offset else None
 
 
 class Contradiction:
-    """Two instruments that measure the same: counts how long they have disagreed. Pure.
+    """Counter of disagreements between two instruments that measure the same. Pure.
 
-    `patience` is the number of disagreements, less the agreements between them, that make a contradiction.
+    `patience` is the number of disagreements, less the agreements in between, that make a contradiction.
     """
 
     def __init__(self, patience: int) -> None:
         self._patience = patience
         self._count = 0
 
-    def weigh(self, *, agree: bool) -> bool:
-        """Whether they contradict each other as of now."""
+    def update(self, *, agree: bool) -> bool:
+        """Take an agreement or a disagreement; True while the two contradict each other."""
         self._count = max(0, self._count - 1) if agree else min(2 * self._patience, self._count + 1)
         return self._count >= self._patience
 
 
 def _middle_and_least(changes: NDArray[np.floating]) -> tuple[float, float]:
-    """The median of changes (n,), and what two thirds of them change at least by in its direction."""
+    """The median of changes (n,), and the least change in its direction of two thirds of them."""
     third, middle = len(changes) // 3, len(changes) // 2
     ordered = np.partition(changes, (third, middle - 1, middle, -1 - third))
     median = float(ordered[middle] if len(changes) % 2 else 0.5 * (ordered[middle - 1] + ordered[middle]))

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from skillwing.onboard import topics
-from skillwing.onboard.frames.motion import Motion
+from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
+from skillwing.onboard.topics import common, sensors
 from skillwing.sim_mujoco.sensors import depth_camera, gnss, instruments, lidar
 from skillwing.sim_mujoco.sensors.channel import Channel, Observer, no_residual
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
@@ -31,7 +31,7 @@ Publication: TypeAlias = tuple[bytes, bytes]
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What sensors are made with: the world as rays see it, and the class of the satellite receiver."""
+    """Parts that sensors are made with: the world for rays, and the class of the satellite receiver."""
 
     rays: RayScene
     receiver: Receiver
@@ -78,7 +78,7 @@ class SensorSpec:
     message: Callable[[float, float, Data], Publication]
     start: Callable[[Moment], float] = _now
     unit: Data = field(default_factory=lambda: ONE)
-    largest: float = topics.LARGEST_COMPONENT
+    largest: float = common.LARGEST_COMPONENT
     self_tests: Callable[[], tuple[SelfTest, ...]] = tuple
     observer: Callable[[CrossChecks], Observer] = lambda _: no_residual
 
@@ -92,7 +92,7 @@ class SensorSpec:
 _ROWS = (
     SensorSpec(
         ZED,
-        topics.ZED_DEPTH,
+        sensors.ZED_DEPTH,
         depth_camera.PERIOD,
         depth_camera.DELAY,
         Limits(0.2, 20.5),
@@ -106,7 +106,7 @@ _ROWS = (
     ),
     SensorSpec(
         LIDAR,
-        topics.LIDAR,
+        sensors.LIDAR,
         lidar.PERIOD,
         lidar.DELAY,
         Limits(0.3, 60.5),
@@ -122,7 +122,7 @@ _ROWS = (
     ),
     SensorSpec(
         IMU,
-        topics.IMU,
+        sensors.IMU,
         instruments.IMU_BATCH,
         instruments.IMU_DELAY,
         Limits(-instruments.ACCELERATION_LIMIT, instruments.ACCELERATION_LIMIT),
@@ -136,7 +136,7 @@ _ROWS = (
     ),
     SensorSpec(
         RANGE,
-        topics.RANGE,
+        sensors.RANGE,
         instruments.RANGE_PERIOD,
         instruments.RANGE_DELAY,
         Limits(0.0, instruments.RANGE_REACH + 0.5),
@@ -147,7 +147,7 @@ _ROWS = (
     ),
     SensorSpec(
         GNSS,
-        topics.GNSS,
+        sensors.GNSS,
         gnss.PERIOD,
         gnss.DELAY,
         Limits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False),

@@ -1,4 +1,4 @@
-"""Places in the world where something holds while the drone is there."""
+"""Zones of the world: boxes and cylinders in which a fault or a state of the link holds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics import Vector3
+from skillwing.onboard.topics.common import Vector3
 
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
 Level = tuple[float, float]
@@ -17,7 +17,7 @@ Level = tuple[float, float]
 class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A box from `low` to `high`, or an upright cylinder around `center` (x, y) with `radius`; ENU [m].
 
-    Raises ValueError if it is neither or both, and for a box in which there is no place.
+    Raises ValueError if it is neither or both, and for an empty box.
     """
 
     low: Vector3 | None = None
@@ -38,7 +38,7 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.depth(point) >= 0.0
 
     def depth(self, point: Vector) -> float:
-        """How far inside the point is, from the nearest border; outside negative [m]."""
+        """Depth of the point inside the zone, from the nearest border; negative outside [m]."""
         if self.low is not None and self.high is not None:
             beyond = [max(low - x, x - high) for low, x, high in zip(self.low, point, self.high, strict=True)]
             outside = math.hypot(*(max(b, 0.0) for b in beyond))

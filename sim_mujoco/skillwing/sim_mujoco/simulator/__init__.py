@@ -1,1 +1,1 @@
-"""The drone in simulation: airframe, physics, autopilot, and the process around them."""
+"""The simulated drone: physics, autopilot and sensors together, and their process."""

@@ -1,4 +1,4 @@
-"""The simulator as a process: it is robot time, publishes what the sensors deliver, and takes setpoints and faults."""
+"""The simulator as a process: it owns robot time, publishes measurements, and takes setpoints and faults."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from typing import Annotated, Any
 
 import msgspec
 
-from skillwing.onboard import topics
-from skillwing.onboard.axis import RefusedError
+from skillwing.onboard.commands.service import CommandRefusedError, answer_with, reply_with
+from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
-from skillwing.onboard.geofence import FenceOptions
-from skillwing.onboard.messaging import answer_with, reply_with
-from skillwing.onboard.options import OptionsError, read_options
+from skillwing.onboard.topics import common, flight, navigation, odometry, video
+from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault
+from skillwing.onboard.topics.sensors import Health, SensorStatus, health_key
+from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.protocol import ClockTick, ErrorCode, Message, encode
+from skillwing.services.options import OptionsError, read_options
+from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Message, encode
 from skillwing.sim_mujoco.autopilot.autopilot import Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.camera.camera import camera_header
@@ -35,11 +37,11 @@ from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
-"""Physics advances by this much at a time [s]."""
+"""Step of robot time by which the simulator advances [s]."""
 
 
 class SimNode:
-    """Shell around a `Simulator`. `factor` is how fast the clock is meant to run; the bus keeps that pace."""
+    """Shell around a `Simulator`. `factor` is the announced speed of the clock; the bus keeps it."""
 
     name = "sim"
     owns_clock = True
@@ -49,7 +51,7 @@ class SimNode:
         self._factor = factor
         self._tick_rule = TickRule(factor)
         self._epoch = 0.0
-        self._flight: topics.FlightState | None = None
+        self._flight: flight.FlightState | None = None
         self._flight_cadence, self._truth_cadence = Cadence(0.1), Cadence(0.05)
         self._battery_cadence = Cadence(1.0)
         self._health_count = 0
@@ -58,23 +60,23 @@ class SimNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._epoch = bus.now()
-        streams = (topics.CLOCK, topics.NAVIGATION, topics.BATTERY, topics.CAMERA, topics.TRUTH, topics.FLIGHT)
+        streams = (CLOCK_KEY, navigation.NAVIGATION, flight.BATTERY, video.CAMERA, TRUTH, flight.FLIGHT)
         for key in (*streams, *(spec.topic for spec in SENSORS.values())):
             self._out[key] = bus.advertise(key)
-        for key in map(topics.health_key, SENSORS):
+        for key in map(health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
-        # A setpoint that cannot be read is no setpoint: then the failsafe decides.
-        setpoints = message_reader(topics.AutopilotSetpoint, self._on_setpoint)
-        bus.subscribe(topics.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
-        bus.subscribe(topics.SLAM_ODOMETRY, message_reader(topics.Odometry, self._on_odometry))
-        bus.serve(topics.FAULT, answer_with(topics.SetFault, self._set_fault))
-        bus.serve(topics.CAMERA_COMMAND, answer_with(topics.ControlCamera, self._control_camera))
-        bus.serve(topics.FAULTS, reply_with(topics.Empty, self._faults))
-        bus.serve(topics.PILOT, answer_with(topics.SetPilot, self._set_pilot))
+        # An unreadable setpoint is ignored; without others the failsafe acts.
+        setpoints = message_reader(flight.AutopilotSetpoint, self._on_setpoint)
+        bus.subscribe(flight.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
+        bus.subscribe(odometry.SLAM_ODOMETRY, message_reader(odometry.Odometry, self._on_odometry))
+        bus.serve(FAULT, answer_with(SetFault, self._set_fault))
+        bus.serve(video.CAMERA_COMMAND, answer_with(video.ControlCamera, self._control_camera))
+        bus.serve(FAULTS, reply_with(common.Empty, self._faults))
+        bus.serve(flight.PILOT, answer_with(flight.SetPilot, self._set_pilot))
         bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
-        """Nothing outlives this process."""
+        """Do nothing: no state outlives this process."""
 
     # --- time passes -----------------------------------------------------------------------------------------
 
@@ -82,7 +84,7 @@ class SimNode:
         happened = self._sim.advance(self._sim.t + SLICE)
         t = self._sim.t
         if self._tick_rule.due(t, self._bus.wall()):
-            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor))
+            self._put(CLOCK_KEY, ClockTick(t=self._epoch + t, factor=self._factor))
         for sensor, change in happened.health:
             self._publish_health(sensor, change)
         for measurement in happened.measurements:
@@ -92,21 +94,21 @@ class SimNode:
         if self._battery_cadence.due(t):
             battery = self._sim.battery
             self._put(
-                topics.BATTERY,
-                topics.Battery(t=self._epoch + t, percent=battery.percent, voltage=battery.voltage),
+                flight.BATTERY,
+                flight.Battery(t=self._epoch + t, percent=battery.percent, voltage=battery.voltage),
             )
         if self._truth_cadence.due(t):
             self._publish_truth(t)
-        # Guidance answers navigation with a setpoint, so it comes last: its view of the world is then complete.
+        # Guidance answers navigation with a setpoint, so navigation comes last: guidance then has all other data.
         for solution in happened.solutions:
             self._publish_navigation(solution)
         if self._factor <= 0.0:
-            self._put(topics.CLOCK, ClockTick(t=self._epoch + t, factor=self._factor, complete=True))
+            self._put(CLOCK_KEY, ClockTick(t=self._epoch + t, factor=self._factor, complete=True))
 
     def _publish_navigation(self, solution: Solution) -> None:
         self._put(
-            topics.NAVIGATION,
-            topics.Navigation(
+            navigation.NAVIGATION,
+            navigation.Navigation(
                 t=self._epoch + solution.t,
                 position=solution.position,
                 velocity=solution.velocity,
@@ -128,24 +130,24 @@ class SimNode:
         shot = self._sim.camera.take(t, self._sim.motion)
         if shot is not None:
             header = camera_header(self._epoch + shot.t, shot.tilt)
-            self._out[topics.CAMERA].put(shot.picture.tobytes(), encode(header))
+            self._out[video.CAMERA].put(shot.picture.tobytes(), encode(header))
 
     def _publish_health(self, sensor: str, change: Change) -> None:
         self._health_count += 1
         active = self._sim.active_faults(sensor)
-        health = topics.Health(
+        health = Health(
             id=f"{self.name}/health-{self._health_count}",
             t=self._epoch + change.t,
             sensor=sensor,
-            status=topics.SensorStatus(change.condition.value),
+            status=SensorStatus(change.condition.value),
             reason=change.reason,
             cause=f"fault/{sensor}/{active[0]}" if active else None,
         )
-        self._put(topics.health_key(sensor), health)
+        self._put(health_key(sensor), health)
 
     def _publish_flight(self, t: float) -> None:
         autopilot = self._sim.autopilot
-        state = topics.FlightState(
+        state = flight.FlightState(
             t=self._epoch + t,
             on_ground=autopilot.on_ground,
             rotors_on=self._sim.rotors_on,
@@ -157,12 +159,12 @@ class SimNode:
         )
         due = self._flight_cadence.due(t)
         if due or self._flight is None or _differs(state, self._flight):
-            self._put(topics.FLIGHT, state)
+            self._put(flight.FLIGHT, state)
         self._flight = state
 
     def _publish_truth(self, t: float) -> None:
         motion = self._sim.motion
-        truth = topics.Truth(
+        truth = Truth(
             t=self._epoch + t,
             position=motion.position,
             quaternion=motion.quaternion,
@@ -171,70 +173,68 @@ class SimNode:
             clearance=self._sim.clearance,
             inside_fence=self._sim.world.geofence.contains(motion.position),
         )
-        self._put(topics.TRUTH, truth)
+        self._put(TRUTH, truth)
 
     def _put(self, key: str, message: Message) -> None:
         self._out[key].put(encode(message))
 
-    # --- what others want ------------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------------------
 
-    def _on_setpoint(self, wanted: topics.AutopilotSetpoint) -> None:
+    def _on_setpoint(self, wanted: flight.AutopilotSetpoint) -> None:
         setpoint = Setpoint(wanted.position, wanted.velocity, wanted.heading, wanted.rotors, wanted.acceleration)
         self._sim.command(setpoint, wanted.t - self._epoch)
 
-    def _on_odometry(self, told: topics.Odometry) -> None:
-        self._sim.odometry(odometry_report(told, self._epoch))
+    def _on_odometry(self, message: odometry.Odometry) -> None:
+        self._sim.odometry(odometry_report(message, self._epoch))
 
-    def _set_fault(self, wanted: topics.SetFault) -> str:
+    def _set_fault(self, wanted: SetFault) -> str:
         try:
             self._sim.set_fault(wanted.sensor, wanted.kind, wanted.on, wanted.magnitude)
         except UnknownFaultError as error:
-            raise RefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
+            raise CommandRefusedError(ErrorCode.UNKNOWN_NAME, str(error), "choose a known name", error.known) from error
         except MagnitudeError as error:
-            raise RefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
+            raise CommandRefusedError(ErrorCode.BAD_REQUEST, str(error), error.advice) from error
         return f"{wanted.kind} of {wanted.sensor} is {'on' if wanted.on else 'off'}"
 
-    def _control_camera(self, wanted: topics.ControlCamera) -> str:
-        self._sim.camera.want(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
+    def _control_camera(self, wanted: video.ControlCamera) -> str:
+        self._sim.camera.request(self._sim.t, wanted.fps, wanted.seconds, wanted.tilt)
         return f"pictures for {wanted.seconds:g} s"
 
-    def _faults(self, _: topics.Empty) -> topics.Faults:
-        return topics.Faults(
+    def _faults(self, _: common.Empty) -> Faults:
+        return Faults(
             of=tuple(
-                topics.FaultState(
-                    name=name, kinds=kinds, active=self._sim.active_faults(name), status=self._status(name)
-                )
+                FaultState(name=name, kinds=kinds, active=self._sim.active_faults(name), status=self._status(name))
                 for name, kinds in self._sim.fallible.items()
             )
         )
 
-    def _status(self, name: str) -> topics.SensorStatus | None:
+    def _status(self, name: str) -> SensorStatus | None:
         condition = self._sim.condition(name)
-        return None if condition is None else topics.SensorStatus(condition.value)
+        return None if condition is None else SensorStatus(condition.value)
 
-    def _set_pilot(self, wanted: topics.SetPilot) -> str:
+    def _set_pilot(self, wanted: flight.SetPilot) -> str:
         self._sim.autopilot.authority = wanted.authority
         return "the computer has the authority" if wanted.authority else "the safety pilot has the authority"
 
 
-def odometry_report(told: topics.Odometry, epoch: float = 0.0) -> OdometryReport:
-    """What navigation makes of odometry's message, with times since `epoch`."""
+def odometry_report(message: odometry.Odometry, epoch: float = 0.0) -> OdometryReport:
+    """A report for navigation from odometry's message, with times since `epoch`."""
     return OdometryReport(
-        told.t - epoch,
-        told.since - epoch,
-        to_body(told.quaternion, told.velocity),
-        told.tracking is topics.Tracking.GOOD,
+        message.t - epoch,
+        message.since - epoch,
+        to_body(message.quaternion, message.velocity),
+        message.tracking is odometry.Tracking.GOOD,
     )
 
 
-def _differs(one: topics.FlightState, other: topics.FlightState) -> bool:
-    """Whether anything but the time has changed."""
+def _differs(one: flight.FlightState, other: flight.FlightState) -> bool:
+    """Anything but the time has changed."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
 class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """So many packs of the battery fall out: `{"at": 40.0, "packs": 3}`."""
+    """A failure of so many packs of the battery: `{"at": 40.0, "packs": 3}`."""
 
     at: Seconds
     packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]
@@ -296,7 +296,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
 
 
 def _with_scenario(wanted: SimOptions, given: dict[str, Any]) -> SimOptions:
-    """The options with what their scenario adds to them. Raises OptionsError."""
+    """The options with those of their scenario. Raises OptionsError."""
     if wanted.scenario is None:
         return wanted
     try:

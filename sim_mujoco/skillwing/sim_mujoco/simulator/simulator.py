@@ -12,9 +12,8 @@ from operator import add
 
 import numpy as np
 
-from skillwing.onboard.extent import TIP_RADIUS
-from skillwing.onboard.frames.motion import Motion
-from skillwing.onboard.frames.vectors import Vector
+from skillwing.onboard.frames.extent import TIP_RADIUS
+from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.names import CAMERA, GNSS, RANGE
 from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
@@ -39,12 +38,12 @@ from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
 TICK = 0.01
-"""Sensors are looked after once a tick; every second tick the autopilot guides [s]."""
+"""Period of the sensors; the autopilot guides every second tick [s]."""
 _STEPS = round(TICK / Physics.dt)
 _IMU_STEPS = 2
 _ERRORS_AT_ONCE = 25
 IDLE_THRUST = 1.0
-"""Total thrust below which the rotors count as off; hovering takes more than a hundred times as much [N]."""
+"""Total thrust below which the rotors count as off; hovering takes a hundred times as much [N]."""
 _HOME_FIX = 1.0
 _RANGE_VALID = 0.3
 _NO_SHARE = [0.0] * ROTORS
@@ -53,8 +52,8 @@ _TRACK = 0.1
 
 
 @dataclass(slots=True)
-class Happened:
-    """What came out while time advanced: measurements, navigation solutions, health changes by sensor."""
+class Output:
+    """Output of an advance in time: measurements, navigation solutions, changes of health by sensor."""
 
     measurements: list[Measurement] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
@@ -62,7 +61,7 @@ class Happened:
 
 
 class Simulator:
-    """One drone, standing on the home pad of its world at time 0."""
+    """One drone, which stands on the home pad of its world at time 0."""
 
     def __init__(
         self,
@@ -86,8 +85,8 @@ class Simulator:
         world's fence. packs_fail: times at which so many packs of the battery fail. sensors: names of the fitted ones.
         receiver: class of the autopilot's own satellite receiver, which is always fitted.
 
-        Raises UnknownFaultError for an unknown sensor, rotor or kind of fault, ValueError for an impossible wind,
-        charge or receiver, and for a battery without any pack left.
+        Raises UnknownFaultError for an unknown sensor, rotor or kind of fault. Raises ValueError for an impossible
+        wind, charge or receiver, and for a battery without any pack left.
         """
         self.world = world
         self._physics = Physics(world)
@@ -137,12 +136,12 @@ class Simulator:
 
     @property
     def motion(self) -> Motion:
-        """True motion now: for judges and tests, not for the robot."""
+        """True motion now: for the ground truth and tests, not for the robot."""
         return self._physics.motion
 
     @property
     def rotors_on(self) -> bool:
-        """Whether the rotors turn fast enough to be felt; after touchdown they take a moment to run down."""
+        """The rotors give thrust; after touchdown they take a moment to run down."""
         return self._physics.thrust > IDLE_THRUST
 
     @property
@@ -151,15 +150,15 @@ class Simulator:
 
     @property
     def clearance(self) -> float:
-        """From the nearest obstacle, the ground aside, to a sphere that holds the drone to its blades' tips [m].
+        """Distance from the nearest obstacle, except the ground, to a sphere round the drone and its blades' tips [m].
 
-        What stands beside the drone is so far from the circle of the tips; above and below it there is more room.
+        It is exact for obstacles beside the drone; above and below there is more room.
         """
         return self._clearance.distance(self._physics.motion.position) - TIP_RADIUS
 
     @property
     def home_valid(self) -> bool:
-        """The navigation system knows where it is, and has had time to fix the home point."""
+        """Navigation is aligned, and has had time to fix the home point."""
         return self.t >= _HOME_FIX and self._navigator.aligned
 
     def place(self, position: Vector, heading: float = 0.0) -> None:
@@ -168,16 +167,15 @@ class Simulator:
         self._navigator.place(position, heading)
 
     def command(self, setpoint: Setpoint, of: float | None = None) -> None:
-        """A setpoint for the autopilot, `of` a time of this simulator, or of now."""
+        """Give the autopilot a setpoint, made at `of` in this simulator's time, by default now."""
         self.autopilot.command(setpoint, self.t, of)
 
     def odometry(self, report: OdometryReport) -> None:
-        """What odometry says of the drone's velocity, `report.t` being time of this simulator."""
+        """Give navigation a report of odometry, with times of this simulator."""
         self._navigator.odometry(report)
 
     def set_fault(self, sensor: str, kind: str, on: bool, magnitude: float | None = None) -> None:
-        """Switch a corruptor of a sensor, or a fault of a rotor ("rotor/2"). Raises UnknownFaultError and
-        MagnitudeError."""
+        """Switch a fault of a sensor or of a rotor ("rotor/2"). Raises UnknownFaultError and MagnitudeError."""
         if sensor.startswith(ROTOR):
             self._rotors.switch(sensor, kind, on, magnitude)
             self._physics.set_rotors(self._rotors.shares)
@@ -194,26 +192,26 @@ class Simulator:
         return self._corruptions[sensor].active
 
     def condition(self, name: str) -> Condition | None:
-        """What a sensor thinks of itself; None for a rotor and for the camera, which do not think."""
+        """Condition of a sensor; None for a rotor and for the camera, which have no self-diagnosis."""
         return self._channels[name].condition if name in self._channels else None
 
     @property
     def fallible(self) -> dict[str, tuple[str, ...]]:
-        """What can be made to fail, and in which ways."""
+        """Sensors and rotors that can fail, with their kinds of fault."""
         return dict.fromkeys(self._corruptions, tuple(KINDS)) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
 
-    def advance(self, until: float) -> Happened:
-        """Let time pass up to `until`, in whole ticks."""
-        happened = Happened()
+    def advance(self, until: float) -> Output:
+        """Advance to `until`, in whole ticks."""
+        output = Output()
         while self.t + TICK <= until + 1e-9:
-            self._tick(happened)
-        return happened
+            self._tick(output)
+        return output
 
-    def _tick(self, happened: Happened) -> None:
+    def _tick(self, output: Output) -> None:
         if self._ticks % 2 == 0:
-            self._guide(happened)
+            self._guide(output)
         self._follow_plan()
-        self._blow()
+        self._update_wind()
         for step in range(_STEPS):
             self._step(step)
         self._ticks += 1
@@ -222,16 +220,16 @@ class Simulator:
         self._measure()
         for channel in self._channels.values():
             arrived, changes = channel.collect(self.t)
-            happened.measurements += arrived
-            happened.health += [(channel.sensor, change) for change in changes]
+            output.measurements += arrived
+            output.health += [(channel.sensor, change) for change in changes]
             if channel.sensor == RANGE and arrived:
                 self._ground = arrived[-1].end, float(arrived[-1].data[0])
 
-    def _guide(self, happened: Happened) -> None:
+    def _guide(self, output: Output) -> None:
         solution = self._navigator.solution(self.t)
         if solution is None:
             return
-        happened.solutions.append(solution)
+        output.solutions.append(solution)
         measured_at, ground = self._ground
         known = self.condition(RANGE) is not Condition.FAILED and ground > 0.0 and self.t - measured_at < _RANGE_VALID
         now = Estimate(
@@ -246,7 +244,7 @@ class Simulator:
         self.autopilot.battery(self.battery.percent, self.battery.voltage)
         self.autopilot.guide(self.t, now, solution.rate)
 
-    def _blow(self) -> None:
+    def _update_wind(self) -> None:
         if not self._wind.is_steady:
             motion = self._physics.motion
             self._physics.set_wind(self._wind.advance(self.t, TICK, motion.position[2], motion.velocity))
@@ -257,7 +255,7 @@ class Simulator:
             self._physics.set_rotors(_NO_SHARE)
 
     def _step(self, step: int) -> None:
-        """A step of physics; the computer's IMU samples after every other one, the autopilot's after those between."""
+        """Advance physics by a step. The two IMUs, the computer's and the autopilot's, sample in alternate steps."""
         self._physics.step(self._thrusts)
         steps = self._ticks * _STEPS + step
         if steps % _IMU_STEPS == 0:
@@ -268,8 +266,8 @@ class Simulator:
     def _stabilise(self, t: float) -> None:
         if not self._own_errors:
             self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
-        felt = x, y, z, p, q, r = tuple(map(add, self._physics.inertial, self._own_errors.pop()))
-        self._checks.autopilot_imu(t, felt)
+        sample = x, y, z, p, q, r = tuple(map(add, self._physics.inertial, self._own_errors.pop()))
+        self._checks.autopilot_imu(t, sample)
         self._navigator.inertial((x, y, z), (p, q, r))
         self._thrusts = self.autopilot.stabilise(*self._navigator.attitude)
 
@@ -298,5 +296,5 @@ class Simulator:
 
 
 def _instrument_stream(row: int) -> int:
-    """Number of the random numbers of a sensor's instrument. Streams 6 to 99 have other users."""
+    """Random stream of the instrument of a row. Streams 6 to 99 have other users."""
     return 1 + row if row < 5 else 95 + row

@@ -1,1 +1,1 @@
-"""Worlds made from a seed: what stands where, as a physics scene and as triangles."""
+"""Worlds made from a seed, as a physics scene and as triangles."""

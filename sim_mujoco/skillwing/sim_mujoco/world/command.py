@@ -35,10 +35,11 @@ def world(
             "--output", "-o", metavar="FILE", help="Write the scene for MuJoCo (.xml) or a picture (.png); repeatable."
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what is known of the site as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the site as JSON.")] = False,
 ) -> None:
-    """Show a simulated world: what a mission planner knows of its site, its scene for MuJoCo, a picture of it. See
-    docs/worlds.md.
+    """Show a simulated world: its site as a mission planner has it, its scene for MuJoCo, a picture of it.
+
+    See docs/worlds.md.
 
     Exit codes: 0 done, 2 unknown kind or scale, or a file that cannot be written.
     """
@@ -64,7 +65,7 @@ def world(
 
         typer.echo(json.dumps(asdict(made.site), indent=2))
     elif not files:
-        _tell(made)
+        _print(made)
 
 
 def _list_kinds(*, as_json: bool) -> None:
@@ -100,15 +101,15 @@ def _write_scene(file: Path, made: World) -> None:
 
 
 def _write_picture(file: Path, made: World) -> None:
-    # A file that cannot be written is told before the work, not after it.
+    # An error of a file that cannot be written comes before the work, not after it.
     file.open("ab").close()
     from skillwing.sim_mujoco.world.picture import draw_world  # noqa: PLC0415 - loads matplotlib
 
     draw_world(file, made)
 
 
-def _tell(made: World) -> None:
-    """What is known of the site, then what is there, which nobody in the air knows."""
+def _print(made: World) -> None:
+    """Print the site, and then its obstacles, which no mission knows beforehand."""
     site = made.site
     west, south, east, north = site.area
     lines = [

@@ -12,8 +12,8 @@ Point = tuple[float, float]
 class Footprint:
     """An oriented rectangle in plan view; a disc is a zero-sized rectangle with a radius.
 
-    `half` holds the half extents along the rectangle's own axes, `yaw` turns them, and `radius` grows the
-    outline on every side (which is how poles and tree crowns are described).
+    `half` holds the half extents along the rectangle's own axes, and `yaw` turns them. `radius` grows the outline on
+    every side; poles and tree crowns have only a radius.
     """
 
     centre: Point

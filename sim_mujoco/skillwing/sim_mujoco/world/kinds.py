@@ -8,7 +8,7 @@ from typing import Final
 
 import msgspec
 
-from skillwing.onboard.options import OptionsError
+from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.world.layouts.courtyard import courtyard_site, courtyard_terrain, make_courtyard
 from skillwing.sim_mujoco.world.layouts.ground import Ground
 from skillwing.sim_mujoco.world.layouts.industrial import industrial_site, make_industrial
@@ -20,7 +20,7 @@ from skillwing.sim_mujoco.world.site import Site
 
 @dataclass(frozen=True, slots=True)
 class WorldKind:
-    """How a kind of world is made: what is known of it, from seed and scale, and what there is."""
+    """A kind of world: makers of its site, from seed and scale, and of its ground, from the site."""
 
     summary: str
     site: Callable[[int, float], Site]
@@ -45,9 +45,9 @@ KINDS: Final[dict[str, WorldKind]] = {
 
 
 def make_site(seed: int, kind: str = "courtyard", scale: float = 1.0) -> Site:
-    """What is known beforehand of the world of this kind, seed and scale.
+    """The site of the world of this kind, seed and scale.
 
-    Raises ValueError for a kind that there is not, a scale that it does not have, or a negative seed.
+    Raises ValueError for an unknown kind, a scale that it does not have, or a negative seed.
     """
     if seed < 0:
         raise ValueError(f"a seed is a whole number from 0 on, not {seed}")

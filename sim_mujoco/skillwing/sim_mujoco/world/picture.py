@@ -1,4 +1,4 @@
-"""A world as one picture: from above with all that is known of its site, and as somebody in a helicopter sees it."""
+"""A picture of a world: a map with its site, and an oblique view."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.world import World
 
 _AROUND = 14.0
-"""How much is shown around the fence, seen from above [m]."""
+"""Width of the border of the map around the fence [m]."""
 ROWS: Final = 480
 _WIDTH = 44.0
-"""Of the view from the helicopter [degrees]."""
+"""Angle of the oblique view [degrees]."""
 _DPI: Final = 100
 _ROUTE, _AREA, _FENCE, _TARGET = "#e0115f", "#ffffff", "#ffcf33", "#19d3ff"
 _EDGE = withStroke(linewidth=3.2, foreground="#00000090")
 
 
 def draw_world(file: Path, world: World, rows: int = ROWS) -> None:
-    """Write the picture to `file` (PNG, 256 colours); its two views are so many pixels high."""
+    """Write the picture to `file` (PNG, 256 colours); `rows` is the height of its two views in pixels."""
     renderer, site = Renderer(world), world.site
     (west, south, _), (east, north, _) = site.fence.low, site.fence.high
     low, high = (west - _AROUND, south - _AROUND), (east + _AROUND, north + _AROUND)
     above = renderer.picture(from_above(low, high, 200.0, 2 * rows))
     columns = round(1.5 * rows)
-    oblique = renderer.picture(from_place(*_helicopter(site), (2 * rows, 2 * columns), _WIDTH))
+    oblique = renderer.picture(from_place(*_oblique_view(site), (2 * rows, 2 * columns), _WIDTH))
     figure = Figure(figsize=((above.shape[1] + columns + 70) / _DPI, (rows + 76) / _DPI), dpi=_DPI)
     canvas = FigureCanvasAgg(figure)
     width, height = (size * _DPI for size in figure.get_size_inches())
@@ -74,8 +74,8 @@ def _draw_site(axes: Axes, site: Site) -> None:
     axes.plot(*site.home, "^", ms=9, mfc="white", mec="#1a1a1a", label="home")
 
 
-def _helicopter(site: Site) -> tuple[Vector, Vector]:
-    """Where it is, and what it looks at: from the south-west, near enough for the route to fill the picture."""
+def _oblique_view(site: Site) -> tuple[Vector, Vector]:
+    """Eye and target of the oblique view: from the south-west, with the route filling the picture."""
     way = np.array(site.way)[:, :2]
     middle = (way.min(axis=0) + way.max(axis=0)) / 2
     reach = 0.5 * float(np.linalg.norm(way.max(axis=0) - way.min(axis=0))) + 0.55 * site.ceiling + 12.0

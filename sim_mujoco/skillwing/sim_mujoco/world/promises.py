@@ -1,10 +1,10 @@
-"""What every world promises, whatever its seed, so that flights in it can be judged alike. Checked in plan."""
+"""Promises that every world keeps, whatever its seed, so that flights are comparable. They are checked in plan."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from skillwing.onboard.geofence import Box
+from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.layouts.industrial import WIRE_CLEARANCE
 from skillwing.sim_mujoco.world.layouts.inspection import FREE
@@ -14,9 +14,9 @@ from skillwing.sim_mujoco.world.site import Area, Site
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 
 HIGHER_THAN_THE_ROUTE = 1.5
-"""By which an obstacle on a leg is higher than the route, at least [m]."""
+"""Least height of an obstacle on a leg above the route [m]."""
 WIDEST = 6.1
-"""Extent of what stands on a leg, at most [m]."""
+"""Largest extent of an obstacle on a leg [m]."""
 _ROUNDING = 1e-6
 
 
@@ -94,6 +94,6 @@ def _of_air(site: Site, obstacles: Sequence[Obstacle]) -> Iterator[str]:
 
 
 def _holds(fence: Box, area: Area, height: float) -> bool:
-    """With at least 1 m to spare."""
+    """The fence holds the area up to this height, with at least 1 m to spare."""
     west, south, east, north = area
     return fence.contains((west, south, height), -1.0) and fence.contains((east, north, height), -1.0)

@@ -1,4 +1,4 @@
-"""Rays against the static world (Embree), a fresh origin for every ray."""
+"""Ray casting against the static world (Embree), with an origin for every ray."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Floats = NDArray[np.float32]
 class RayScene:
     """Triangles that do not move, prepared for ray queries.
 
-    Embree's robust mode would keep rays from slipping between two triangles that share an edge, and take more time for
-    every ray. `benchmarks/ray_choices.py` tells how few slip without it, and what that saves.
+    Embree's robust mode is off. It would stop rays from passing between two triangles that share an edge, but every ray
+    would take longer. `benchmarks/ray_choices.py` measures both.
     """
 
     def __init__(self, triangles: Triangles) -> None:
@@ -26,7 +26,7 @@ class RayScene:
         self._mesh = TriangleMesh(self._scene, triangles.vertices, triangles.faces)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> RayScene:
-        """Itself: nothing in it ever changes. So a copy of a simulator flies on where that one is."""
+        """The scene itself, because it never changes. So a copy of a simulator shares its world."""
         del memo
         return self
 
@@ -48,8 +48,7 @@ class RayScene:
         return distances, faces
 
     def hits(self, origins: Floats, directions: Floats, reach: float) -> tuple[Floats, Floats]:
-        """Distances as above, and how squarely each surface was hit: the cosine of the incidence, 1 at a right angle,
-        0 for a ray that grazes it or hits nothing."""
+        """Distances as above, and the cosine of the incidence: 1 at a right angle, 0 for grazing rays and no hit."""
         starts = np.broadcast_to(origins, directions.shape)
         found = self._scene.run(starts, np.ascontiguousarray(directions), dists=reach, output=True)
         distances, normals = found["tfar"], found["Ng"]
@@ -61,6 +60,6 @@ class RayScene:
 
 
 def _dots(one: Floats, other: Floats) -> Floats:
-    """Products (N,) of rows (N, 3); for so short ones faster than einsum."""
+    """Dot products (N,) of rows (N, 3); faster than einsum for such short rows."""
     x, y, z = np.multiply(one, other).T
     return x + y + z

@@ -1,6 +1,6 @@
-"""Shaded pictures of a world from its triangles: sun, sky and what they cannot reach, cast on the processor.
+"""Shaded pictures of a world from its triangles, with sun, sky and shade, cast on the processor.
 
-No screen and no GL is needed. Colours are those of the solids and of the paving; sensors know none of this.
+They need neither a screen nor GL. Colours are those of the solids and of the paving; sensors do not use them.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _COOL = np.array([0.86, 0.93, 1.0], dtype=np.float32)
 _SKY = np.array([[0.87, 0.91, 0.95], [0.55, 0.70, 0.88]], dtype=np.float32)
 _SKY_RAYS = 14
 _SKY_REACH = 8.0
-"""What is nearer than this darkens a place [m]."""
+"""Distance within which objects shade a place from the sky [m]."""
 _WIDEST_ROAD = 8.0
 _FAR = 2000.0
 _LIFT = np.float32(2e-3)
 
 
 @dataclass(frozen=True, slots=True)
-class View:
+class CameraRays:
     """One ray for each pixel: origins and unit directions (height * width, 3), and the picture's size."""
 
     origins: Array
@@ -42,7 +42,7 @@ class View:
     size: tuple[int, int]
 
 
-def from_above(low: tuple[float, float], high: tuple[float, float], height: float, rows: int) -> View:
+def from_above(low: tuple[float, float], high: tuple[float, float], height: float, rows: int) -> CameraRays:
     """A map: parallel rays straight down onto the rectangle from `low` to `high`, north up."""
     columns = round(rows * (high[0] - low[0]) / (high[1] - low[1]))
     x = low[0] + (np.arange(columns) + 0.5) / columns * (high[0] - low[0])
@@ -50,10 +50,10 @@ def from_above(low: tuple[float, float], high: tuple[float, float], height: floa
     east, north = np.meshgrid(x, y)
     origins = np.stack([east.ravel(), north.ravel(), np.full(east.size, height)], axis=1).astype(np.float32)
     down = np.broadcast_to(np.array([0.0, 0.0, -1.0], dtype=np.float32), origins.shape)
-    return View(origins, np.ascontiguousarray(down), (rows, columns))
+    return CameraRays(origins, np.ascontiguousarray(down), (rows, columns))
 
 
-def from_place(eye: Vector, at: Vector, size: tuple[int, int], width: float) -> View:
+def from_place(eye: Vector, at: Vector, size: tuple[int, int], width: float) -> CameraRays:
     """A perspective picture, rows by columns, from `eye` towards `at`, so many degrees wide."""
     rows, columns = size
     forward = np.subtract(at, eye)
@@ -67,11 +67,11 @@ def from_place(eye: Vector, at: Vector, size: tuple[int, int], width: float) -> 
     across, upright = np.meshgrid(u, v)
     rays = forward + across[..., None] * right + upright[..., None] * up
     rays = _unit(rays.reshape(-1, 3).astype(np.float32))
-    return View(np.broadcast_to(np.array(eye, dtype=np.float32), rays.shape).copy(), rays, size)
+    return CameraRays(np.broadcast_to(np.array(eye, dtype=np.float32), rays.shape).copy(), rays, size)
 
 
 class Renderer:
-    """Renders one world; the same world gives the same pictures."""
+    """Renderer of one world; the same world gives the same pictures."""
 
     def __init__(self, world: World) -> None:
         triangles = world.triangles()
@@ -81,7 +81,7 @@ class Renderer:
         self._is_terrain = triangles.labels == TERRAIN
         self._paving = world.paving
 
-    def picture(self, view: View, *, samples: int = 2) -> NDArray[np.uint8]:
+    def picture(self, view: CameraRays, *, samples: int = 2) -> NDArray[np.uint8]:
         """The picture (rows / samples, columns / samples, 3): each pixel is the mean of samples x samples rays."""
         light = self._light(view.origins, view.directions).reshape(*view.size, 3)
         rows, columns = view.size[0] // samples, view.size[1] // samples
@@ -128,7 +128,7 @@ class Renderer:
 
 
 def _sphere(count: int) -> Array:
-    """Points (count, 3) spread evenly over the unit sphere, on a spiral: always the same, so nothing looks grainy."""
+    """Points (count, 3) spread evenly over the unit sphere, on a spiral; always the same, so pictures have no grain."""
     z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
     angle = np.arange(count) * (math.pi * (3.0 - math.sqrt(5.0)))
     radius = np.sqrt(1.0 - z * z)
@@ -145,7 +145,7 @@ def painted(places: Array, grass: Array, paving: Sequence[Strip]) -> Array:
         length = math.hypot(bx - ax, by - ay)
         ux, uy = (bx - ax) / length, (by - ay) / length
         along, aside = (x - ax) * ux + (y - ay) * uy, (y - ay) * ux - (x - ax) * uy
-        # Roads end round, so that they join at corners; yards do not.
+        # Roads have round ends, so that they join at corners; yards do not.
         beyond = np.clip(along - length, 0.0, None) + np.clip(-along, 0.0, None)
         covered = np.hypot(aside, beyond) <= strip.width / 2
         if strip.width > _WIDEST_ROAD:

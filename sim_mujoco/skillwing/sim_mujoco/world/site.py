@@ -1,6 +1,6 @@
-"""What a mission planner on the ground knows of a site before the flight, and nothing more.
+"""The site: all that a mission planner on the ground has of a world before the flight.
 
-Everything here is plain data, so that it can be handed to missions and nodes as options. Frames are ENU with the
+It is plain data that can be handed to missions and nodes as options. Frames are ENU with the
 origin on the home pad; heights count from the pad [m].
 """
 
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 
 LARGEST_SEED = 2**32 - 1
-"""The least is 0."""
+"""Largest seed of a world; the least is 0."""
 Area = tuple[float, float, float, float]
 """West, south, east and north border [m]."""
 
@@ -29,13 +29,12 @@ class Target:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Site:
-    """Where one may fly, where to, and how high everything can be flown over.
+    """Route, borders and heights of a site.
 
     route: waypoints after take-off, the last one over home; its legs begin over home at the first waypoint's height.
-    area: where detours may lead, inside the `fence`. bounds: what can be seen from there, hence what a map has to
-    hold. ceiling: nothing on the site is higher. return_height: from any place of the route the drone can climb
-    straight up to it, and then fly home over everything. passage: what stands on a leg leaves so much free ground on
-    both sides [m].
+    area: borders of detours, inside the `fence`. bounds: all that can be seen from there, for the map. ceiling: height
+    of the highest object. return_height: height over everything, which the drone can reach by a climb from any place
+    of the route. passage: free ground on both sides of an obstacle on a leg [m].
     """
 
     kind: str

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 AMPLITUDE = 0.45
-"""Largest height above or depth below the home pad, unless another is asked for [m]."""
+"""Largest height above or depth below the home pad, unless another is given [m]."""
 _PAD_RADIUS, _BLEND = 3.0, 6.0
 
 
@@ -29,7 +29,7 @@ class Terrain:
         return float(self.heights.max())
 
     def height(self, x: float, y: float) -> float:
-        """Of the ground at a place, above the home pad [m]; beyond the border that of the border."""
+        """Height of the ground at a place, above the home pad [m]; beyond the border that of the border."""
         places = zip(self.centre, self.half, self.heights.T.shape, strict=True)
         east, north = (np.linspace(centre - half, centre + half, count) for centre, half, count in places)
         return float(np.interp(y, north, [np.interp(x, east, row) for row in self.heights]))

@@ -1,4 +1,4 @@
-"""Triangles of a compiled MuJoCo model: what rays hit is exactly what the physics collides with."""
+"""Triangles of a compiled MuJoCo model: rays hit exactly the shapes that physics collides with."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _box(half: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int
 
 
 def _capsule(radius: float, half: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """As many facets as keep it within 4 mm of the true circle, but six at least: wires are many and thin."""
+    """A capsule with enough facets to lie within 4 mm of the true circle, but at least six."""
     facets = max(6, math.ceil(math.pi / math.acos(max(0.0, 1.0 - _FACET_ERROR / radius))))
     profile = [(0, -half - radius), (0.7 * radius, -half - 0.7 * radius), (radius, -half)]
     return _lathe(np.array([*profile, *((r, -z) for r, z in reversed(profile))]), facets)

@@ -1,4 +1,4 @@
-"""A seeded world: terrain and obstacles as a MuJoCo specification, and what a mission may know of it."""
+"""A seeded world: its site for missions, and terrain and obstacles as a MuJoCo specification."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Point
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.ground import Strip
@@ -30,7 +30,7 @@ _LABEL_OF = {"terrain": TERRAIN} | {k.value: BUILDING if k is ObstacleKind.BUILD
 
 @dataclass(frozen=True)
 class World:
-    """One world. The drone knows only what `site` says; the rest is truth for physics and metrics."""
+    """One world. Missions get only the `site`; the rest is truth for physics and metrics."""
 
     site: Site
     obstacles: tuple[Obstacle, ...]
@@ -43,7 +43,7 @@ class World:
 
     @property
     def route(self) -> tuple[Vector, ...]:
-        """The places that are flown to one after the other, from over home to over home."""
+        """The waypoints in their order, from over home to over home."""
         return self.site.way
 
     @property
@@ -76,7 +76,7 @@ class World:
 
 
 def make_world(seed: int, kind: str = "courtyard", scale: float = 1.0) -> World:
-    """The world of this seed, kind and scale. Raises ValueError for a kind or scale that there is not."""
+    """The world of this seed, kind and scale. Raises ValueError for an unknown kind or scale."""
     site = make_site(seed, kind, scale)
     ground = KINDS[kind].build(site)
     return World(site, ground.obstacles, ground.terrain, ground.paving)

@@ -17,7 +17,7 @@ from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import MissionTrees
-from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingOptions
+from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, MappingMissionOptions
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
 from skillwing.bt_missions.subtrees.decorators import RepeatUntil
@@ -28,7 +28,7 @@ TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""
 
 
-class OtherwiseOptions(MappingOptions, frozen=True, kw_only=True):
+class OtherwiseOptions(MappingMissionOptions, frozen=True, kw_only=True):
     """instead: no alternative, so that the guards above land the drone at once; come home at once; or fly on along the
     route with nothing that looks ahead."""
 
@@ -38,7 +38,7 @@ class OtherwiseOptions(MappingOptions, frozen=True, kw_only=True):
 class MappingOtherwise(MappingMission):
     Options = OtherwiseOptions
 
-    def build(self, context: MissionContext, options: MappingOptions) -> MissionTrees:
+    def build(self, context: MissionContext, options: MappingMissionOptions) -> MissionTrees:
         assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
         limited = msgspec.structs.replace(options, time_limit=TIME_LIMIT) if options.instead == "blind" else options
         trees = super().build(context, limited)

@@ -63,6 +63,6 @@ class Scanner:
         for lexeme in lexemes:
             if lexeme.kind == _OVERSIZED and math.isfinite(
                 float(lexeme.text)
-            ):  # no expression can tell where 1.8e308 is
+            ):  # no regular expression finds the limit of 1.8e308
                 lexeme.kind = "NUMBER"
         return lexemes

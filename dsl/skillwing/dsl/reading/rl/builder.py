@@ -35,6 +35,8 @@ _Kind = TypeVar("_Kind")
 class RlBuilder(NodeBuilder):
     """Adds the rules that only this dialect has. The node of the whole file is a `SkillsetSyntax`."""
 
+    post = PostNode
+
     def skillset(self, *children: Node | Lexeme | None) -> syntax.SkillsetSyntax:
         name = _only(children, Lexeme)[0]
         return lowered(name, [child for child in children if not isinstance(child, Lexeme | None)])
@@ -107,9 +109,6 @@ class RlBuilder(NodeBuilder):
 
     def result(self, name: Lexeme, *items: syntax.EventEffectSyntax | PostNode) -> ResultNode:
         return ResultNode(name, _changes(items), _only(items, PostNode))
-
-    def post(self, name: Lexeme | None, predicate: syntax.PredicateSyntax) -> PostNode:
-        return PostNode(name, predicate)
 
     # --- predicates
 

@@ -69,7 +69,7 @@ class _Lowering:
 
     def _refuse(self, node: IncludeNode) -> None:
         for file in node.files:
-            message = f"Nothing is included here: {file.text} is not read."
+            message = f"`include` is not supported: {file.text} is not read."
             advice = "Copy the types that this file uses into it, and check the other skillset as a file of its own."
             self._report.add("SW092", file.span, message, advice)
 
@@ -146,28 +146,30 @@ class _Lowering:
         effect = effects.of(node.changes)
         for post in node.posts:
             self._unnamed(post)
-            self._judged_late(post, node)
+            self._evaluated_late(post, node)
         return syntax.ResultSyntax(
             node.name, group.keyword.text, None if effect is None else syntax.ApplySyntax(effect), _joined(node.posts)
         )
 
     def _interrupt(self, skill: SkillNode, node: InterruptNode, effects: InlineEffects) -> syntax.EndSection:
         for post in node.posts:
-            message = f"The postcondition of an interruption of `{skill.name.text}` is not judged: it cannot fail."
+            message = f"The postcondition of an interruption of `{skill.name.text}` is not evaluated: it cannot fail."
             self._report.add("SW093", post.predicate.span, message, "Write it as the postcondition of a result.")
         return _end(node.keyword, effects.of(node.changes) or effects.nothing(node.keyword))
 
     def _unnamed(self, post: PostNode) -> None:
         if post.name is not None:
             message = f"The name `{post.name.text}` of this postcondition is not kept."
-            self._report.add("SW096", post.name.span, message, "Remove it: what does not hold is told by its text.")
+            self._report.add("SW096", post.name.span, message, "Remove it: a failed condition is reported by its text.")
 
-    def _judged_late(self, post: PostNode, result: ResultNode) -> None:
+    def _evaluated_late(self, post: PostNode, result: ResultNode) -> None:
         changed = {change.resource.text for change in result.changes}
         for name in sorted(_names(post.predicate.expression) & changed):
-            message = f"The postcondition of `{result.name.text}` is judged after its effect, which changes `{name}`."
+            message = (
+                f"The postcondition of `{result.name.text}` is evaluated after its effect, which changes `{name}`."
+            )
             self._report.add(
-                "SW095", post.predicate.span, message, "Ask for what has to hold before it in an invariant."
+                "SW095", post.predicate.span, message, "Write a condition before the effect as an invariant."
             )
 
 

@@ -13,6 +13,9 @@ from skillwing.dsl.reading.node_builder import NodeBuilder, number
 class SkillsetBuilder(NodeBuilder):
     """Adds the rules that differ from, or do not exist in, other dialects."""
 
+    field, invariant = syntax.FieldSyntax, syntax.InvariantSyntax
+    apply, owner_policy = syntax.ApplySyntax, syntax.PolicySection
+
     def skillset(self, name: Lexeme, *elements: syntax.Element) -> syntax.SkillsetSyntax:
         return syntax.SkillsetSyntax(name, elements)
 
@@ -28,16 +31,6 @@ class SkillsetBuilder(NodeBuilder):
 
     def struct(self, name: Lexeme, *fields: syntax.FieldSyntax) -> syntax.StructSyntax:
         return syntax.StructSyntax(name, fields)
-
-    def field(
-        self,
-        name: Lexeme,
-        type_use: syntax.TypeUse,
-        unit: Lexeme | None,
-        bounds: syntax.BoundsSyntax | None,
-        default: Literal | NamedValue | None,
-    ) -> syntax.FieldSyntax:
-        return syntax.FieldSyntax(name, type_use, unit, bounds, default)
 
     def type(self, name: Lexeme, *arrays: Lexeme) -> syntax.TypeUse:
         return syntax.TypeUse(name, arrays)
@@ -67,9 +60,6 @@ class SkillsetBuilder(NodeBuilder):
     def limit(self, keyword: Lexeme, seconds: Lexeme) -> syntax.LimitSection:
         return syntax.LimitSection(keyword, number(seconds))
 
-    def owner_policy(self, keyword: Lexeme, policy: Lexeme) -> syntax.PolicySection:
-        return syntax.PolicySection(keyword, policy)
-
     def effects(self, keyword: Lexeme, *effects: syntax.EffectSyntax) -> syntax.EffectSection:
         return syntax.EffectSection(keyword, effects)
 
@@ -93,11 +83,6 @@ class SkillsetBuilder(NodeBuilder):
     def invariants(self, keyword: Lexeme, *invariants: syntax.InvariantSyntax) -> syntax.InvariantSection:
         return syntax.InvariantSection(keyword, invariants)
 
-    def invariant(
-        self, name: Lexeme, predicate: syntax.PredicateSyntax, violation: Lexeme | None
-    ) -> syntax.InvariantSyntax:
-        return syntax.InvariantSyntax(name, predicate, violation)
-
     def results(self, keyword: Lexeme, *results: syntax.ResultSyntax) -> syntax.ResultSection:
         return syntax.ResultSection(keyword, results)
 
@@ -109,9 +94,6 @@ class SkillsetBuilder(NodeBuilder):
         post: syntax.PredicateSyntax | None,
     ) -> syntax.ResultSyntax:
         return syntax.ResultSyntax(name, None if partition is None else partition.text, apply, post)
-
-    def apply(self, effect: Lexeme) -> syntax.ApplySyntax:
-        return syntax.ApplySyntax(effect)
 
     def timeout(self, seconds: Lexeme) -> syntax.Number:
         return number(seconds)

@@ -1,1 +1,1 @@
-"""Where things stand, one module for each kind of world: pure geometry drawn from a seed."""
+"""Layouts, one module for each kind of world: pure geometry drawn from a seed."""

@@ -1,4 +1,4 @@
-"""What stands on the legs of a route, higher than the route and passable on both sides."""
+"""Obstacles on the legs of a route, higher than the route and passable on both sides."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import billboard
 
 Blocker: TypeAlias = Callable[[Plot, Spot, str], Obstacle]
-"""Makes an obstacle for a spot on a leg, with this end of its name."""
+"""Maker of an obstacle at a spot on a leg, with this end of its name."""
 
 SHORTEST_LEG = 25.0
-"""Nothing is stood on shorter legs [m]."""
+"""Length below which a leg has no obstacle [m]."""
 _STRETCH = 60.0
 _TRIES = 20
 CONTAINER_COLOURS: tuple[Colour, ...] = ((0.62, 0.24, 0.18), (0.16, 0.35, 0.52), (0.20, 0.42, 0.30), (0.78, 0.60, 0.22))
@@ -52,9 +52,9 @@ def container_stack(plot: Plot, spot: Spot, name: str) -> Obstacle:
 
 
 def block_legs(plot: Plot, blockers: Sequence[Blocker]) -> None:
-    """Stand something on the first long leg for certain, and on each further stretch of 60 m with an even chance.
+    """Put an obstacle on the first long leg, and on each further stretch of 60 m with a probability of one half.
 
-    It has to come before anything else: afterwards the ways round it are kept free.
+    Call it before any other obstacle is added, because the ways round these obstacles have to stay free.
     """
     certain = True
     for leg, (a, b) in enumerate(plot.legs):

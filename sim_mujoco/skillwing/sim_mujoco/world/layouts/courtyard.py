@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Site
@@ -27,7 +27,7 @@ _SCATTERED = (-9.0, -9.0, 39.0, 29.0)
 
 
 def courtyard_site(seed: int) -> Site:
-    """What is known of any courtyard; they have one size."""
+    """The site of any courtyard; they have one size."""
     return Site(
         kind="courtyard",
         seed=seed,
@@ -68,7 +68,7 @@ class _Courtyard:
         return self._plot.obstacles
 
     def _block(self, leg: int) -> None:
-        """Stand a pole or a wall, higher than the route, in the middle part of a leg."""
+        """Put a pole or a wall, higher than the route, into the middle part of a leg."""
         between = self._plot.between
         spot = self._plot.spot(leg, (0.4, 0.65))
         if self._plot.chance(0.5):

@@ -1,4 +1,4 @@
-"""What a seed makes of a site."""
+"""Ground of a world: terrain, obstacles and paving. Paving is flat: pictures show it, sensors do not measure it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAINT: Colour = (0.85, 0.85, 0.82)
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """Paved ground from `start` to `end`, so wide [m]. Of strips that overlap the later one is on top."""
+    """Paved ground from `start` to `end`, `width` metres wide. Of overlapping strips the later one is on top."""
 
     start: Point
     end: Point

@@ -1,6 +1,6 @@
 """An industrial site: halls, a tank farm, a pipe rack, stacks, containers, and a power line along its northern side.
 
-The route goes round the works. Scale makes the round longer, and puts more beside it.
+The route goes round the works. Scale makes the round longer, with more objects beside it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ALTITUDE = 5.0
 ROUND: tuple[float, float] = (66.0, 44.0)
 """East and north extent of the round at scale 1 [m]."""
 POWER_LINE = 18.0
-"""How far north of the round the power line runs [m]."""
+"""Distance of the power line to the north of the round [m]."""
 WIRE_CLEARANCE = 3.0
 """Free distance between any wire and the area of detours, in plan [m]."""
 _MARGIN = POWER_LINE - PYLON_ARM - WIRE_CLEARANCE - 0.2
@@ -82,7 +82,7 @@ def make_industrial(site: Site) -> Ground:
 
 
 class _Works:
-    """`borders`: of the round that the route makes."""
+    """Builder of the works inside and outside the round, whose borders are `borders`."""
 
     def __init__(self, plot: Plot, borders: Area) -> None:
         self._plot, self._borders = plot, borders
@@ -166,7 +166,7 @@ class _Works:
                 x += 3.0
 
     def _tank_farm(self, low: float, high: float) -> None:
-        """Two rows of tanks if there is room, within a wall that would hold what they spill."""
+        """Two rows of tanks if there is room, within a retaining wall."""
         plot = self._plot
         west, _, east, _ = self._borders
         rows = max(1, int((high - low) // 13.0))

@@ -28,17 +28,17 @@ from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import car, lamp
 
 STANDOFF = 7.0
-"""Between the circle of the inspection and the building's corners [m]."""
+"""Distance between the circle of the inspection and the building's corners [m]."""
 FREE = 6.0
-"""Between the circle and anything else [m]."""
+"""Least distance between the circle and anything else [m]."""
 HIGHEST, MAST = 24.0, 3.5
-"""Of the building at scale 1, and of the mast on its roof [m]."""
+"""Heights of the building at scale 1, and of the mast on its roof [m]."""
 WALLS: tuple[Colour, ...] = ((0.80, 0.76, 0.68), (0.70, 0.56, 0.46), (0.76, 0.78, 0.80))
 BUSH: Colour = (0.26, 0.40, 0.20)
 
 
 def inspection_site(seed: int, scale: float) -> Site:
-    """The building's measures come from the seed: they are known beforehand."""
+    """The site with the building, whose measures follow from the seed."""
     outline, height = _measures(seed, scale)
     radius = reach_of(outline) + STANDOFF
     (x, y), level = outline.centre, round(0.55 * height, 1)

@@ -1,8 +1,8 @@
-"""The ground that a world is built on: it takes only what keeps the promises that hold whatever the seed.
+"""The plot of a world: it takes only obstacles that keep the promises of every world.
 
-What stands on a leg of the route can be passed on either side. Everything else keeps its distance from the legs, from
-the home pad and from the ways round the obstacles on the legs, whatever its height: the drone may come down anywhere on
-its route, and climb from there.
+An obstacle on a leg of the route can be passed on either side. Every other obstacle, of any height, keeps its
+distance from the legs, the home pad and the ways round the obstacles on the legs. So the drone may land anywhere on its
+route, and climb from there.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PAD_CLEARANCE = 5.0
 """Free distance around the home pad [m]."""
 SPACING = 1.0
 MAX_ASIDE = 0.2
-"""How far off a leg the middle of its obstacle may stand; less than the radius of the thinnest pole there [m]."""
+"""Largest offset of an obstacle from its leg; less than the radius of the thinnest pole there [m]."""
 PASSAGE_HALF_LENGTH = 5.0
 
 
@@ -63,7 +63,7 @@ def passage(obstacle: Obstacle, legs: Sequence[Leg], width: float) -> Footprint:
 
 
 class Plot:
-    """Takes obstacles one by one; `keep_free` is ground that nothing may stand on besides."""
+    """Obstacles of a world, added one by one; `keep_free` is further ground without obstacles."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class Plot:
         return choices[int(self._rng.integers(len(choices)))]
 
     def spot(self, leg: int, share: tuple[float, float]) -> Spot:
-        """Somewhere on the part of a leg between two shares of its length, hardly aside."""
+        """A random spot on the part of a leg between two shares of its length, with a small offset."""
         (ax, ay), (bx, by) = self.legs[leg]
         at = self.between(*share)
         yaw = math.atan2(by - ay, bx - ax)
@@ -103,7 +103,7 @@ class Plot:
         )
 
     def block(self, leg: int, obstacle: Obstacle) -> bool:
-        """Stand an obstacle on a leg if its passage is free; from now on it is kept so."""
+        """Put an obstacle on a leg if its passage is free; from now on the passage stays free."""
         obstacle = replace(obstacle, leg=leg)
         way_round = passage(obstacle, self.legs, self._passage)
         if any(way_round.distance_to_footprint(other.footprint) == 0.0 for other in self._placed):
@@ -115,7 +115,7 @@ class Plot:
         return True
 
     def add(self, obstacle: Obstacle, *, spacing: float = SPACING) -> bool:
-        """Take an obstacle if it keeps the promises and its distance from the others; 0 lets it touch them."""
+        """Add an obstacle if it keeps the promises and its distance from the others; 0 lets it touch them."""
         if not self.fits(obstacle.footprint, spacing):
             return False
         self._put(obstacle)
@@ -129,9 +129,9 @@ class Plot:
         *,
         tries: int = 40,
     ) -> None:
-        """Place so many things at random between the west, south, east and north border, as far as there is room.
+        """Place `count` objects at random between the west, south, east and north border, as far as there is room.
 
-        make: the thing for a number, as the end of its name, and a place.
+        make: the object for a number, as the end of its name, and a place.
         """
         west, south, east, north = within
         placed = 0
@@ -142,7 +142,7 @@ class Plot:
                 return
 
     def fits(self, wanted: Footprint, spacing: float = SPACING) -> bool:
-        """Whether something with this outline may stand there."""
+        """An object with this outline may stand there."""
         return (
             distance_to_legs(wanted, self.legs) >= LEG_CLEARANCE
             and wanted.distance_to(HOME) >= PAD_CLEARANCE

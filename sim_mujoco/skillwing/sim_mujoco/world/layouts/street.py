@@ -32,7 +32,7 @@ from skillwing.sim_mujoco.world.things.street import CAR, LORRY, VAN, car, lamp,
 ALTITUDE = 5.0
 LENGTH = 60.0
 MIDDLE = 4.0
-"""Of the avenue, from west to east, as northing: the carriageways lie 4 m to both sides of it [m]."""
+"""Northing of the middle of the avenue, which runs west to east; carriageways lie 4 m to both sides [m]."""
 CARRIAGEWAY, KERB, TREES, FRONT = 4.0, 8.4, 11.2, 14.0
 """Distance from the middle: centre of a carriageway, of the parked cars, of the trees, the fronts of the houses [m]."""
 DEPTH = 10.0
@@ -75,7 +75,7 @@ def make_street(site: Site) -> Ground:
 
 
 class _Street:
-    """West and east: where the route begins and ends; the street reaches beyond on both sides."""
+    """Builder of the street between the ends of the route, west and east; it reaches beyond on both sides."""
 
     def __init__(self, plot: Plot, west: float, east: float) -> None:
         self._plot = plot

@@ -1,11 +1,11 @@
-"""Borders that follow from a route, and trees that grow anywhere."""
+"""Borders that follow from a route, and trees for any layout."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.geofence import Box
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
 from skillwing.sim_mujoco.world.site import Area, Site, Target
@@ -15,11 +15,11 @@ from skillwing.sim_mujoco.world.things.shapes import Colour
 from skillwing.sim_mujoco.world.things.street import broad_tree, conifer
 
 FENCE_MARGIN = 5.0
-"""How far the geofence lies outside the area of detours [m]."""
+"""Distance of the geofence from the area of detours [m]."""
 SIGHT = 30.0
-"""How far from the geofence things are still mapped [m]."""
+"""Distance from the geofence up to which objects are mapped [m]."""
 OVER_ALL = 3.0
-"""How far above the ceiling the drone flies home, at least [m]."""
+"""Least height of the flight home above the ceiling [m]."""
 LEAVES: tuple[Colour, ...] = ((0.27, 0.44, 0.20), (0.34, 0.48, 0.20), (0.22, 0.38, 0.19), (0.42, 0.47, 0.20))
 NEEDLES: tuple[Colour, ...] = ((0.15, 0.31, 0.20), (0.19, 0.34, 0.19))
 

@@ -31,10 +31,10 @@ ALTITUDE = 5.0
 LANES: tuple[Point, ...] = ((40.0, -6.0), (62.0, 20.0), (42.0, 46.0), (8.0, 36.0), (0.0, 0.0))
 """Corners of the round at scale 1, after home [m]."""
 GREEN: Point = (33.0, 21.0)
-"""Where the church stands, at scale 1."""
+"""Position of the church at scale 1."""
 CEILING = 24.0
 SETBACK = 4.5
-"""Between a lane's middle and the nearest part of a house, at least [m]."""
+"""Least distance between a lane's middle and a house [m]."""
 WALLS: tuple[Colour, ...] = ((0.88, 0.84, 0.75), (0.80, 0.71, 0.58), (0.68, 0.62, 0.55), (0.86, 0.80, 0.68))
 ROOFS: tuple[Colour, ...] = ((0.55, 0.27, 0.20), (0.62, 0.35, 0.24), (0.42, 0.30, 0.26), (0.34, 0.33, 0.35))
 HEDGE: Colour = (0.20, 0.36, 0.17)
@@ -137,7 +137,7 @@ class _Village:
         plot = self._plot
 
         def beside(forward: float, outward: float) -> Point:
-            """From the lane beside the house: so far along the lane, and so far from its middle."""
+            """A place beside the house, so far along the lane and so far from its middle."""
             off = side * (outward - aside)
             return (
                 house_at[0] + forward * math.cos(yaw) - off * math.sin(yaw),

@@ -1,1 +1,1 @@
-"""What stands in a world: each thing as outline, height and solid shapes."""
+"""Objects of worlds, each as outline, height and solid shapes."""

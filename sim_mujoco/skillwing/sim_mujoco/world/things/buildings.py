@@ -11,9 +11,9 @@ from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleK
 from skillwing.sim_mujoco.world.things.shapes import Colour, GableRoof, Solid, Spire, WindowedBlock
 
 EAVES = 0.4
-"""How far a roof reaches beyond the walls [m]."""
+"""Overhang of a roof beyond the walls [m]."""
 BALCONY = 1.3
-"""How far balconies stick out [m]."""
+"""Depth of balconies [m]."""
 _SHAFT = Windows(bay=3.2, window=(1.0, 2.2), storey=7.0, opening=(1.6, 5.2))
 _BELFRY = Windows(bay=5.4, window=(2.0, 3.4), storey=4.5, opening=(2.2, 4.0))
 _WORKS = Windows(bay=5.0, window=(0.8, 4.2), storey=7.0, opening=(4.6, 6.0))
@@ -35,7 +35,7 @@ def house(
 ) -> Obstacle:
     """A house with a gabled roof, its ridge along x, `rise` above the eaves, and a chimney.
 
-    A terraced house fills its outline along x, for its neighbours to touch, and has no windows on that side.
+    A terraced house fills its outline along x, so that neighbours touch, and has no windows on those sides.
     """
     place, (x, y) = ObjectFrame.of(outline), outline.half
     inner = (x if terraced else x - EAVES, y - EAVES)
@@ -112,7 +112,7 @@ def flat_house(name: str, outline: Footprint, height: float, walls: Colour, *, t
 
 
 def tower_block(name: str, outline: Footprint, height: float, mast: float, walls: Colour) -> Obstacle:
-    """A tall block of flats: balconies on the sides along x, parapet, machine room and a mast of so many metres."""
+    """A tall block of flats: balconies on the sides along x, parapet, machine room and a mast (its height in m)."""
     place, (x, y) = ObjectFrame.of(outline), outline.half
     inner = (x - 0.3, y - BALCONY)
     solids: list[Solid] = [

@@ -13,8 +13,8 @@ _RECESS = 0.25
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """How openings repeat on a facade [m]: one in each bay along the wall, from `window[0]` to `window[1]`, and one in
-    each storey, from `opening[0]` to `opening[1]` above its floor."""
+    """Pattern of the openings of a facade [m]: one in each bay along the wall, from `window[0]` to `window[1]`, and in
+    each storey from `opening[0]` to `opening[1]` above its floor."""
 
     bay: float = 2.0
     window: tuple[float, float] = (0.6, 1.6)
@@ -30,7 +30,7 @@ def building_mesh(
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Vertices (N, 3) and faces (M, 3) of a building of this size [m], standing on z = 0, centred in x and y.
 
-    Windows are pushed inwards by 25 cm, and the step is closed all around, so that rays and scans see their edges.
+    Windows are recessed by 25 cm with closed reveals, so that rays hit their edges.
     `blind_ends` leaves them out on the two walls across x.
     """
     length, width, height = size

@@ -1,4 +1,4 @@
-"""A thing's own frame: x along its outline, y to the left, z up from the pad's height."""
+"""The frame of an object: x along its outline, y to the left, z up from the pad's height."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skillwing.sim_mujoco.world.things.shapes import Box, Capsule, Colour, Cylin
 
 @dataclass(frozen=True, slots=True)
 class ObjectFrame:
-    """Where a thing stands, and which way its x axis points [rad]."""
+    """Position of an object, and direction of its x axis [rad]."""
 
     centre: Point
     yaw: float = 0.0
@@ -22,7 +22,7 @@ class ObjectFrame:
         return ObjectFrame(outline.centre, outline.yaw)
 
     def at(self, x: float, y: float, z: float = 0.0) -> Vector:
-        """A place in the thing's frame, in the world."""
+        """World coordinates of a point in the object's frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return self.centre[0] + c * x - s * y, self.centre[1] + s * x + c * y, z
 
@@ -31,7 +31,7 @@ class ObjectFrame:
         return about_z(self.yaw)
 
     def put(self, shape: Shape, at: Vector, part: str, colour: Colour) -> Solid:
-        """A shape, turned with the thing."""
+        """A shape, turned with the object."""
         return Solid(shape, self.at(*at), self.turn, part, colour)
 
     def box(self, low: Vector, high: Vector, part: str, colour: Colour) -> Solid:

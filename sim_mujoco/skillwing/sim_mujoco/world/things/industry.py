@@ -1,4 +1,4 @@
-"""What an industrial site has: tanks, stacks, pipe racks, containers, pylons and the wires between them."""
+"""Objects of an industrial site: tanks, stacks, pipe racks, containers, pylons and wires."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _BRICK: Colour = (0.58, 0.33, 0.26)
 CONTAINER = (6.06, 2.44, 2.59)
 """Length, width and height of a container [m]."""
 CONDUCTOR_RADIUS = 0.015
-"""Of the wires of a power line [m]."""
+"""Radius of the wires of a power line [m]."""
 SAG = 0.03
-"""How deep a wire hangs, relative to its span."""
+"""Sag of a wire, relative to its span."""
 _PIECES = 8
 
 
@@ -89,11 +89,11 @@ def pipe_rack(name: str, outline: Footprint, height: float, colours: Sequence[Co
 
 
 PYLON_ARM = 4.2
-"""How far a pylon's arms reach to each side [m]."""
+"""Length of a pylon's arms to each side [m]."""
 PYLON_BASE = 1.7
-"""Half the side of the square that its legs stand on [m]."""
+"""Half the side of the square of a pylon's legs [m]."""
 _ARMS = (0.62, 0.76, 0.9)
-"""Heights of its arms, relative to its own."""
+"""Heights of a pylon's arms, relative to its own."""
 
 
 def pylon(name: str, centre: Point, yaw: float, height: float) -> Obstacle:

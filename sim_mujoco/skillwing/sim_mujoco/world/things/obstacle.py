@@ -1,4 +1,4 @@
-"""Obstacles: an outline in plan and a height, by which promises are kept, and the solids within."""
+"""Obstacles: outline in plan and height, for the promises of worlds, and the solids within."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.shapes import Solid
 
 SINK = 0.8
-"""How deep obstacles reach below the home pad, so that none floats over a hollow [m]."""
+"""Depth of obstacles below the home pad, so that none floats over a hollow [m]."""
 
 
 class ObstacleKind(StrEnum):
-    """What an obstacle is; its surface label follows from it."""
+    """Kind of an obstacle; its surface label follows from it."""
 
     BUILDING = "building"
     WALL = "wall"
@@ -28,9 +28,9 @@ class ObstacleKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """One thing: outline of all that belongs to it, height of its top above the pad [m], and the leg it blocks, if any.
+    """One obstacle: outline of all its parts, height of its top above the pad [m], and the leg that it blocks, if any.
 
-    No solid reaches beyond outline and height; what hangs over the ground counts as standing on it.
+    No solid reaches beyond outline and height; parts that hang over the ground count as standing on it.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The plainest things: walls and boxes, poles, trees and buildings as single solids or two."""
+"""Simple objects of one or two solids: walls, boxes, poles, trees and buildings."""
 
 from __future__ import annotations
 

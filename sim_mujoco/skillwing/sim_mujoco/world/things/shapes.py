@@ -1,4 +1,4 @@
-"""Solid shapes, and where they are put: what obstacles are made of, for physics and rays alike.
+"""Solid shapes and their placement: the parts of obstacles, for physics and rays.
 
 Shapes are values: the same seed gives equal ones, and meshes are only computed when a scene is made of them.
 """
@@ -139,7 +139,7 @@ def along(start: Vector, end: Vector) -> tuple[Vector, Quaternion, float]:
     length = float(np.linalg.norm(way))
     x, y, z = (float(each) / length for each in way)
     middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2
-    # Half the turn from (0, 0, 1) to (x, y, z), about an axis that lies level.
+    # Half the turn from (0, 0, 1) to (x, y, z), about a horizontal axis.
     cosine = math.sqrt(max(0.0, (1.0 + z) / 2))
     if cosine < 1e-9:
         return middle, (0.0, 1.0, 0.0, 0.0), length / 2

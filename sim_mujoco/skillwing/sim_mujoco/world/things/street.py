@@ -1,4 +1,4 @@
-"""What stands along streets: lamps, vehicles, signs, hedges, trees of other shapes."""
+"""Objects along streets: lamps, vehicles, signs, hedges, trees of other shapes."""
 
 from __future__ import annotations
 

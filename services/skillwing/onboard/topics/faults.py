@@ -1,0 +1,51 @@
+"""Faults that a simulated vehicle and its radio link can be given."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import msgspec
+
+from skillwing.onboard.topics.common import Component
+from skillwing.onboard.topics.sensors import SensorStatus
+from skillwing.services.protocol import Label, Message
+
+FAULT = "fl/fault"  # query SetFault -> Done
+FAULTS = "fl/fault/all"  # query Empty -> Faults
+LINK_FAULT = "fl/link/fault"  # query SetLinkFault -> Done
+
+Magnitude: TypeAlias = Component
+"""Severity of a fault, in the fault's unit. Some kinds accept a smaller range (docs/sensors.md)."""
+FASTEST_LINK = 1e4
+Megabits: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=FASTEST_LINK)]
+"""A bandwidth [Mbit/s]."""
+
+
+class SetFault(Message, frozen=True, kw_only=True):
+    """Switch a fault. Kinds: of a sensor blackout, freeze, noise, bias, dropout, slow; of a rotor stopped, weak."""
+
+    sensor: Label
+    kind: Label
+    on: bool = True
+    magnitude: Magnitude | None = None
+
+
+class FaultState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A part that can fail: the `kinds` of its faults, those that are `active`, and its health (None of a rotor)."""
+
+    name: Label
+    kinds: tuple[str, ...]
+    active: tuple[str, ...] = ()
+    status: SensorStatus | None = None
+
+
+class Faults(Message, frozen=True, kw_only=True):
+    of: tuple[FaultState, ...]
+
+
+class SetLinkFault(Message, frozen=True, kw_only=True):
+    """Switch a fault of the link. Kinds: narrow (`magnitude` is what is left, in Mbit/s), cut."""
+
+    kind: Label
+    on: bool = True
+    magnitude: Megabits | None = None
