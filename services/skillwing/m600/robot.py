@@ -21,19 +21,18 @@ TO_GUIDANCE = {"watch": "watch", **FENCE}
 TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
 OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")
-"""What managers and recorder are told in the same breath (`services/robot.py`)."""
+"""Options of managers and recorder (`services/robot.py`)."""
 OPTIONS = tuple(dict.fromkeys((*TO_SIM, *TO_GUIDANCE, *TO_LINK, *TO_MAPPING, "link", "bounds", *OF_THE_RUN)))
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The simulated drone, with the bridge that makes it known to the skillset.
+    """The simulated drone, and the bridge to its skillset. Raises UnknownNameError for an unknown option.
 
-    options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
-    `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
-    `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, when `packs_fail` of it, what the safety
-    `pilot` does; `fence` and `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance
-    ignore obstacles; `link`, what the radio can do where (docs/video.md); whence the map has its `poses`
-    (docs/mapping.md). Absent ones keep their defaults, and those of the run are for others. Raises UnknownNameError.
+    - `seed`, `world`: the site. `speed`: robot seconds per wall second, 0 for as fast as possible.
+    - `faults`: a schedule such as `[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`. `scenario`: path of a file.
+    - `wind`, `turbulence`, `gusts`, `battery` at the start, `packs_fail`, `pilot`: as in a scenario.
+    - `fence`, `bounds`: boxes from `low` to `high`, by default those of the site.
+    - `watch`: False lets guidance ignore obstacles. `link`: the radio (docs/video.md). `poses`: docs/mapping.md.
     """
     if unknown := options.keys() - set(OPTIONS):
         raise UnknownNameError(f"option of {ROBOT.name}", min(unknown), OPTIONS)

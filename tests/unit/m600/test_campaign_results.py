@@ -1,4 +1,4 @@
-"""What counts as a broken promise, how flights are counted, and what of a campaign outlives its end."""
+"""Results of campaigns: broken promises, counts, and files that remain after an interruption."""
 
 from __future__ import annotations
 
