@@ -89,8 +89,8 @@ class Result:
 
     answer: how the goal ended and who said so; None if there was no goal. answered, free: seconds from the fault to
     that answer, and until the tool was free for good. again: time until a new goal succeeded, from the fault, the
-    wake-up or the end of an unharmed goal. None: it did not happen. harmed: the end differs from the one without the fault.
-    lasted: duration of the fault.
+    wake-up or the end of an unharmed goal. None: it did not happen. harmed: the end differs from the faultless
+    one. lasted: duration of the fault.
     """
 
     cell: Cell
