@@ -24,7 +24,8 @@ from skillwing.onboard.topics import (
     video,
 )
 from skillwing.services import protocol
-from skillwing.services.wire.channels import CHANNELS, Kind
+from skillwing.services.wire.channel import Kind
+from skillwing.services.wire.channels import CHANNELS, keys_in
 
 SKILLSET = ROBOT.load_skillset()
 KEYS = protocol.Keys(SKILLSET.name)
@@ -45,7 +46,7 @@ def of_the_table(*kinds: Kind) -> tuple[Endpoint, ...]:
         Endpoint(key, channel.message)
         for channel in CHANNELS
         if channel.kind in kinds
-        for key in channel.keys(SKILLSET) or (channel.key(KEYS, "sweep"),)
+        for key in keys_in(SKILLSET, channel) or (channel.spell(KEYS, "sweep"),)
     )
 
 

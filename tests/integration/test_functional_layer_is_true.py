@@ -15,14 +15,14 @@ from observed_network import ObservedNetwork
 from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.interface.table import TOPICS
-from skillwing.onboard.interface.topic import SKILLS, Kind, Topic
+from skillwing.onboard.interface.table import SKILLS, TOPICS
 from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT
 from skillwing.onboard.topics.sensors import HEALTH
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.protocol import CLOCK_KEY, State
+from skillwing.services.wire.channel import Channel, Kind
 
 SENSING = ("zed_depthmap", "lidar_depthmap", "lidar_mapping", "stream")
 SETTLING, BEGINNING, WINDOW = 1.5, 0.5, 1.0
@@ -64,7 +64,7 @@ def observed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Observation]:
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.key)
-def test_a_topic_is_offered_by_whom_the_table_says(topic: Topic, observed: Observation) -> None:
+def test_a_topic_is_offered_by_whom_the_table_says(topic: Channel, observed: Observation) -> None:
     network = observed.network
     if topic.kind is Kind.QUERY:
         assert network.serves[topic.key] == {topic.offered_by}
@@ -75,7 +75,7 @@ def test_a_topic_is_offered_by_whom_the_table_says(topic: Topic, observed: Obser
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.key)
-def test_a_topic_is_used_by_whom_the_table_says(topic: Topic, observed: Observation) -> None:
+def test_a_topic_is_used_by_whom_the_table_says(topic: Channel, observed: Observation) -> None:
     network = observed.network
     users = {
         who
@@ -92,7 +92,7 @@ def test_a_topic_is_used_by_whom_the_table_says(topic: Topic, observed: Observat
 
 
 @pytest.mark.parametrize("topic", [topic for topic in TOPICS if topic.rate], ids=lambda topic: topic.key)
-def test_a_topic_comes_as_often_as_the_table_says(topic: Topic, observed: Observation) -> None:
+def test_a_topic_comes_as_often_as_the_table_says(topic: Channel, observed: Observation) -> None:
     if topic.key == AUTOPILOT_SETPOINT:
         assert topic.key not in observed.rates, "none on the ground; the other flight looks at those in the air"
         return
@@ -112,6 +112,6 @@ def test_the_skills_that_sense_need_what_the_page_says(observed: Observation) ->
     assert seen(observed.network, SENSING) == {skill: needs[skill] for skill in SENSING}
 
 
-def covers(topic: Topic, key: str) -> bool:
+def covers(topic: Channel, key: str) -> bool:
     """Whether the row speaks of this key."""
     return key == topic.key or (topic.key == HEALTH and key.startswith(f"{HEALTH}/"))

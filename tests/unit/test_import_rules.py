@@ -27,7 +27,10 @@ PARTS = {
 ALLOWED = {
     "dsl": ["dsl"],
     "services": ["dsl", "services"],
-    "onboard": ["onboard", "services.protocol", "services.bus", "services.options", "services.wire.messages"],
+    "onboard": [
+        *("onboard", "services.protocol", "services.bus", "services.options"),
+        *("services.wire.channel", "services.wire.messages", "services.wire.template"),
+    ],
     "m600": ["dsl", "services", "m600", "onboard"],
     "sim_mujoco": ["sim_mujoco", "onboard", "services.protocol", "services.bus", "services.errors", "services.options"],
     "bt_missions": ["dsl", "services", "bt_missions"],

@@ -86,10 +86,8 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults.
-
-    See docs/sensors.md.
-    """
+    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults. See
+    docs/sensors.md."""
     if tell:
         if sensor is not None or kind is not None or off or magnitude is not None:
             raise InvalidOptionError("list", "--list shows all that can fail. Leave out what else you gave.")

@@ -14,7 +14,7 @@ from rig import RIG
 from skillwing.services.bus import Handle
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.core.leases import CHECK_PERIOD, LONGEST_PAUSE, RECOVERY, Expired, Leases
+from skillwing.services.core.leases import LONGEST_PAUSE, LOOK_PERIOD, RECOVERY, Expired, Leases
 from skillwing.services.journal.errors import JournalWriteError
 from skillwing.services.journal.journal import Journal
 from skillwing.services.managers.lease_watch import LeaseWatch
@@ -32,7 +32,7 @@ def look_until(leases: Leases, begin: float, end: float, *, hearing: bool = True
     while now < end:
         found += [(expired.key, now) for expired in leases.look(now, hearing=hearing)]
         delay = leases.next_look(now)
-        now += CHECK_PERIOD if delay is None else delay
+        now += LOOK_PERIOD if delay is None else delay
     return found
 
 
@@ -131,7 +131,7 @@ def test_a_look_is_due_when_the_first_lease_ends_and_never_later_than_pauses_hav
     leases = Leases()
     leases.begin("g", 1.0, 100.0)
     leases.begin("h", 9.0, 100.0)
-    assert leases.next_look(100.0) == CHECK_PERIOD
+    assert leases.next_look(100.0) == LOOK_PERIOD
     assert leases.next_look(100.9) == pytest.approx(0.1)
     assert 0.0 < (leases.next_look(102.0) or 0.0) < 0.01
 

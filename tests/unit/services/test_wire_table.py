@@ -17,7 +17,8 @@ from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import Keys, Message
 from skillwing.services.terminal.cli import app
-from skillwing.services.wire.channels import CHANNELS, Each, Kind
+from skillwing.services.wire.channel import Each, Kind
+from skillwing.services.wire.channels import CHANNELS, keys_in
 from skillwing.services.wire.exchange import door, play
 from skillwing.services.wire.messages import classes_of
 from skillwing.services.wire.page import protocol_page
@@ -40,7 +41,7 @@ def spelt_keys() -> set[str]:
 
 
 def test_every_key_is_in_the_table() -> None:
-    rows = {channel.key(Keys("s"), NAME) for channel in CHANNELS}
+    rows = {channel.spell(Keys("s"), NAME) for channel in CHANNELS}
     advice = "`Keys` in protocol.py and the rows in wire/channels.py differ in these. Add the missing one."
     assert rows ^ (spelt_keys() | CLOCKS) == set(), advice
 
@@ -111,11 +112,11 @@ def test_the_managers_serve_what_the_table_says() -> None:
         node.attach(bus)  # pyright: ignore[reportArgumentType]
         offered = [channel for channel in CHANNELS if channel.offered_by == who]
         queries = {
-            channel.key(Keys("rover"), "*" if channel.each in (Each.EVENT, Each.DATUM) else NAME)
+            channel.spell(Keys("rover"), "*" if channel.each in (Each.EVENT, Each.DATUM) else NAME)
             for channel in offered
             if channel.kind is Kind.QUERY
         }
-        events = {key for channel in offered if channel.kind is Kind.EVENTS for key in channel.keys(skillset)}
+        events = {key for channel in offered if channel.kind is Kind.EVENTS for key in keys_in(skillset, channel)}
         assert bus.served == queries
         assert bus.events == events | {Keys("rover").timeline}
 
@@ -123,6 +124,12 @@ def test_the_managers_serve_what_the_table_says() -> None:
 def test_the_page_is_what_the_code_says() -> None:
     page = (ROOT / "docs" / "protocol.md").read_text(encoding="utf-8")
     assert page == protocol_page(), "run `make generate`"
+
+
+def test_every_state_end_and_refusal_is_explained() -> None:
+    page = protocol_page()
+    for word in (*protocol.State, *protocol.Ending, *protocol.ErrorCode):
+        assert page.count(f"\n| `{word}` | ") == 1
 
 
 def test_the_exchange_shows_an_end_of_each_kind() -> None:

@@ -24,11 +24,11 @@ from skillwing.m600.robot import ROBOT
 from skillwing.m600.skills import depthmap, guidance_client, lidar_mapping, stream, takeoff
 from skillwing.onboard import topics
 from skillwing.onboard.guidance import body_motion
-from skillwing.onboard.interface.page import interface_page, interface_schema
+from skillwing.onboard.interface.page import TEMPLATE, interface_page, interface_schema
 from skillwing.onboard.interface.table import TOPICS
-from skillwing.onboard.interface.topic import Kind, Topic
 from skillwing.services.protocol import CLOCK_KEY, Message
 from skillwing.services.terminal.cli import app
+from skillwing.services.wire.channel import Channel, Kind
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "functional-layer.md").read_text(encoding="utf-8")
@@ -60,13 +60,14 @@ def test_every_message_is_on_the_page() -> None:
 
 
 @pytest.mark.parametrize("topic", TOPICS, ids=lambda topic: topic.key)
-def test_a_row_says_what_its_kind_calls_for(topic: Topic) -> None:
+def test_a_row_says_what_its_kind_calls_for(topic: Channel) -> None:
     query = topic.kind is Kind.QUERY
     assert (topic.reply is not None) == query
     assert bool(topic.array) or topic.kind is not Kind.ARRAYS
     assert query or not topic.refusals
     assert query == (topic.rate is None and not topic.when)
-    assert topic.meaning.endswith(".") and topic.without.endswith(".")
+    meaning = TEMPLATE.meaning(topic)
+    assert meaning.text.endswith(".") and meaning.without.endswith(".")
 
 
 @pytest.mark.parametrize(

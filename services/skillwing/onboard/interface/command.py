@@ -1,4 +1,4 @@
-"""`skillwing functional-layer`: what stands between robot and skills, for people and for programs."""
+"""`skillwing functional-layer`: the topics between robot and skills, for people and for programs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def functional_layer(
         bool, typer.Option("--json-schema", help="Print all messages and topics as JSON Schema instead.")
     ] = False,
 ) -> None:
-    """Print the functional layer's topics, as the page docs/functional-layer.md: what another vehicle has to serve."""
-    from skillwing.onboard.interface.page import interface_page, interface_schema  # noqa: PLC0415 - asked for now
+    """Print the functional layer's topics as the page docs/functional-layer.md: the duties of another vehicle."""
+    from skillwing.onboard.interface.page import interface_page, interface_schema  # noqa: PLC0415 - imports all guidance
 
     typer.echo(json.dumps(interface_schema(), indent=2) if schema else interface_page(), nl=schema)

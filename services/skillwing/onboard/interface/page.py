@@ -1,26 +1,56 @@
-"""The page `docs/functional-layer.md`: what stands between robot and skills, made from the code."""
+"""The page `docs/functional-layer.md`: the topics between robot and skills, made from the code."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
-from skillwing.onboard.interface.opening import OPENING
+from skillwing.onboard.guidance import body_motion, core, heading_control, limits, path_monitor, trajectory
 from skillwing.onboard.interface.table import PLACES, TOPICS
-from skillwing.onboard.interface.topic import Kind, Topic
-from skillwing.services.protocol import Message
-from skillwing.services.wire.messages import DIALECT, classes_of, definitions, enumeration, link, parts_of, section
+from skillwing.onboard.topics.common import LARGEST_COMPONENT
+from skillwing.services.bus import EVENT_HISTORY
+from skillwing.services.protocol import ErrorCode
+from skillwing.services.wire.channel import Channel, Kind
+from skillwing.services.wire.messages import DIALECT, definitions, enumerations, links, sections
+from skillwing.services.wire.template import PageTemplate
 
-LEGEND = """\
-Offered by `sim` is what a vehicle has to offer in its place. The duty is that of whoever offers it: what **must** be
-there, or nothing flies; what **should** be, or it flies worse; what is there **for some skills**; and what is for
-**trials only**, for judges, recordings and tests, which no skill misses.
-"""
+TEMPLATE = PageTemplate(
+    "skillwing.onboard.interface",
+    "functional-layer.md.template",
+    {
+        "EVENT_HISTORY": EVENT_HISTORY,
+        "LARGEST_COMPONENT": LARGEST_COMPONENT,
+        "ARRIVED_WITHIN": body_motion.ARRIVED_WITHIN,
+        "AT_REST": body_motion.AT_REST,
+        "DRIFT": body_motion.DRIFT,
+        "FLARE_HEIGHT": body_motion.FLARE_HEIGHT,
+        "MAX_CLIMB": body_motion.MAX_CLIMB,
+        "PATIENCE": body_motion.PATIENCE,
+        "TOUCHDOWN_SPEED": body_motion.TOUCHDOWN_SPEED,
+        "ALIGNED": heading_control.ALIGNED,
+        "TURN_RATE": heading_control.TURN_RATE,
+        "FENCE_MARGIN": limits.FENCE_MARGIN,
+        "HIGHEST": limits.HIGHEST,
+        "HOLD_TIME": limits.HOLD_TIME,
+        "LOWEST": limits.LOWEST,
+        "MAX_SPEED": limits.MAX_SPEED,
+        "SETPOINT_TIMEOUT": limits.SETPOINT_TIMEOUT,
+        "MARGIN": path_monitor.MARGIN,
+        "STALE": path_monitor.STALE,
+        "ALONE": core.LAND_AFTER,
+        "ACCELERATION": trajectory.ACCELERATION,
+        "BRAKING": trajectory.BRAKING,
+    },
+    "`{}`".format,
+)
+KINDS = [kind for topic in TOPICS for kind in (topic.message, topic.reply)]
 
 
 def interface_page() -> str:
     """The whole page, in Markdown."""
-    return "\n".join([OPENING, *_topics(), *_messages()])
+    tables: dict[str, Iterable[str]] = {place: _topics(topics) for place, topics in PLACES.items()}
+    tables |= {"messages": sections(KINDS), "enumerations": enumerations(KINDS)}
+    return TEMPLATE.page(TOPICS, tables)
 
 
 def interface_schema() -> dict[str, Any]:
@@ -28,63 +58,35 @@ def interface_schema() -> dict[str, Any]:
     return {
         "$schema": DIALECT,
         "title": "Messages of Skillwing's functional layer",
-        "$defs": definitions(_classes()),
-        "topics": [topic.facts() for topic in TOPICS],
+        "$defs": definitions(KINDS),
+        "topics": [_facts(topic) for topic in TOPICS],
     }
 
 
-# --- topics ----------------------------------------------------------------------------------------------------------
+def _topics(topics: Iterable[Channel]) -> Iterator[str]:
+    return TEMPLATE.table(("key", "kind", "message", "rate", "offered by", "used by", "duty"), topics, _cells)
 
 
-def _topics() -> Iterator[str]:
-    yield "## Topics\n"
-    yield LEGEND
-    for place, topics in PLACES.items():
-        yield f"### {place}\n"
-        yield "| key | kind | message | rate | offered by | used by | duty |"
-        yield "|---|---|---|---|---|---|---|"
-        yield from (_row(topic) for topic in topics)
-        yield ""
-        yield from (_meaning(topic) for topic in topics)
-        yield ""
+def _cells(topic: Channel) -> tuple[str, ...]:
+    message = " → ".join(links(kind) for kind in (topic.message, topic.reply) if kind is not None)
+    used_by = ", ".join(topic.used_by) or "observers"
+    return f"`{topic.pattern}`", topic.kind, message, topic.rate_text, topic.offered_by, used_by, str(topic.duty)
 
 
-def _row(topic: Topic) -> str:
-    message = link(topic.message.__name__)
-    if topic.reply is not None:
-        message += f" → {link(topic.reply.__name__)}"
-    used_by = ", ".join(topic.used_by) or "onlookers"
-    cells = (f"`{topic.pattern}`", topic.kind, message, rate_text(topic), topic.offered_by, used_by, topic.duty)
-    return f"| {' | '.join(cells)} |"
-
-
-def rate_text(topic: Topic) -> str:
-    """How often, in a few words; empty for a query."""
-    hertz = "" if topic.rate is None else f"{topic.rate:g} Hz"
-    together = " " if topic.when.startswith("and ") else ", "
-    return together.join(each for each in (hertz, topic.when) if each)
-
-
-def _meaning(topic: Topic) -> str:
-    holds = f" {'Reply' if topic.kind is Kind.QUERY else 'Payload'}: {topic.array}." if topic.array else ""
-    refused = f" Refused with {', '.join(f'`{code}`' for code in topic.refusals)}." if topic.refusals else ""
-    return f"- **`{topic.pattern}`**: {topic.meaning}{holds}{refused} *Without it:* {topic.without}"
-
-
-# --- messages --------------------------------------------------------------------------------------------------------
-
-
-def _classes() -> dict[type[Message], None]:
-    kinds = (kind for topic in TOPICS for kind in (topic.message, topic.reply) if kind is not None)
-    return dict.fromkeys(kinds)
-
-
-def _messages() -> Iterator[str]:
-    classes = [cls for kind in _classes() for cls in classes_of(kind)]
-    structs, enums = parts_of(classes)
-    yield "## Messages\n"
-    for cls in (*classes, *structs):
-        yield from section(cls)
-    yield "## Enumerations\n"
-    for enum in enums:
-        yield from enumeration(enum)
+def _facts(topic: Channel) -> dict[str, Any]:
+    meaning = TEMPLATE.meaning(topic)
+    return {
+        "key": topic.pattern,
+        "kind": topic.kind,
+        "message": topic.message.__name__,
+        "reply": None if topic.reply is None else topic.reply.__name__,
+        "array": topic.array,
+        "rate": topic.rate,
+        "when": topic.when,
+        "duty": topic.duty,
+        "offered_by": topic.offered_by,
+        "used_by": topic.used_by,
+        "refusals": (ErrorCode.BAD_REQUEST, *topic.refusals) if topic.kind is Kind.QUERY else (),
+        "meaning": meaning.text,
+        "without": meaning.without,
+    }

@@ -1,4 +1,4 @@
-"""`skillwing protocol`: the wire protocol, for people and for programs."""
+"""`skillwing protocol`: keys and messages between processes, for people and for programs."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from skillwing.dsl import load
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json, print_table
-from skillwing.services.wire.channels import CHANNELS
+from skillwing.services.wire.channels import CHANNELS, keys_in
 from skillwing.services.wire.messages import classes_of
-from skillwing.services.wire.schema import channels_of, json_schema
 
 
 def protocol(
@@ -34,6 +33,8 @@ def protocol(
     if file is not None:
         _print_keys(file, as_json=as_json)
     elif schema:
+        from skillwing.services.wire.schema import json_schema  # noqa: PLC0415 - as below
+
         print_json(json_schema())
     else:
         from skillwing.services.wire.page import protocol_page  # noqa: PLC0415 - plays an exchange, on all managers
@@ -44,6 +45,8 @@ def protocol(
 def _print_keys(file: Path, *, as_json: bool) -> None:
     skillset = load(file)
     if as_json:
+        from skillwing.services.wire.schema import channels_of  # noqa: PLC0415 - as above
+
         print_json(channels_of(skillset))
         return
     console = make_console()
@@ -51,7 +54,7 @@ def _print_keys(file: Path, *, as_json: bool) -> None:
     rows = [
         (key, channel.kind, _names(channel.message), _names(channel.reply))
         for channel in CHANNELS
-        for key in channel.keys(skillset)
+        for key in keys_in(skillset, channel)
     ]
     print_table(console, ("KEY", "KIND", "MESSAGE", "REPLY"), rows)
 

@@ -1,4 +1,4 @@
-"""What goes over the wire, as data: the table of keys, and the page and the JSON Schema that are made from it.
+"""The table of keys, and the page and JSON Schema that are made from it.
 
-`channels.py` says what each key means; whoever needs all keys (documentation, fuzzing) takes them from there.
+`channels.py` has the rows, `protocol.md.template` the prose.
 """

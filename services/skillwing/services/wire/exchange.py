@@ -1,6 +1,6 @@
-"""A goal from start to end as bytes: what a client and the managers really say to each other.
+"""A goal from start to end as bytes: the messages between a client and the managers.
 
-It is played by the real managers on the in-process network, in virtual time, so that it is the same each time.
+The real managers produce them on the in-process network, in virtual time, so that they are the same each time.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def door() -> Skillset:
 
 
 def play() -> list[Said]:
-    """What a client hears and says when it starts a goal that succeeds, and another that loses its power."""
+    """The messages of a client that starts a goal that succeeds, and another one that loses its power."""
     skillset = door()
     keys = Keys(skillset.name)
     schema = skillset.schema_hash
@@ -89,7 +89,7 @@ def play() -> list[Said]:
 
 
 def _heard(utterance: Utterance, keys: Keys) -> Iterable[Said]:
-    """What a client has a part in; managers talk to each other, too."""
+    """The message, if a client takes part in it. Managers also talk to each other."""
     public = {keys.resource_states, keys.resource_extern}
     public |= {keys.start("open"), keys.interrupt("open"), keys.status("open"), keys.progress("open")}
     public |= {keys.resource("latch"), keys.resource("power")}

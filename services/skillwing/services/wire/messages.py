@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect as python_inspect
 from collections.abc import Iterable, Iterator
-from enum import Enum
 from typing import Any, TypeAlias
 
 import msgspec
@@ -31,18 +30,20 @@ def classes_of(kind: Any) -> tuple[Structure, ...]:
     return tuple(member.cls for member in members if isinstance(member, inspect.StructType))
 
 
-def parts_of(classes: Iterable[Structure]) -> tuple[tuple[Structure, ...], tuple[type[Enum], ...]]:
-    """The structures inside these messages, and the enumerations, each once and in the order of their appearance."""
-    structs: dict[Structure, None] = {}
-    enums: dict[type[Enum], None] = {}
-    own = tuple(classes)
-    for cls in own:
-        for part in _inner(inspect.type_info(cls)):
-            if isinstance(part, inspect.EnumType):
-                enums.setdefault(part.cls)
-            elif isinstance(part, inspect.StructType) and part.cls not in own:
-                structs.setdefault(part.cls)
-    return tuple(structs), tuple(enums)
+def sections(kinds: Iterable[Any]) -> Iterator[str]:
+    """The sections of these messages and of the structures inside them, each once."""
+    classes = _classes(kinds)
+    inner = [each.cls for each in _parts(classes) if isinstance(each, inspect.StructType)]
+    for cls in dict.fromkeys((*classes, *inner)):
+        yield from _section(cls)
+
+
+def enumerations(kinds: Iterable[Any]) -> Iterator[str]:
+    """The sections of the enumerations inside these messages, each once."""
+    for cls in dict.fromkeys(each.cls for each in _parts(_classes(kinds)) if isinstance(each, inspect.EnumType)):
+        yield from (f"### {cls.__name__}", "")
+        yield from (cls.__doc__, "") if cls.__doc__ else ()
+        yield from (f"{', '.join(f'`{member.value}`' for member in cls)}.", "")
 
 
 def link(name: str) -> str:
@@ -55,7 +56,7 @@ def links(kind: Any) -> str:
     return " or ".join(link(cls.__name__) for cls in classes_of(kind))
 
 
-def section(cls: Structure) -> list[str]:
+def _section(cls: Structure) -> list[str]:
     """The section of one message: what it says, and its fields."""
     described = inspect.type_info(cls)
     assert isinstance(described, inspect.StructType)
@@ -71,17 +72,9 @@ def section(cls: Structure) -> list[str]:
     return [*lines, ""]
 
 
-def enumeration(cls: type[Enum]) -> list[str]:
-    """The section of an enumeration: what it says, and its values."""
-    lines = [f"### {cls.__name__}", ""]
-    if cls.__doc__:
-        lines += [cls.__doc__, ""]
-    return [*lines, f"{', '.join(f'`{member.value}`' for member in cls)}.", ""]
-
-
-def definitions(classes: Iterable[Structure]) -> dict[str, Any]:
-    """These messages and all that is inside them as JSON Schema, by name; `REFERENCE` spells a reference to one."""
-    return msgspec.json.schema_components(classes, ref_template=REFERENCE)[1]
+def definitions(kinds: Iterable[Any]) -> dict[str, Any]:
+    """These messages and the structures inside them as JSON Schema, by name. `REFERENCE` spells a reference to one."""
+    return msgspec.json.schema_components(_classes(kinds), ref_template=REFERENCE)[1]
 
 
 def type_text(described: inspect.Type) -> str:
@@ -122,6 +115,15 @@ def _if_left_out(field: inspect.Field) -> str:
 
 def _value(value: object) -> str:
     return "nil" if value is None else msgspec.json.encode(value).decode()
+
+
+def _classes(kinds: Iterable[Any]) -> tuple[Structure, ...]:
+    return tuple(dict.fromkeys(cls for kind in kinds for cls in classes_of(kind)))
+
+
+def _parts(classes: Iterable[Structure]) -> Iterator[inspect.Type]:
+    for cls in classes:
+        yield from _inner(inspect.type_info(cls))
 
 
 def _inner(described: inspect.Type) -> Iterator[inspect.Type]:

@@ -37,9 +37,8 @@ def world(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the site as JSON.")] = False,
 ) -> None:
-    """Show a simulated world: its site as a mission planner has it, its scene for MuJoCo, a picture of it.
-
-    See docs/worlds.md.
+    """Show a simulated world: its site as a mission planner has it, its scene for MuJoCo, a picture of it. See
+    docs/worlds.md.
 
     Exit codes: 0 done, 2 unknown kind or scale, or a file that cannot be written.
     """

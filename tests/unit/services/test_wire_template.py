@@ -1,0 +1,51 @@
+"""Pages that are made from a Markdown template: figures, tables, and prose about keys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+
+from skillwing.services.protocol import ErrorCode, QueryStates, Record
+from skillwing.services.wire import template
+from skillwing.services.wire.channel import Channel, Kind
+from skillwing.services.wire.template import Meaning, PageTemplate
+
+TEXT = """\
+Wait $SECONDS s.
+
+$keys
+
+- **`a`** (query): Ask in $SECONDS s. *Without it:* Nothing.
+"""
+ASKED = Channel("a", Kind.QUERY, "one", ("other",), QueryStates, QueryStates, (ErrorCode.TOO_LATE,), array="bytes")
+PUBLISHED = Channel("b", Kind.STREAM, "one", ("other",), Record)
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> PageTemplate:
+    (tmp_path / "page").write_text(TEXT, encoding="utf-8")
+    with patch.object(template, "files", lambda package: tmp_path):
+        return PageTemplate("package", "page", {"SECONDS": 0.5}, str.lower)
+
+
+def test_figures_tables_and_facts_are_filled_in(page: PageTemplate) -> None:
+    keys = page.table(("key",), [ASKED], lambda channel: [channel.pattern])
+    assert page.page([ASKED], {"keys": keys}) == (
+        "Wait 0.5 s.\n\n| key |\n|---|\n| a |\n\n"
+        "- **`a`** (query): Ask in 0.5 s. Reply: bytes. Refused with too_late. *Without it:* Nothing.\n"
+    )
+
+
+def test_a_key_without_prose_is_explained_by_its_message(page: PageTemplate) -> None:
+    (*_, item) = page.table(("key",), [ASKED, PUBLISHED], lambda channel: [channel.pattern])
+    assert item == f"- **`b`** (stream): {page.meaning(PUBLISHED).text}"
+    assert page.meaning(ASKED) == Meaning("Ask in 0.5 s.", "Nothing.")
+
+
+def test_a_missing_table_or_key_is_an_error(page: PageTemplate) -> None:
+    with pytest.raises(KeyError):
+        page.page([ASKED], {})
+    with pytest.raises(KeyError):
+        page.page([PUBLISHED], {"keys": []})
