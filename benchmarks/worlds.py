@@ -19,6 +19,7 @@ from statistics import median
 import mujoco
 import numpy as np
 from performance_page import machine, table, tell
+from world_promises import broken_promises
 
 from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
@@ -26,7 +27,6 @@ from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
-from skillwing.sim_mujoco.world.promises import broken_promises
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.things.obstacle import ObstacleKind
 from skillwing.sim_mujoco.world.triangles import Triangles

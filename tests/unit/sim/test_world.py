@@ -14,16 +14,18 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from benchmark_scripts import script
 from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 from skillwing.sim_mujoco.world.layouts.plot import legs_of
-from skillwing.sim_mujoco.world.promises import broken_promises
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.triangulation import local_triangles
 from skillwing.sim_mujoco.world.world import BUILDING, OTHER, TERRAIN, World, make_world
+
+broken_promises = script("world_promises").broken_promises
 
 seeds = st.integers(min_value=0, max_value=2**31)
 
