@@ -13,9 +13,9 @@ from typer.testing import CliRunner
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.operator_commands import LINK_KINDS, Handover, fault, pilot
 from skillwing.m600.robot import ROBOT, functional_layer
-from skillwing.services import cli
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import Launcher
+from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
 
 pytestmark = pytest.mark.slow

@@ -17,7 +17,7 @@ CHUNK = 50
 
 @dataclass
 class Campaign:
-    """What came of a campaign. failures: the first broken promise by seed.
+    """Outcome of a campaign. failures: the first broken promise by seed.
 
     seconds: of wall time for a campaign, of one processor for a part of it.
     """

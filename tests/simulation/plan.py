@@ -1,4 +1,4 @@
-"""What a seed stands for: a skillset, a network, and what clients, the robot and bad luck do at which time."""
+"""Plan of a run, drawn from a seed: skillset, network, and the acts of clients, the robot and bad luck."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_proce
 CLIENTS = ("mission", "operator")
 """The first owns the goals that it starts, the second does not."""
 ACTION_TIME = 8.0
-"""Seconds of virtual time in which something is done; then everything is mended."""
+"""Seconds of virtual time in which something is done; then everything is fixed."""
 
 
 class Deed(StrEnum):
-    """Who does what: clients, the robot, and from `KILL` on bad luck."""
+    """Acts of clients and the robot, and from `KILL` on of bad luck."""
 
     START = "starts"
     START_AGAIN = "starts again"

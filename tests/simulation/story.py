@@ -23,7 +23,7 @@ def tell(plan: Plan, say: Callable[[str], None], *, messages: bool = False) -> O
         run.world.network.on_fate = lambda fate: say(f"{run.world.network.now():8.4f}  ... {fate}")
     outcome = run.carry_out()
     say("timeline:")
-    for record in run.witness.records.values():
+    for record in run.observer.records.values():
         change = f"{record.before or '-'} -> {record.after}"
         cause = f" (of {record.cause})" if record.cause else ""
         say(f"{record.t:8.4f}  {record.id:24} {record.subject:16} {change} {record.goal_id or ''} {record.text}{cause}")

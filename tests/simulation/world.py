@@ -38,7 +38,7 @@ ROUTER = "router"
 WAKES_FOR = 0.3
 """Seconds for which a stopped process may go on with a goal beside the one that has replaced it."""
 SUPERVISION_PERIOD = 0.25
-"""Seconds between two looks for processes that have ended by themselves, to be started anew."""
+"""Seconds between two looks for processes that have ended by themselves, to be started again."""
 
 
 class Client:

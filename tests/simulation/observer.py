@@ -1,4 +1,4 @@
-"""What must hold of everything that managers say, whoever hears it."""
+"""Promises on everything that managers publish and answer."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Problem:
         return f"{self.t:8.4f}  {self.law}: {self.text}"
 
 
-class Witness:
-    """Hears everything at its source, also what gets lost on the way."""
+class Observer:
+    """Observes every message at its source, even one that gets lost later."""
 
     def __init__(self, plan: Plan) -> None:
         skillset = plan.subject.skillset
@@ -88,7 +88,7 @@ class Witness:
             listener(said)
 
     def expect_new_books(self) -> None:
-        """A resource manager without a journal was killed: its successor begins anew."""
+        """A resource manager without a journal was killed: its successor begins from scratch."""
         self.states, self.revision = dict(self._initial), 0
         self._tokens.clear()
         self._known.clear()
@@ -132,7 +132,7 @@ class Witness:
         self._told[said.source, goal] = terminal
         self.answers.setdefault(goal, set()).add(terminal.label)
         # A process that has replaced another knows of its goals what the resource manager knows. For others it may
-        # find another answer, for whoever asks again because none has arrived.
+        # find another answer, for a client that asks again because none has arrived.
         known = told or self._binding.get(goal)
         if known is not None and (known != terminal if told else known.label != terminal.label):
             text = f"{goal} ended {known.label} ({known.reason}) and {terminal.label} ({terminal.reason})"
