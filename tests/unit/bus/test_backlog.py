@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections import deque
 from collections.abc import Callable
 
@@ -19,7 +20,6 @@ from skillwing.services.bus.backlog import (
     Inbox,
     RequestBacklog,
     SampleBacklog,
-    SampleQueue,
 )
 from skillwing.services.protocol import MAX_MESSAGE_BYTES
 
@@ -51,7 +51,7 @@ def sample(size: int, key: str = "x") -> Sample:
     return Sample(key, bytes(size - SAMPLE_OVERHEAD))
 
 
-def bounds(samples: int | None, size: int) -> Bounds:
+def bounds(samples: int, size: int) -> Bounds:
     return Bounds(samples=samples, bytes=size, largest=size, reports_loss=False)
 
 
@@ -61,11 +61,12 @@ STEPS = st.lists(
 """Each step names a subscription, and the slot and size of a sample for it; without them its node takes a sample."""
 
 
-@given(most_samples=st.none() | st.integers(1, 4), most_bytes=st.integers(1500, 5000), steps=STEPS)
+@given(most_samples=st.integers(1, 4) | st.just(sys.maxsize), most_bytes=st.integers(1500, 5000), steps=STEPS)
 def test_waiting_samples_are_bounded_the_newest_is_kept_and_none_is_forgotten(
-    most_samples: int | None, most_bytes: int, steps: list[tuple[int, tuple[int, int] | None]]
+    most_samples: int, most_bytes: int, steps: list[tuple[int, tuple[int, int] | None]]
 ) -> None:
-    backlog, queues = SampleBacklog(bounds(most_samples, most_bytes)), [SampleQueue() for _ in range(3)]
+    backlog = SampleBacklog(bounds(most_samples, most_bytes))
+    queues = [backlog.add_queue() for _ in range(3)]
     owed = [0, 0, 0]
     for which, arrival in steps:
         queue = queues[which]
@@ -80,7 +81,7 @@ def test_waiting_samples_are_bounded_the_newest_is_kept_and_none_is_forgotten(
             assert backlog.take(queue)[0] is oldest
         waiting = [len(each.payload) + SAMPLE_OVERHEAD for queue in queues for each in queue.samples.values()]
         assert backlog.bytes == sum(waiting) <= most_bytes
-        assert all(most_samples is None or len(queue.samples) <= most_samples for queue in queues)
+        assert all(len(queue.samples) <= most_samples for queue in queues)
         assert all(len(queue.samples) <= deliveries for queue, deliveries in zip(queues, owed, strict=True))
     for queue, deliveries in zip(queues, owed, strict=True):
         for _ in range(deliveries):
@@ -90,7 +91,8 @@ def test_waiting_samples_are_bounded_the_newest_is_kept_and_none_is_forgotten(
 
 
 def test_the_subscription_that_holds_most_loses_its_oldest() -> None:
-    backlog, flooded, quiet = SampleBacklog(bounds(None, 10_000)), SampleQueue(), SampleQueue()
+    backlog = SampleBacklog(bounds(sys.maxsize, 10_000))
+    flooded, quiet = backlog.add_queue(), backlog.add_queue()
     backlog.put(quiet, 0, sample(600))
     for number in range(50):
         backlog.put(flooded, number, sample(1000))
@@ -101,7 +103,8 @@ def test_the_subscription_that_holds_most_loses_its_oldest() -> None:
 
 
 def test_a_sample_that_replaces_another_keeps_its_turn() -> None:
-    backlog, queue = SampleBacklog(STREAMS), SampleQueue()
+    backlog = SampleBacklog(STREAMS)
+    queue = backlog.add_queue()
     samples = [Sample("a", b"1"), Sample("b", b"1"), Sample("a", b"2")]
     assert [backlog.put(queue, each.key, each) for each in samples] == [True, True, False]
     assert backlog.take(queue) == (Sample("a", b"2"), 0)

@@ -6,10 +6,12 @@ Both buses use these classes, so that a node in a test loses what it would lose 
 from __future__ import annotations
 
 import logging
+import sys
 import threading
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from itertools import count
+from weakref import WeakSet
 
 from skillwing.services.bus import Sample
 from skillwing.services.protocol import MAX_MESSAGE_BYTES
@@ -61,22 +63,22 @@ class RequestBacklog:
 class Bounds:
     """Limits of waiting samples.
 
-    samples: of one subscription, None for any number. bytes: of all subscriptions of a node. largest: bytes of one
-    sample. reports_loss: the log reports dropped samples as an error.
+    samples: of one subscription. bytes: of all subscriptions of a node. largest: bytes of one sample. reports_loss: the
+    log reports dropped samples as an error.
     """
 
-    samples: int | None
+    samples: int
     bytes: int
     largest: int
     reports_loss: bool
 
 
 STREAMS = Bounds(samples=STREAM_BACKLOG, bytes=MOST_BYTES, largest=MOST_BYTES, reports_loss=False)
-EVENTS = Bounds(samples=None, bytes=MOST_BYTES, largest=MAX_MESSAGE_BYTES, reports_loss=True)
+EVENTS = Bounds(samples=sys.maxsize, bytes=MOST_BYTES, largest=MAX_MESSAGE_BYTES, reports_loss=True)
 """An event is one message: every reader refuses a longer payload, so that it need not wait."""
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, slots=True, weakref_slot=True)
 class SampleQueue:
     """Waiting samples of one subscription, oldest first. deliveries: calls of `take` that the node still owes, at
     least one for each sample; dropped: samples lost since the last of these calls."""
@@ -97,21 +99,27 @@ class SampleBacklog:
     def __init__(self, bounds: Bounds) -> None:
         self.bounds = bounds
         self.bytes = 0
-        self._filled: dict[SampleQueue, None] = {}
+        self._queues: WeakSet[SampleQueue] = WeakSet()
         self._lock = threading.Lock()
+
+    def add_queue(self) -> SampleQueue:
+        """A queue for one more subscription. It counts as long as it is referenced."""
+        queue = SampleQueue()
+        with self._lock:
+            self._queues.add(queue)
+        return queue
 
     def put(self, queue: SampleQueue, slot: Hashable, sample: Sample) -> bool:
         """Let a sample wait, in place of the one in the same slot. True if the node has to call `take` once more."""
+        size = _size(sample)
         with self._lock:
-            if slot in queue.samples:
-                self._count(queue, -_size(queue.samples[slot]))
+            replaced = queue.samples.get(slot)
             queue.samples[slot] = sample  # a replaced sample keeps its turn
-            self._count(queue, _size(sample))
-            if self.bounds.samples is not None and len(queue.samples) > self.bounds.samples:
-                self._drop_oldest(queue, sample)
-            while self.bytes > self.bounds.bytes and (len(self._filled) > 1 or len(queue.samples) > 1):
-                older = {each: each.bytes - (_size(sample) if each is queue else 0) for each in self._filled}
-                self._drop_oldest(max(older, key=older.__getitem__), sample)
+            growth = size if replaced is None else size - _size(replaced)
+            queue.bytes += growth
+            self.bytes += growth
+            if self.bytes > self.bounds.bytes or len(queue.samples) > self.bounds.samples:
+                self._make_room(queue, slot, size)
             if queue.deliveries >= len(queue.samples):
                 return False
             queue.deliveries += 1
@@ -124,23 +132,27 @@ class SampleBacklog:
             dropped, queue.dropped = queue.dropped, 0
             if not queue.samples:
                 return None, dropped
-            sample = queue.samples.pop(next(iter(queue.samples)))
-            self._count(queue, -_size(sample))
-            return sample, dropped
+            return self._remove(queue, next(iter(queue.samples))), dropped
 
-    def _drop_oldest(self, queue: SampleQueue, newest: Sample) -> None:
-        slot, sample = next(each for each in queue.samples.items() if each[1] is not newest)
-        del queue.samples[slot]
+    def _make_room(self, queue: SampleQueue, newest: Hashable, size: int) -> None:
+        """Drop samples until the bounds hold, but not the newest one, which has `size` bytes in `queue`."""
+        if len(queue.samples) > self.bounds.samples:
+            self._drop_oldest(queue, newest)
+        while self.bytes > max(self.bounds.bytes, size):
+            older = {each: each.bytes - (size if each is queue else 0) for each in self._queues}
+            largest = max(older, key=older.__getitem__)
+            self._drop_oldest(largest, newest if largest is queue else None)
+
+    def _drop_oldest(self, queue: SampleQueue, keep: Hashable | None) -> None:
+        self._remove(queue, next(slot for slot in queue.samples if slot != keep))
         queue.dropped += 1
-        self._count(queue, -_size(sample))
 
-    def _count(self, queue: SampleQueue, size: int) -> None:
-        self.bytes += size
-        queue.bytes += size
-        if queue.bytes:
-            self._filled[queue] = None
-        else:
-            del self._filled[queue]
+    def _remove(self, queue: SampleQueue, slot: Hashable) -> Sample:
+        sample = queue.samples.pop(slot)
+        size = _size(sample)
+        queue.bytes -= size
+        self.bytes -= size
+        return sample
 
 
 class Inbox:
@@ -164,7 +176,7 @@ class Inbox:
         self._wake = wake
         self._latest_only = latest_only
         self._label = label
-        self._queue = SampleQueue()
+        self._queue = backlog.add_queue()
         self._numbers = count()
 
     def receive(self, sample: Sample) -> None:
