@@ -53,7 +53,7 @@ def test_how_a_process_is(
 def test_heads_are_counted() -> None:
     assert (
         running_count([ProcessCondition.RUNS, ProcessCondition.DOWN, ProcessCondition.RUNS])
-        == "2 of 3 processes run, besides the router."
+        == "2 of 3 processes run, not counting the router."
     )
 
 

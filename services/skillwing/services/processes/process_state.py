@@ -68,6 +68,6 @@ def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | 
 
 
 def running_count(conditions: Iterable[ProcessCondition]) -> str:
-    """`3 of 4 processes run, besides the router.`"""
+    """`3 of 4 processes run, not counting the router.`"""
     found = list(conditions)
-    return f"{found.count(ProcessCondition.RUNS)} of {len(found)} processes run, besides the router."
+    return f"{found.count(ProcessCondition.RUNS)} of {len(found)} processes run, not counting the router."
