@@ -9,8 +9,8 @@ from skillwing.onboard.odometry.gicp import gicp_matcher
 from skillwing.onboard.sensor_data.names import CAMERA
 from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.onboard.topics.mapping import Poses
-from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, check_rotor_fault
-from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError, check_kind
+from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_NAMES, check_rotor_fault
+from skillwing.sim_mujoco.sensors.faults import UnknownFaultError, check_kind
 from skillwing.sim_mujoco.sensors.table import SENSORS
 
 
@@ -25,11 +25,6 @@ def check_fault(sensor: str, kind: str, magnitude: float | None = None) -> None:
         check_kind(kind, magnitude, SENSORS[sensor].largest)
     else:
         raise UnknownFaultError("sensor", sensor, (*SENSORS, CAMERA, *ROTOR_NAMES))
-
-
-def simulated_faults() -> dict[str, tuple[str, ...]]:
-    """Sensors and rotors that can fail, with their kinds of fault."""
-    return dict.fromkeys((*SENSORS, CAMERA), tuple(KINDS)) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
 
 
 def fault_errors(content: object) -> Iterator[str]:
