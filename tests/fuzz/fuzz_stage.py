@@ -20,7 +20,7 @@ from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Answered, Bus, Node, NoReply, Publisher, Refused
-from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Robot
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Namespace
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
 from skillwing.services.options import imported
@@ -155,7 +155,7 @@ class FuzzStage:
 
         self._buses[robot].ask(endpoint.key, data, on_answer, attachment=attachment)
 
-    def _robot(self, robot: str) -> Robot:
+    def _robot(self, robot: str) -> Namespace:
         return cast(InProcessBus, self._buses[robot]).robot
 
     def _publisher(self, robot: str, key: str) -> Publisher:
