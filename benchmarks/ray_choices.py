@@ -27,7 +27,7 @@ from sim_speed import fly
 
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.sensors import depth_camera
-from skillwing.sim_mujoco.sensors.infill import Infill
+from skillwing.sim_mujoco.sensors.depth_camera import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar
 from skillwing.sim_mujoco.simulator import simulator
 from skillwing.sim_mujoco.world.kinds import KINDS

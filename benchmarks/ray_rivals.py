@@ -10,9 +10,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from skillwing.sim_mujoco.sensors import depth_camera, infill
-from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
-from skillwing.sim_mujoco.sensors.infill import Cast, Image, Infill
+from skillwing.sim_mujoco.sensors import depth_camera
+from skillwing.sim_mujoco.sensors.depth_camera import Cast, DepthCamera, Image, Infill
 from skillwing.sim_mujoco.world.rays import Floats, RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 
@@ -54,7 +53,7 @@ class EitherSide(Infill):
     """Casts a pixel also where the line is broken on one side of it only."""
 
     def inverse_depths(self, first: Image, cast: Cast) -> Image:
-        with patch.object(infill, "_between", _broken_on_either_side):
+        with patch.object(depth_camera, "_between", _broken_on_either_side):
             return super().inverse_depths(first, cast)
 
 
@@ -68,16 +67,16 @@ class EverySecondRow(Infill):
             middle, bent = _broken_on_both_sides(known)
             return middle, np.ones_like(bent) if next(rows_first, False) else bent
 
-        with patch.object(infill, "_between", between):
+        with patch.object(depth_camera, "_between", between):
             return super().inverse_depths(first, cast)
 
 
-_broken_on_both_sides = infill._between
+_broken_on_both_sides = depth_camera._between
 
 
 def _broken_on_either_side(known: Image) -> tuple[Image, NDArray[np.bool_]]:
     middle, _ = _broken_on_both_sides(known)
-    bend, allowed = np.abs(np.diff(known, 2, axis=0)), infill._STRAIGHT * middle
+    bend, allowed = np.abs(np.diff(known, 2, axis=0)), depth_camera._STRAIGHT * middle
     bent = np.zeros_like(known, dtype=np.bool_)
     bent[1:-1] = bend > allowed[1:]
     bent[:-2] |= bend > allowed[:-1]

@@ -1,13 +1,13 @@
-"""A network that does to messages and nodes what a real one may do: the failures of Zenoh, in virtual time.
+"""A network with the failures of Zenoh, in virtual time.
 
-What is promised, and what is not, was measured on Zenoh with one router (docs/reliability.md):
+These promises, and their limits, were measured on Zenoh with one router (docs/reliability.md):
 
-- Requests, replies and samples of streams may be late, lost, or overtake each other; a request may arrive twice. One
-  that its asker has given up may still be carried out. An empty answer says nothing.
-- Events are late but never lost, doubled or out of order, for subscribers recover what they missed; only what a
-  process had not got out when it was killed is lost, and what others had not recovered by then.
-- Liveliness tokens vanish at once with a process that is killed, and after a lease with one that is stopped or cut off,
-  which then sees all others vanish. They are back before the queries of their process are reachable again.
+- Requests, replies and samples of streams may be late, lost, or overtake each other. A request may arrive twice. A
+  request that its asker has given up may still be executed. An empty answer has no meaning.
+- Events are late but never lost, doubled or out of order, because subscribers recover missed ones. Two kinds are lost:
+  events that had not left their process when it was killed, and those that others had not recovered by then.
+- Liveliness tokens vanish at once with a killed process, and after a lease with a stopped or cut-off one. That process
+  then sees all others vanish. Tokens return before the queries of their process are reachable again.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from skillwing.services.bus import NoReply
-from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Question, Robot, Traffic
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Namespace, Question, Traffic
 from skillwing.services.bus.keys import matches
 
 LEASE = 2.0
-"""Seconds after which at the latest a node that is not heard of counts as gone."""
+"""Longest time in seconds after which a silent node counts as gone."""
 UNREACHABLE = 0.05
-"""Seconds for which at most the queries of a node are unreachable although its token is there."""
+"""Longest time in seconds for which the queries of a node are unreachable although its token is there."""
 RECOVERY = 0.6
-"""Seconds within which a lost event is recovered: publishers announce their latest one every half second."""
-LAST_WORDS = 6
-"""How many of a process's messages at most have not left it when it is killed."""
+"""Longest time in seconds until a lost event is recovered: publishers send a heartbeat every half second."""
+MOST_UNSENT = 6
+"""Largest number of messages that have not left a process when it is killed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Weather:
-    """How bad the network is.
+class NetworkConditions:
+    """Disturbances of the network.
 
     latency: shortest and longest time in seconds that a message takes. slow: share of messages that take up to
     `slowest` seconds instead. loss: share that gets lost. duplication: share of requests that arrive twice.
@@ -47,8 +47,11 @@ class Weather:
 
 @dataclass(eq=False, slots=True)
 class _Message:
-    """only_cached: an event that has to be recovered from its publisher, as long as that lives. here: at its target,
-    where it may wait for those that were sent before it."""
+    """A message under way.
+
+    only_cached: an event that is recovered from its publisher, as long as that lives. here: it has reached its target,
+    where it may wait for earlier ones.
+    """
 
     source: InProcessBus
     target: InProcessBus
@@ -61,13 +64,13 @@ class _Message:
 
     @property
     def ordered(self) -> bool:
-        """It must not overtake, nor be overtaken by, others of its channel."""
+        """True if messages of its channel keep their order."""
         return self.channel is not None and self.traffic in (Traffic.EVENT, Traffic.LIVELINESS)
 
 
 @dataclass(eq=False, slots=True)
 class _Session:
-    """A node's connection to the router. held: messages that wait for it; backlog: what a stopped node has to do."""
+    """A node's connection to the router. held: messages that wait for it; backlog: actions of a stopped node."""
 
     cut: bool = False
     stopped: bool = False
@@ -80,15 +83,15 @@ class _Session:
 
 
 class FaultyNetwork(InProcessNetwork):
-    """An `InProcessNetwork` with weather, whose nodes can be cut off, stopped and killed. All chance is seeded.
+    """An `InProcessNetwork` with disturbances, whose nodes can be cut off, stopped and killed. All chance is seeded.
 
     Nodes are named by their buses, so that a stopped process and its successor may have the same name.
     on_fate: gets a sentence about each message that does not simply arrive.
     """
 
-    def __init__(self, seed: int = 0, weather: Weather | None = None) -> None:
+    def __init__(self, seed: int = 0, conditions: NetworkConditions | None = None) -> None:
         super().__init__(seed)
-        self.weather = weather or Weather()
+        self.conditions = conditions or NetworkConditions()
         self.on_fate: Callable[[str], None] | None = None
         self._sessions: dict[InProcessBus, _Session] = {}
         self._lanes: dict[object, deque[_Message]] = {}
@@ -96,34 +99,34 @@ class FaultyNetwork(InProcessNetwork):
     # --- what can be done to nodes -----------------------------------------------------------------------------------
 
     def join(self, name: str) -> InProcessBus:
-        """A new node's bus, also where one of that name is still around."""
+        """A new node's bus, also if a node of that name still exists."""
         bus = self._join(name, "r1")
         self._session(bus)
         return bus
 
     def cut(self, bus: InProcessBus, *, noticed: bool = False) -> None:
-        """Cut a node off from the router. After the lease both sides notice, or at once: a router that ends says so."""
+        """Cut a node off from the router. Both sides notice after the lease, or at once if the router ended."""
         session = self._session(bus)
         session.cut = True
         self._fall_silent(bus, session, 0.0 if noticed else self._lease())
 
-    def mend(self, bus: InProcessBus) -> None:
+    def reconnect(self, bus: InProcessBus) -> None:
         """Connect a node again. Idempotent."""
         session = self._session(bus)
         if session.cut:
             session.cut = False
             session.troubles += 1
             if not session.stopped:
-                self._reconnect(bus, session)
+                self._resume_session(bus, session)
 
     def stop(self, bus: InProcessBus) -> None:
-        """SIGSTOP: nothing of the node runs any more; after the lease the others think it gone."""
+        """Stop a node, as SIGSTOP does. After the lease it counts as gone for the others."""
         session = self._session(bus)
         session.stopped = True
         self._fall_silent(bus, session, self._lease())
 
     def wake(self, bus: InProcessBus) -> None:
-        """SIGCONT: the node does all that it has missed, and may find out only then that it was given up."""
+        """Continue a node, as SIGCONT does. It runs its missed actions, and may notice only then that it was gone."""
         session = self._session(bus)
         if not session.stopped:
             return
@@ -135,12 +138,12 @@ class FaultyNetwork(InProcessNetwork):
         for action in backlog:
             self.schedule(0.0, lambda action=action: self.perform(bus, action))
         if not session.cut:
-            self._reconnect(bus, session)
+            self._resume_session(bus, session)
 
     def kill(self, bus: InProcessBus) -> None:
-        """Kill -9: some of the last messages never leave the process."""
+        """Kill a node, as SIGKILL does. Some of its last messages never leave the process."""
         session = self._session(bus)
-        session.last_sent = session.sent - self._random.randint(0, LAST_WORDS)
+        session.last_sent = session.sent - self._random.randint(0, MOST_UNSENT)
         session.backlog.clear()
         bus.close()
 
@@ -150,7 +153,7 @@ class FaultyNetwork(InProcessNetwork):
         self._agenda.add(self._now + after, lambda: self._give_up(bus) if session.troubles == trouble else None)
 
     def _give_up(self, bus: InProcessBus) -> None:
-        """The lease is over: everybody is told that the node is gone, and the node that everybody is."""
+        """End a node's lease: the others see its tokens vanish, and it sees theirs vanish."""
         if bus.closed or bus.given_up:
             return
         before = bus.robot.standing()
@@ -160,14 +163,14 @@ class FaultyNetwork(InProcessNetwork):
             self._lose_sight(bus)
 
     def _lose_sight(self, bus: InProcessBus) -> None:
-        """The node finds that it is alone."""
+        """Let the node see all other tokens vanish."""
         others = [key for owner, key, _ in bus.robot.tokens if owner is not bus]
         for watch in bus.robot.watches:
             for key in others if watch.bus is bus else ():
                 if matches(watch.key_expression, key):
                     self.perform(bus, lambda watch=watch, key=key: watch.deliver(key, False))
 
-    def _reconnect(self, bus: InProcessBus, session: _Session) -> None:
+    def _resume_session(self, bus: InProcessBus, session: _Session) -> None:
         if bus.closed:
             return
         held, session.held = session.held, []
@@ -203,13 +206,13 @@ class FaultyNetwork(InProcessNetwork):
         else:
             super().perform(bus, action)
 
-    def forward(self, robot: Robot, question: Question) -> None:
+    def forward(self, robot: Namespace, question: Question) -> None:
         asker = question.asker
-        for _ in range(2 if self._happens(self.weather.duplication) else 1):
+        for _ in range(2 if self._happens(self.conditions.duplication) else 1):
             self.send(asker, asker, lambda: self._route(robot, question), Traffic.REQUEST)
 
-    def _route(self, robot: Robot, question: Question) -> None:
-        """The request is at the router, which takes the latest of several processes of one name."""
+    def _route(self, robot: Namespace, question: Question) -> None:
+        """Route a request at the router, to the latest of several processes of one name."""
         services = [each for each in robot.services_for(question.key) if not each.bus.given_up]
         service = services[-1] if services else None
         if service is None or self._session(service.bus).reachable_from > self._now:
@@ -227,7 +230,7 @@ class FaultyNetwork(InProcessNetwork):
                 self.perform(server, lambda: server.take(question, service.on_request))
 
         session = self._session(server)
-        late = self._random.uniform(0.0, self.weather.slowest) if self._happens(self.weather.slow) else 0.0
+        late = self._random.uniform(0.0, self.conditions.slowest) if self._happens(self.conditions.slow) else 0.0
         self._agenda.add(self._now + late, take)
 
     def _nobody_answers(self, question: Question) -> None:
@@ -247,7 +250,7 @@ class FaultyNetwork(InProcessNetwork):
         message = _Message(source, target, arrive, traffic, channel, session.sent)
         if message.ordered:
             self._lanes.setdefault(channel, deque()).append(message)
-        if traffic is Traffic.LIVELINESS or not self._happens(self.weather.loss):
+        if traffic is Traffic.LIVELINESS or not self._happens(self.conditions.loss):
             self._launch(message)
         elif traffic is Traffic.EVENT:
             self._note("to be recovered:", message)
@@ -257,11 +260,11 @@ class FaultyNetwork(InProcessNetwork):
             self._note("lost:", message)
 
     def _launch(self, message: _Message, delay: float = 0.0) -> None:
-        weather = self.weather
+        conditions = self.conditions
         # A request is routed at once, and late at its server.
-        if message.traffic not in (Traffic.LIVELINESS, Traffic.REQUEST) and self._happens(weather.slow):
-            delay += self._random.uniform(0.0, weather.slowest)
-        at = self._now + delay + self._random.uniform(*weather.latency)
+        if message.traffic not in (Traffic.LIVELINESS, Traffic.REQUEST) and self._happens(conditions.slow):
+            delay += self._random.uniform(0.0, conditions.slowest)
+        at = self._now + delay + self._random.uniform(*conditions.latency)
         self._agenda.add(at, lambda: self._arrive(message))
 
     def _arrive(self, message: _Message) -> None:
@@ -284,14 +287,14 @@ class FaultyNetwork(InProcessNetwork):
             self._hand_over(message)
 
     def _hand_over(self, message: _Message) -> None:
-        """Let a message in. Requests are routed first, and samples wait in the backlog of a stopped node."""
+        """Deliver a message. Requests are routed first, and samples wait in the backlog of a stopped node."""
         if message.traffic in (Traffic.REQUEST, Traffic.STREAM, Traffic.EVENT):
             message.arrive()
         else:
             self.perform(message.target, message.arrive)
 
     def _deliver_in_order(self, channel: object) -> None:
-        """Hand over what waits for nothing that was sent before it."""
+        """Deliver the messages that wait for no earlier one."""
         lane = self._lanes[channel]
         while lane and lane[0].here:
             self._hand_over(lane.popleft())
@@ -302,7 +305,7 @@ class FaultyNetwork(InProcessNetwork):
             self._deliver_in_order(message.channel)
 
     def _hold(self, session: _Session, message: _Message) -> None:
-        """Keep a message until the session is mended, if it is of a kind that may get through then."""
+        """Keep a message until the session is connected again, if its kind may get through then."""
         if message.traffic is Traffic.STREAM or (
             message.traffic in (Traffic.REQUEST, Traffic.REPLY) and self._happens(0.5)
         ):

@@ -1,4 +1,4 @@
-"""Which test files go to one worker: what the files of a worker wait for, the others can use."""
+"""Groups of test files that share a worker, so that waiting tests leave the cores to others."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Kill and stop every kind of process in every state of a goal, and in flight, and write down what becomes of it.
+"""Kills and stops of every kind of process, in every state of a goal and in flight, with a table of the outcomes.
 
     python tests/chaos/chaos_run.py --managers --write docs/reliability.md
 
-Exit code 1 if a promise was broken: a goal without its answer, a resource that stays taken, a system that does not
-work again, a drone that hits something or does not land.
+Exit code 1 for a broken promise: a goal without an answer, a resource that stays taken, a system that does not
+recover, or a drone that collides or does not land.
 """
 
 from __future__ import annotations

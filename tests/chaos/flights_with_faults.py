@@ -53,7 +53,7 @@ class FlightCell:
 
 @dataclass(frozen=True)
 class FlightResult:
-    """What became of a flight.
+    """Outcome of a flight.
 
     noticed: the first sign of the fault. lost: goals that ended LOST or ERROR, as `skill LABEL`. mission: how it ended,
     in its own words. landed: wall seconds from the fault to standing still on the ground, None if it never did.
@@ -80,7 +80,7 @@ class FlightResult:
 
     @property
     def outcome(self) -> str:
-        """What happened, in a few words."""
+        """Short description of the event."""
         if self.world_ended:
             return "the simulated world ends with it, and the system"
         if self.landed is None:

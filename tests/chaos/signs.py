@@ -1,4 +1,4 @@
-"""What there is to be noticed of a fault, and by whom: deaths, alive tokens, cut links and the timeline."""
+"""Signs of a fault: process exits, alive tokens, cut links and timeline records."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Cell:
 
     @property
     def expected(self) -> frozenset[str]:
-        """How its goal may end; whoever is not part of it costs it nothing."""
+        """Permitted ends of its goal. Processes without a part in the goal cost it nothing."""
         usual = "IT" if self.state == State.INTERRUPTING else "S_DONE"
         if self.process == skill_process(SKILL):
             lost = frozenset({"LOST by client", "LOST by resource_manager"})
@@ -85,12 +85,12 @@ class Cell:
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a cell. Wall seconds.
+    """Outcome of a cell, in wall seconds.
 
     answer: how the goal ended and who said so; None if there was no goal. answered, free: seconds from the fault to
-    that answer, and until the tool was free for good. again: seconds in which a new goal has succeeded, counted from
-    the fault, from the wakening of what was stopped, or from the end of a goal that went its way. None: it did not
-    happen. harmed: the goal did not end as it would have without the fault. lasted: how long the fault did.
+    that answer, and until the tool was free for good. again: time until a new goal succeeded, from the fault, the
+    wake-up or the end of an unharmed goal. None: it did not happen. harmed: the end differs from the faultless
+    one. lasted: duration of the fault.
     """
 
     cell: Cell

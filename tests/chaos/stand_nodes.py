@@ -1,4 +1,4 @@
-"""What the stand's processes are made of: a skill that stays in each state as told, and the mission that starts it."""
+"""Nodes of the stand: a skill that stays in each state as commanded, and the mission that starts it."""
 
 from __future__ import annotations
 

@@ -239,7 +239,7 @@ class ProcessStage:
 
 
 def direction(run: MockRun, when: Any) -> DirectMock:
-    """What tells a mock about a run."""
+    """Message that gives a mock a run."""
     return DirectMock(run=msgspec.to_builtins(run), when=when)
 
 

@@ -46,10 +46,10 @@ SILENT = 0.5
 """Seconds after which a question counts as unanswered."""
 PRESSURE = 4.0
 AT_REST = {"door": "SHUT", "part": "ABSENT", "gripper": "OPEN", "table": "LOW", "lamp": "DARK"}
-"""Where the robot can bring resources by itself. Only skills move the arm."""
+"""States to which the robot can bring resources by itself. Only skills move the arm."""
 
 Told: TypeAlias = GoalStatus | ErrorReply | None
-"""What comes of a request about a goal; None is silence."""
+"""Answer to a request about a goal; None is silence."""
 
 
 class Stage(Protocol):
@@ -64,7 +64,7 @@ class Stage(Protocol):
         ...
 
     def plan(self, skill: str, run: MockRun) -> None:
-        """How the next goal goes that the skill dispatches. Without a plan it runs until it is interrupted."""
+        """Plan the next goal that the skill dispatches. Without a plan it runs until it is interrupted."""
         ...
 
     def end_now(self, skill: str, result: str) -> None:
@@ -188,7 +188,7 @@ class System:
         return next(each for each in self.verdicts if each.goal_id == goal_id)
 
     def causes(self, goal_id: str) -> list[str]:
-        """What led to the goal's last state, the root first, as `subject STATE`."""
+        """Causes of the goal's last state, the root first, as `subject STATE`."""
         record_id = [status.record for status in self.statuses if status.goal_id == goal_id][-1]
         chain: list[str] = []
         while record_id is not None:
@@ -285,7 +285,7 @@ class System:
             self.stage.tidy()
             self.set_pressure(PRESSURE)
             for goal_id, skill in self._asked_for.items():
-                # A manager that was started anew does not know the goals of the old one, which are lost.
+                # A manager that was started again does not know the goals of the old one, which are lost.
                 if not self.terminals(goal_id) and isinstance(self.interrupt(skill, goal_id), GoalStatus):
                     self.end(goal_id)
             for resource, state in AT_REST.items():

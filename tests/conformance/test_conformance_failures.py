@@ -1,4 +1,4 @@
-"""What happens when processes die, freeze and come back, and when a goal's client does (rules 7, 8 and 10)."""
+"""Failures: processes that die, freeze and come back, and clients that do (rules 7, 8 and 10)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_a_new_manager_does_not_inherit_the_goal_of_the_old_one(system: System) 
 
 
 def test_a_new_manager_stands_by_what_the_old_one_has_answered(system: System) -> None:
-    """Whoever was told that a goal does not run can rely on it, although the same start comes once more."""
+    """A client that was told that a goal does not run can rely on it, although the same start comes again."""
     cold = system.run("grip", invalid="The jaws are cold.")
     running = system.run("grip", forever=True)
     busy, _ = system.start("grip")

@@ -1,4 +1,4 @@
-"""What a goal's client may rely on: ids, repetitions, interrupts at any moment, termination (rules 1, 5, 6 and 9)."""
+"""Promises to a goal's client: ids, repetitions, interrupts at any moment, termination (rules 1, 5, 6 and 9)."""
 
 from __future__ import annotations
 

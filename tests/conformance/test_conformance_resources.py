@@ -1,4 +1,4 @@
-"""Who may take what, and who may keep it: grants, invariants, transitions and data (rules 2, 3 and 4)."""
+"""Promises on resources: grants, invariants, transitions and data (rules 2, 3 and 4)."""
 
 from __future__ import annotations
 

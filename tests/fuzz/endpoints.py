@@ -1,4 +1,4 @@
-"""Every key of the m600 that anybody serves or subscribes to, and what is expected there.
+"""Every key of the m600 with a server or a subscriber, and the kind of its messages.
 
 `test_every_key_is_fuzzed` holds this table to what the processes really declare: a key that is missing here fails it.
 """
@@ -41,7 +41,7 @@ class Endpoint:
 
 
 def of_the_table(*kinds: Kind) -> tuple[Endpoint, ...]:
-    """Every key of the wire protocol's table that is used so; for what the m600 has none of, a key of no meaning."""
+    """All keys of these kinds in the table of the wire protocol, for rows without one in the m600 a meaningless key."""
     return tuple(
         Endpoint(key, channel.message)
         for channel in CHANNELS
@@ -109,4 +109,4 @@ WORDS = (
     *("result", "interrupt", "error"),
     *("zed", "blackout", "é\u0000\u202e", "\U0001f681" * 9, "../../etc", "*/**"),
 )
-"""Texts that get a message further than random ones would, and a few that do not."""
+"""Texts that get a message further than random ones, and a few that do not."""

@@ -1,4 +1,4 @@
-"""What became of bad input as a table of Markdown, and its place in the documentation."""
+"""Results of fuzzing as a table of Markdown, and its place in the documentation."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks.named("bad input")
 ROOM = 120.0
-"""MB that a process may take in all: the recorder and the map grow while the drone stands there, too."""
+"""MB by which a process may grow. The recorder and the map also grow while the drone stands still."""
 
 
 @dataclass(frozen=True)
 class Fuzzed:
-    """What came of throwing at one system.
+    """Result of fuzzing one system.
 
     where: what it was. fallen: callbacks that raised, or processes that died. silent: questions that nobody answered.
     internal: such as had an unforeseen error for an answer. deaf: who did not answer good questions afterwards.
@@ -36,7 +36,7 @@ class Fuzzed:
 
     @property
     def well(self) -> bool:
-        """Nothing was found."""
+        """True if nothing was found."""
         findings = (self.fallen, self.silent, self.internal, self.deaf)
         return not any(findings) and (self.growth is None or self.growth < ROOM)
 

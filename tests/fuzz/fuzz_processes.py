@@ -1,4 +1,4 @@
-"""Bad input to real processes over Zenoh: they live on, they answer, and their memory stays bounded."""
+"""Bad input to real processes over Zenoh: they survive, answer, and keep their memory bounded."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ By default glibc keeps the memory of freed messages for later. A bridge that had
 larger, although it held none of them any more.
 """
 ANSWER_WITHIN = 10.0
-"""Wall seconds; a question that nobody has answered by then is counted as silence."""
+"""Wall seconds after which an unanswered question counts as silence."""
 MANAGERS = ("data_manager", "resource_manager", "skill/takeoff")
 
 
@@ -53,14 +53,14 @@ def managers_and_guidance() -> tuple[ProcessSpec, ...]:
 
 
 def everything(run_dir: Path) -> tuple[ProcessSpec, ...]:
-    """Everything that runs when the m600 flies, but for the mission."""
+    """All processes of a flying m600, except the mission."""
     options = {"seed": 1, "run_dir": str(run_dir)}
     return (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
 
 
 @dataclass
 class Outcome:
-    """What came of it. internal: answers by an unforeseen error. memory: MB of each process before and after."""
+    """Result of fuzzing. internal: answers with the code INTERNAL. memory: MB of each process before and after."""
 
     thrown: int = 0
     answered: int = 0
@@ -73,12 +73,12 @@ class Outcome:
 
     @property
     def growth(self) -> float:
-        """The most that the memory of a process has grown by, in MB."""
+        """The largest growth of a process's memory in MB."""
         return max(after - before for before, after in (self.memory or {"none": (0.0, 0.0)}).values())
 
 
 class Thrower:
-    """A stranger on the network of running processes."""
+    """A sender of bad input on the network of running processes."""
 
     def __init__(self, launcher: Launcher, processes: Collection[str], seed: int) -> None:
         self._launcher = launcher
@@ -108,7 +108,7 @@ class Thrower:
     # --- what is thrown ----------------------------------------------------------------------------------------------
 
     def throw(self, count: int) -> None:
-        """Payloads of every sort at all keys in turn."""
+        """Send payloads of every sort to all keys in turn."""
         endpoints = (*self._questions, *PUBLICATIONS)
         for number in range(count):
             endpoint = endpoints[number % len(endpoints)]
@@ -121,7 +121,7 @@ class Thrower:
                 self._ask(endpoint, content)
 
     def throw_huge(self) -> None:
-        """One field that fills a message up to the limit, and beyond it, at every key."""
+        """Send messages with one field of the size limit, and beyond it, to every key."""
         for endpoint in (*self._questions, *PUBLICATIONS):
             content = huge(self._random, endpoint.kind, self._random.choice(HUGE_SIZES))
             if endpoint in PUBLICATIONS:
@@ -130,7 +130,7 @@ class Thrower:
                 self._ask(endpoint, content)
 
     def flood(self, count: int) -> None:
-        """Valid messages, each with an id that nobody has seen: whoever remembers them all will grow."""
+        """Send valid messages, each with a new id. A process that remembers all of them grows."""
         begin = {"inputs": {}, "manager": "skill/hover", "owner": "x", "schema": SKILLSET.schema_hash}
         for number in range(count):
             name = f"{number:08x}-" + "f" * 80
@@ -149,7 +149,7 @@ class Thrower:
     # --- what came of it ---------------------------------------------------------------------------------------------
 
     def verdict(self) -> Outcome:
-        """Ask good questions, and look at the processes."""
+        """Ask good questions, and examine the processes."""
         good = {
             "resource_manager": (KEYS.resource_states, QueryStates()),
             "data_manager": (KEYS.data("battery"), QueryData()),
@@ -171,7 +171,7 @@ class Thrower:
         return out
 
     def _memory(self) -> dict[str, float]:
-        """Memory that each process holds, in MB: see `GIVE_BACK`."""
+        """Memory that each process holds, in MB (see `GIVE_BACK`)."""
         found: dict[str, float] = {}
         for name, pid in self._pids.items():
             if psutil.pid_exists(pid):
@@ -181,7 +181,7 @@ class Thrower:
     # --- sending -----------------------------------------------------------------------------------------------------
 
     def _is_served(self, endpoint: Endpoint, processes: Collection[str], skills: Collection[str]) -> bool:
-        """Tell whether one of the processes serves the key."""
+        """True if one of the processes serves the key."""
         servers = {
             faults.FAULT: "sim",
             faults.FAULTS: "sim",
@@ -234,7 +234,7 @@ def fuzz(
     *,
     seed: int = 0,
 ) -> Outcome:
-    """Start processes, let `act` throw at them, and see what came of it."""
+    """Start processes, let `act` send bad input, and return the result."""
     launched = Launcher(ROBOT.name, SKILLSET.name, run_dir, clock="wall")
     with patch.dict(os.environ, GIVE_BACK), launched as launcher:
         launcher.start(specs)

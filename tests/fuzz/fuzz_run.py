@@ -1,4 +1,4 @@
-"""Throw bad input at the whole m600 for a while: in one process, then at all its real processes over Zenoh.
+"""Send bad input to the whole m600: in one process, then to all its real processes over Zenoh.
 
     python tests/fuzz/fuzz_run.py --payloads 10000 --write docs/reliability.md
 
@@ -25,7 +25,7 @@ from skillwing.services.protocol import CLOCK_KEY
 from skillwing.services.terminal.doc_sections import page_with
 
 TOLD = 5
-"""So many findings of a kind are told in full."""
+"""Findings of a kind that are printed in full."""
 
 
 def in_process(payloads: int, seed: int, run_dir: Path) -> Fuzzed:
@@ -53,7 +53,7 @@ def in_process(payloads: int, seed: int, run_dir: Path) -> Fuzzed:
 
 
 def over_zenoh(payloads: int, flood: int, seed: int, run_dir: Path) -> Fuzzed:
-    """All processes that fly the m600, but for the mission."""
+    """All processes of a flying m600, except the mission."""
 
     def act(thrower: Thrower) -> None:
         thrower.throw(payloads)

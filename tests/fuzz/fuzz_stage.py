@@ -1,4 +1,4 @@
-"""The whole m600, and its mocks beside it, in one process and virtual time: every callback that raises is a finding.
+"""The whole m600 and its mocks in one process and virtual time: every callback that raises is a finding.
 
 On a real bus such an exception ends the process.
 """
@@ -39,7 +39,7 @@ def made(spec: ProcessSpec) -> Node:
 
 
 def nodes_of_the_m600(run_dir: Path) -> list[Node]:
-    """Everything that runs when the m600 flies, the recorder, a mission and whoever watches included."""
+    """All processes of a flying m600, with the recorder, a mission and observers."""
     options = {"run_dir": str(run_dir), "seed": 1}
     specs = (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
     return [*(made(spec) for spec in specs), MissionNode(MISSION, SKILLSET, MISSION.read_options({"route": ROUTE}))]
@@ -52,7 +52,7 @@ def nodes_of_the_mocked_m600() -> list[Node]:
 
 @dataclass(frozen=True)
 class Finding:
-    """A callback that raised, and what was thrown before."""
+    """A callback that raised, and the payloads before it."""
 
     endpoint: str
     payload: bytes
@@ -63,7 +63,7 @@ class Finding:
 
 
 class FuzzStage:
-    """Two robots to throw things at, and what came of it."""
+    """Two robots that get bad input, and the results."""
 
     def __init__(self, robots: dict[str, Iterable[Node]]) -> None:
         self.network = InProcessNetwork()
@@ -82,11 +82,11 @@ class FuzzStage:
         self.run(1.0)
 
     def throw(self, random: Random, endpoint: Endpoint) -> None:
-        """Send one payload to every robot in which anybody may take it."""
+        """Send one payload to every robot."""
         self._send(random, endpoint, payload(random, endpoint.kind, WORDS))
 
     def throw_huge(self, random: Random, endpoint: Endpoint) -> None:
-        """The same with a message that one field fills up to the limit, or beyond it."""
+        """Send a message with one field of the size limit, or beyond it, to every robot."""
         self._send(random, endpoint, huge(random, endpoint.kind, random.choice(HUGE_SIZES)))
 
     def _send(self, random: Random, endpoint: Endpoint, content: bytes) -> None:
@@ -105,7 +105,7 @@ class FuzzStage:
         self.run(GAP)
 
     def run(self, seconds: float) -> None:
-        """Let time pass, whatever raises."""
+        """Run for some virtual time, also after exceptions."""
         deadline = self.network.now() + seconds
         while self.network.now() < deadline:
             try:
@@ -122,7 +122,7 @@ class FuzzStage:
         return {each.key_expression for robot in self._buses for each in self._robot(robot).subscriptions}
 
     def answers_well(self, robot: str) -> bool:
-        """Tell whether the resource manager and the skill managers still answer good questions."""
+        """True if the resource manager and the skill managers still answer good questions."""
         answers: list[Answer] = []
         self._buses[robot].ask(KEYS.resource_states, encode(QueryStates()), answers.append)
         for skill in SKILLSET.skills:
@@ -135,7 +135,7 @@ class FuzzStage:
         return knows_all and codes == [ErrorCode.UNKNOWN_GOAL] * len(SKILLSET.skills)
 
     def start(self, robot: str, skill: str, fields: object) -> Answer:
-        """What comes back when a skill is started by these fields."""
+        """The answer to a start of a skill with these fields."""
         answers: list[Answer] = []
         self._buses[robot].ask(KEYS.start(skill), msgspec.msgpack.encode(fields), answers.append)
         self.run(0.1)

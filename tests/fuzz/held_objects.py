@@ -1,4 +1,4 @@
-"""How much a node remembers: the items in all containers that can be reached from it."""
+"""Memory of a node: the items in all containers that it references, directly or indirectly."""
 
 from __future__ import annotations
 

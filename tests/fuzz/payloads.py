@@ -1,4 +1,4 @@
-"""Payloads that no honest peer would send, and some that it would: what is thrown at every key.
+"""Bad payloads, and some valid ones, for every key.
 
 A payload begins as a valid message, made from the types of its fields, and is then spoilt in one of many ways. All
 choices are a `random.Random`'s, so that hypothesis can play them as well as a seed.
@@ -38,7 +38,7 @@ FLOATS = (0.0, 1.0, -1.0, 0.1, 1e308, -1e308, 5e-324)
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 FOREIGN = (b"", b"\xc1", b"null", b"{}", b"\x00", b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n")
 MANY = 10_000
-"""Elements of what is as large as messages may be, and has no part that is."""
+"""Elements of a message that is as large as permitted, without a large part."""
 LONG_INTEGER = struct.pack(">BQ", 0xCF, 2**64 - 1)
 
 
@@ -149,7 +149,7 @@ def _long(random: Random, fields: dict[str, Value]) -> object:
 
 
 def wide(random: Random, fields: dict[str, Value]) -> object:
-    """A map with more names than anybody has asked for: each may cost a sentence."""
+    """A map with too many names, each of which may produce a sentence."""
     maps = [name for name, value in fields.items() if isinstance(value, dict)] or list(fields)
     names = [f"name{number}" for number in range(random.choice([2, 100, MANY]))]
     # One value for all: a single one among them that is not finite would have the rest never looked at.
@@ -157,7 +157,7 @@ def wide(random: Random, fields: dict[str, Value]) -> object:
 
 
 def long_list(random: Random, fields: dict[str, Value]) -> object:
-    """A list of much of the same, where a list belongs or any value does: whole numbers grow when they are fitted."""
+    """A long list of equal values in the place of a list or of any value. Converted whole numbers become larger."""
     lists = [name for name, value in fields.items() if isinstance(value, list)]
     maps = [name for name, value in fields.items() if isinstance(value, dict)]
     name = random.choice(lists or maps or list(fields))
@@ -200,7 +200,7 @@ def payload(random: Random, kind: Any, words: Sequence[str] = TEXTS) -> bytes:
 
 
 def _damaged(random: Random, data: bytes) -> bytes:
-    """Bytes flipped, cut off, put in, repeated."""
+    """A payload with bytes flipped, cut off, inserted or repeated."""
     place = random.randrange(len(data))
     match random.randrange(5):
         case 0:
@@ -216,7 +216,7 @@ def _damaged(random: Random, data: bytes) -> bytes:
 
 
 def _foreign(random: Random, message: dict[str, Value]) -> bytes:
-    """What others speak."""
+    """A payload of another format."""
     match random.randrange(5):
         case 0:
             return json.dumps(message, default=str).encode()

@@ -1,4 +1,4 @@
-"""A key that anybody serves or subscribes to, and that the fuzzing does not know, fails here."""
+"""Every key with a server or a subscriber is fuzzed."""
 
 from __future__ import annotations
 

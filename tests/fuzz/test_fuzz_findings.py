@@ -1,4 +1,4 @@
-"""What fuzzing has found, one test each."""
+"""Findings of fuzzing, one test each."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_health_that_fills_a_message_is_refused(field: str) -> None:
 
 
 def test_a_stream_whose_name_fills_a_message_is_refused() -> None:
-    """What the ground says of a stream has its name in it, and was a little longer: it ended the ground."""
+    """The report on a stream contains its name and was a little longer. It ended the ground process."""
     packet = VideoPacket(
         t=0.0, stream=ALMOST_TOO_LONG[200:], sequence=0, frame=0, part=0, parts=1, size=0, keyframe=True
     )

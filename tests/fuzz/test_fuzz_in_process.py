@@ -40,7 +40,7 @@ from skillwing.services.protocol import (
 
 ENDPOINTS = (*QUERIES, *PUBLICATIONS)
 IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != CLOCK_KEY)
-"""The clock is the network's own here."""
+"""In one process the network owns the clock."""
 
 
 @given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))

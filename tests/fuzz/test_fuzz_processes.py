@@ -1,4 +1,4 @@
-"""Bad input to real processes over Zenoh; `make fuzz` does the same for longer and to all of them."""
+"""Bad input to real processes over Zenoh. `make fuzz` does the same for longer and with all of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fuzz_processes import Thrower, fuzz, managers_and_guidance
 
 pytestmark = pytest.mark.slow
 ROOM = 80.0
-"""MB that a process may take for what it remembers, and for large messages that wait on a busy machine."""
+"""MB by which a process may grow: for its memory of messages, and for those that wait on a busy machine."""
 
 
 def test_processes_live_on_and_answer(tmp_path: Path) -> None:

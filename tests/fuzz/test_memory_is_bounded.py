@@ -1,4 +1,4 @@
-"""What a manager or a client remembers does not grow with the number of goals.
+"""The memory of managers and clients does not grow with the number of goals.
 
 `SOAK_GOALS=100000` makes it a soak: `make fuzz` does.
 """
@@ -35,7 +35,7 @@ from skillwing.services.protocol import (
 )
 
 GOALS = int(os.environ.get("SOAK_GOALS", "4000"))
-"""For the cores; whole managers get a tenth, but at least what makes them forget something."""
+"""Goals of the cores. Whole managers get a tenth, but enough to make them forget some."""
 WHOLE_GOALS = max(1300, GOALS // 10)
 SKILLSET = parse(
     """

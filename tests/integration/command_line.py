@@ -18,7 +18,7 @@ from skillwing.services.terminal import cli
 
 @dataclass
 class Said:
-    """What a command has left behind."""
+    """Output and exit code of a command."""
 
     code: int
     out: str

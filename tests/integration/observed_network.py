@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from skillwing.services.bus import Handle, Publisher, Request, RunnableBus, Sample
-from skillwing.services.bus.inprocess import InProcessNetwork, Utterance
+from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
 
 
 class ObservedNetwork(InProcessNetwork):
@@ -34,7 +34,7 @@ class ObservedNetwork(InProcessNetwork):
         self.run_for(seconds)
         return {key: (count - before[key]) / seconds for key, count in self.puts.items()}
 
-    def _hear(self, said: Utterance) -> None:
+    def _hear(self, said: SentMessage) -> None:
         if said.what == "put":
             self.puts[said.key] += 1
         elif said.what == "ask":

@@ -1,4 +1,4 @@
-"""What docs/functional-layer.md says that skills ask and follow, and what they were seen to."""
+"""Topics that skills use: by docs/functional-layer.md, and as observed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is too much, or no use: a start, a name, a sample. Whoever gets it stays well, and says what is wrong."""
+"""Oversized and useless starts, names and samples: the receiver stays alive and names the problem."""
 
 from __future__ import annotations
 

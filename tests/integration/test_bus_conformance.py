@@ -1,4 +1,4 @@
-"""What every bus promises, tried on both: nothing above a bus may be able to tell which one it lives on."""
+"""Promises of every bus, tested on both: code above a bus must work alike on each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 import pytest
 
-from faulty_network import FaultyNetwork, Weather
+from faulty_network import FaultyNetwork, NetworkConditions
 from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
@@ -58,7 +58,7 @@ class BusyWorld(World, Protocol):
 
 class StoppingWorld:
     def __init__(self) -> None:
-        self._network = FaultyNetwork(weather=Weather(latency=(0.0002, 0.0002)))
+        self._network = FaultyNetwork(conditions=NetworkConditions(latency=(0.0002, 0.0002)))
 
     def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         return self._network.bus(name, robot)
@@ -149,8 +149,11 @@ def heard(samples: list[Sample]) -> list[bytes]:
 
 
 def promised(world: World, past: list[bytes], *, heard: int) -> list[bytes]:
-    """What a late subscriber is to hear of the past. In a mesh the oldest may be missing (docs/operations.md), so that
-    there it depends on how many it has `heard`; nothing is missing in between."""
+    """The past events that a late subscriber receives.
+
+    In a mesh the oldest may be missing (docs/operations.md). The number there follows from those that it has `heard`,
+    and nothing is missing in between.
+    """
     return past[-heard:] if isinstance(world, ZenohWorld) and world.topology == "mesh" else past
 
 

@@ -1,4 +1,4 @@
-"""What only the Zenoh bus has: clocks that one process makes and others follow, bounded backlogs, other threads."""
+"""Properties of the Zenoh bus alone: clocks that other processes follow, bounded backlogs, other threads."""
 
 from __future__ import annotations
 

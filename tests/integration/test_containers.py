@@ -42,7 +42,7 @@ WITHIN = 180.0
 DOWN_WITHIN = 60.0
 LANDED_WITHIN = 120.0
 READY = {"flight_status": "ON_GROUND", "homepoint_status": "VALID", "battery_status": "NORMAL"}
-"""What the mocked world brings about, which comes up among the others."""
+"""State changes of the mocked world, which starts among the others."""
 CONTENTS = """
 import os
 from importlib.util import find_spec
@@ -57,7 +57,7 @@ HEAVY = {
     "recorder": "numpy rerun",
     "viewer": "rerun_cli",
 }
-"""What of that an image holds, besides what every image does."""
+"""Packages of one image that are not in all images."""
 
 
 def works(*command: str) -> bool:
@@ -68,7 +68,7 @@ def works(*command: str) -> bool:
 
 
 def unavailable() -> str | None:
-    """Why there is nothing to try here; None where an engine answers."""
+    """Reason to skip the tests; None if a container engine answers."""
     if shutil.which("docker") is None or not works("docker", "info"):
         return "no container engine answers (`docker info`)"
     if not works(*compose_program(), "version"):
@@ -144,7 +144,7 @@ class Stack:
         return {name: each["State"]["ExitCode"] for name, each in states.items()}
 
     def copied_out(self, service: str, path: str, into: Path) -> Path:
-        """What a container that has ended holds, as `docker compose cp` brings it, which docker-compose 1.29 lacks."""
+        """Files of an ended container, as by `docker compose cp`, which docker-compose 1.29 lacks."""
         (held,) = self.compose("ps", "--all", "--quiet", service).stdout.split()
         subprocess.run(["docker", "cp", f"{held}:{path}", str(into)], check=True, capture_output=True)
         return into / Path(path).name

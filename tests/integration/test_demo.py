@@ -143,7 +143,7 @@ def test_when_it_is_killed_all_of_its_processes_end(demo: Demo) -> None:
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """What a demo says that does not start for its arguments."""
+    """Error output of a demo with wrong arguments."""
     monkeypatch.setattr("sys.argv", ["skillwing", "demo", "--no-viewer", *arguments])
     with pytest.raises(SystemExit) as ended:
         cli.main()

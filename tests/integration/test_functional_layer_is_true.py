@@ -31,7 +31,7 @@ SETTLING, BEGINNING, WINDOW = 1.5, 0.5, 1.0
 
 @dataclass(frozen=True)
 class Observation:
-    """What was seen of the robot, and how often each key was published [Hz]."""
+    """Observed traffic of the robot, and the rate of each key [Hz]."""
 
     network: ObservedNetwork
     rates: dict[str, float]
@@ -113,5 +113,5 @@ def test_the_skills_that_sense_need_what_the_page_says(observed: Observation) ->
 
 
 def covers(topic: Channel, key: str) -> bool:
-    """Whether the row speaks of this key."""
+    """True if the row covers this key."""
     return key == topic.key or (topic.key == HEALTH and key.startswith(f"{HEALTH}/"))

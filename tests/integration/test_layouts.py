@@ -96,7 +96,7 @@ def test_managers_that_share_a_process_die_and_come_back_together(pumps: Make, t
 
 
 def test_peers_need_the_router_only_to_meet(pumps: Make) -> None:
-    """Without it goals run, and whoever dies or freezes is noticed by the others."""
+    """Goals run without it, and processes notice each other's exit or freeze."""
     pump = pumps(topology="mesh")
     pump.kill(ROUTER)
     assert pump.bus.connected

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from faulty_network import FaultyNetwork, Weather
+from faulty_network import FaultyNetwork, NetworkConditions
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.inprocess import InProcessBus
@@ -27,8 +27,8 @@ IDENTITY = Identity("", DOOR.name, DOOR.schema_hash)
 class Door:
     """A network with resource managers that each have a journal of their own, and a client."""
 
-    def __init__(self, seed: int = 0, weather: Weather | None = None) -> None:
-        self.network = FaultyNetwork(seed, weather or Weather())
+    def __init__(self, seed: int = 0, conditions: NetworkConditions | None = None) -> None:
+        self.network = FaultyNetwork(seed, conditions or NetworkConditions())
         self.client: Bus = self.network.join("client")
 
     def start(self, journal: Journal | None = None) -> InProcessBus:
@@ -103,7 +103,7 @@ def test_one_that_is_cut_off_ends_when_it_is_back_beside_its_successor() -> None
     door.run(3.0)
     successor = door.start()
     door.run(3.0)
-    door.network.mend(leader)
+    door.network.reconnect(leader)
     door.run(3.0)
     assert (leader.closed, successor.closed) == (True, False)
 
@@ -111,14 +111,14 @@ def test_one_that_is_cut_off_ends_when_it_is_back_beside_its_successor() -> None
 @pytest.mark.parametrize("seed", range(60))
 def test_of_those_that_start_at_the_same_moment_one_stays(seed: int) -> None:
     """However slow the messages are, and some are lost."""
-    door = Door(seed, Weather(latency=(0.0002, 0.2), loss=0.2))
+    door = Door(seed, NetworkConditions(latency=(0.0002, 0.2), loss=0.2))
     leaders = []
     for _ in range(3):
         leaders.append(door.start())
         door.run(seed % 7 * 0.01)
     door.run(PATIENCE)
     assert [leader.closed for leader in leaders].count(False) == 1
-    door.network.weather = Weather()
+    door.network.conditions = NetworkConditions()
     assert door.state() == "SHUT"
 
 

@@ -29,12 +29,12 @@ CRANE = parse(
     """
     skillset crane {
         resource hook { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
-        resource wind { initial CALM  extern CALM -> STRONG  extern STRONG -> CALM }
+        resource wind { initial WEAK  extern WEAK -> STRONG  extern STRONG -> WEAK }
         skill lift {
             dispatch_timeout=4.0
             effect { take: hook -> TAKEN  release: hook -> FREE }
             precondition { free: resource=(hook == FREE)  success take }
-            invariant { calm: resource=(wind == CALM) violation=release }
+            invariant { calm: resource=(wind == WEAK) violation=release }
             interrupt { apply=release timeout=5.0 }
             result { UP: apply=release }
         }

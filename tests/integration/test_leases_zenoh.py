@@ -46,7 +46,7 @@ PATIENCE = 20.0
 
 @pytest.fixture(scope="module")
 def winch(mocked: Callable[[str, str], SkillsetProcesses]) -> SkillsetProcesses:
-    """Whoever has a goal run ends it."""
+    """End the goal of the client that has one running."""
     return mocked(WINCH, SCRIPT)
 
 
@@ -99,7 +99,7 @@ def test_a_client_that_freezes_loses_the_goals_it_owns(winch: SkillsetProcesses)
 # --- a router that dies ----------------------------------------------------------------------------------------------
 
 
-class Crew:
+class Robots:
     """The managers of a winch and a client on one router, which the test kills: each node on a thread of its own.
 
     topology: of the managers, and the robot's name. The client, who owns its goals, is one of the router like any that
@@ -156,22 +156,22 @@ def router_at(endpoint: str = LOOPBACK) -> Iterator[str]:
 
 
 def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal() -> None:
-    """However its managers meet: both crews go through the same seconds."""
+    """However its managers meet: both robots go through the same seconds."""
     longer_than_any_lease = GRANT_LEASE + LOSS_DEBOUNCE + 1.0
     with ExitStack() as cleaning:
         with router_at() as endpoint:
-            crews = [cleaning.enter_context(closing(Crew(endpoint, topology))) for topology in TOPOLOGIES]
-            goals = [crew.client.start("pull", {}) for crew in crews]
-            for crew, goal in zip(crews, goals, strict=True):
+            robots = [cleaning.enter_context(closing(Robots(endpoint, topology))) for topology in TOPOLOGIES]
+            goals = [crew.client.start("pull", {}) for crew in robots]
+            for crew, goal in zip(robots, goals, strict=True):
                 crew.wait_until(lambda goal=goal: goal.state is State.RUNNING)
-        for crew in crews:
+        for crew in robots:
             crew.wait_until(lambda crew=crew: not crew.client_bus.connected)
-        live_on(crews, longer_than_any_lease)
+        live_on(robots, longer_than_any_lease)
         with router_at(endpoint):
-            for crew in crews:
+            for crew in robots:
                 crew.wait_until(lambda crew=crew: crew.client_bus.connected)
-            live_on(crews, longer_than_any_lease)
-            for crew, goal in zip(crews, goals, strict=True):
+            live_on(robots, longer_than_any_lease)
+            for crew, goal in zip(robots, goals, strict=True):
                 assert goal.state is State.RUNNING
                 assert crew.client.states["rope"] == "TAKEN"
                 crew.client.interrupt(goal)
@@ -182,9 +182,9 @@ def test_a_router_that_is_back_within_some_seconds_costs_nobody_a_goal() -> None
             cleaning.close()
 
 
-def live_on(crews: Sequence[Crew], seconds: float) -> None:
+def live_on(robots: Sequence[Robots], seconds: float) -> None:
     """Let wall time pass, with the clients at work."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        for crew in crews:
+        for crew in robots:
             crew.client_bus.run_until(lambda: False, 0.02)

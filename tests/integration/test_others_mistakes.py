@@ -51,7 +51,7 @@ def started(robot: SkillsetInProcess, interface: SkillsetInterface) -> GoalHandl
 
 
 def interrupted(robot: SkillsetInProcess, goal_id: str) -> str | None:
-    """How the manager says that a goal has ended, whose end a client asks for past the interface; or its refusal."""
+    """End of a goal by its manager for a client without the interface, or the refusal."""
     told: list[Answer] = []
     robot.bus.ask(KEYS.interrupt("drive"), encode(InterruptGoal(goal_id=goal_id, client="second")), told.append)
     robot.run_until(lambda: bool(told))

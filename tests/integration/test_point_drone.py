@@ -47,7 +47,7 @@ PATIENCE = 60.0
 
 
 class Client:
-    """Whoever flies the drone, and looks on."""
+    """A pilot and observer of the drone."""
 
     def __init__(self, bus: RunnableBus) -> None:
         self.bus = bus

@@ -236,7 +236,7 @@ def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
 
 
 def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) -> None:
-    """Robot time has begun anew, as it does with a simulated world: nothing is as the journal says."""
+    """Robot time has started again, as it does with a simulated world: nothing is as the journal says."""
     identity, path = Identity("", DIGGER.name, DIGGER.schema_hash), tmp_path / "journal.sqlite"
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal = Journal(path, identity)

@@ -1,4 +1,4 @@
-"""However whoever runs a system is ended, in a pipe or on a terminal, none of its processes is left."""
+"""Ends of a system's command, in a pipe and on a terminal: no process remains."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Judges mutants: `python bench.py TEST...` reads their names, a line each, in a workspace that `mutants.py` has made.
 
-Prints a name and what killed it, or nothing, as soon as it is known. Tests are collected and run once without mutants,
-which tells how long they take and by which functions they come. Then each mutant gets a process of its own, which is
-there at once for it is forked from this one, and meets the tests that come by its function, the fastest first.
+Prints a name and the test that killed it, or nothing. First the tests run once without mutants, which shows their
+durations and the functions that they call. Then each mutant gets a process of its own, forked from this one. It meets
+the tests that call its function, the fastest first.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Bench:
 
 
 def main(tests: Sequence[str]) -> Any:
-    # What tests say goes nowhere, and pytest keeps the names from whoever reads the standard input.
+    # Output of tests is dropped, and pytest must not read the names from the standard input.
     names, out, errors = os.fdopen(os.dup(0)), os.dup(1), os.dup(2)
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, 0)

@@ -2,9 +2,9 @@
 
     python tests/mutation/mutation_run.py --seconds 1200 --write docs/reliability.md
 
-mutmut makes the mutants, and `bench.py` judges them: by unit tests; and what survives these, where a rule stands, by
-whole managers in one process and a hundred runs of the simulation. It goes on where it was interrupted, those functions
-first in which a rule stands, and judges a function anew when it has changed.
+mutmut makes the mutants, and `bench.py` runs the unit tests on them. Survivors in functions of a rule meet whole
+managers in one process and a hundred runs of the simulation. An interrupted run continues, functions of rules
+first. A function that has changed is tested again.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
 
 
 class Judgement(msgspec.Struct):
-    """What came of a mutant. fingerprint: of its function; benches: how many it has to meet; killers: a test for each
+    """Fate of a mutant. fingerprint: of its function; benches: number that it has to meet; killers: a test for each
     that it has met, "" for none."""
 
     fingerprint: str

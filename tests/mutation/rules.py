@@ -1,4 +1,4 @@
-"""Where in the code each rule of docs/semantics.md stands: a mutant of these functions is a mutant of the rule."""
+"""Functions of each rule of docs/semantics.md: a mutant of them is a mutant of the rule."""
 
 from __future__ import annotations
 

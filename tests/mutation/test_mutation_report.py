@@ -1,4 +1,4 @@
-"""What a run of the mutation bench writes down: survivors by name, and that it is not over when it is not."""
+"""Reports of the mutation bench: survivors by name, and whether the run is finished."""
 
 from __future__ import annotations
 

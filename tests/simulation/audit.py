@@ -1,4 +1,4 @@
-"""What must hold of the state of managers and clients: at all times, and when all has been well for a while."""
+"""Promises on the state of managers and clients: at all times, and when all has been well for a while."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 import msgspec
 
+from simulation.observer import Observer
 from simulation.plan import CLIENTS
-from simulation.witness import Witness
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
-from skillwing.services.bus.inprocess import InProcessBus, Utterance
+from skillwing.services.bus.inprocess import InProcessBus, SentMessage
 from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.goal_states import Executing, Finished, Finishing, GoalRun, Stopping
 from skillwing.services.names import RESOURCE_MANAGER
@@ -36,16 +36,16 @@ class Asking:
 
 
 class Audit:
-    """Looks at a world, and tells its witness what is wrong."""
+    """Looks at a world, and tells its observer what is wrong."""
 
-    def __init__(self, world: World, witness: Witness) -> None:
+    def __init__(self, world: World, observer: Observer) -> None:
         self._world = world
-        self._witness = witness
+        self._observer = observer
         self._subject = world.plan.subject
         self._askings: dict[tuple[InProcessBus, str, str], Asking] = {}
 
     def _note(self, law: str, text: str) -> None:
-        self._witness.note(self._world.network.now(), law, text)
+        self._observer.note(self._world.network.now(), law, text)
 
     # --- at all times ------------------------------------------------------------------------------------------------
 
@@ -72,7 +72,7 @@ class Audit:
                 text = f"{grant.goal_id} of {grant.skill.name} goes on although `{invariant.name}` does not hold"
                 self._note("invariants hold", text)
 
-    def look_at_question(self, said: Utterance) -> None:
+    def look_at_question(self, said: SentMessage) -> None:
         """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         goal_id = call["goal_id"]
@@ -130,7 +130,7 @@ class Audit:
     # --- when everybody has been well for a while --------------------------------------------------------------------
 
     def look_at_losses(self) -> None:
-        """What counts as lost runs nowhere any more."""
+        """Check that lost goals run nowhere any more."""
         world = self._world
         held = {grant.goal_id for grant in world.resource_manager.resource_core.grants}
         for process in world.skill_managers:
@@ -163,7 +163,7 @@ class Audit:
 
     def look_at_the_rest(self) -> None:
         """Every goal has ended, everything is free, everybody knows, and nothing and nobody is left over."""
-        world, witness = self._world, self._witness
+        world, observer = self._world, self._observer
         for process in world.replaced:
             self._note("who was replaced ends", f"{process.name} runs beside the process that has replaced it")
         manager = world.resource_manager
@@ -184,14 +184,14 @@ class Audit:
         if manager.node._leased._watch.keys:
             self._note("memory is bounded", f"leases of {manager.node._leased._watch.keys} are left over")
         if world.plan.calm:
-            for goal, terminal in witness.terminals.items():
+            for goal, terminal in observer.terminals.items():
                 if terminal.ending is Ending.LOST:
                     self._note("nothing is lost without a fault", f"{goal}: {terminal.reason}")
 
     def _look_at_client(self, process: Process) -> None:
         client: Client = process.node
         for goal, handle in client.goals.items():
-            said = self._witness.terminals.get(goal)
+            said = self._observer.terminals.get(goal)
             if handle.terminal is None:
                 ended = f"ended {said.label}" if said else "is unknown"
                 self._note("clients are told", f"{client.name} waits for {goal}, which {ended}")
@@ -200,7 +200,7 @@ class Audit:
                 text = f"{client.name} has {handle.terminal.label} for {goal}, its managers said {label}"
                 self._note("one terminal answer", text)
         states = dict(self._world.resource_manager.resource_core.states)
-        # Where revisions have started anew, late news of the killed manager look newer than they are.
+        # Where revisions have started again, late news of the killed manager look newer than they are.
         if not self._books_were_lost() and dict(client.interface.states) != states:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
@@ -208,9 +208,9 @@ class Audit:
             self._note("memory is bounded", f"{client.name} still tracks {list(client.interface._trackers)}")
 
     def _answers(self, goal: str) -> set[str]:
-        """What the managers said of a goal's end: its own, unless it died, and the one of resources if it took it."""
-        verdict = self._witness.verdicts.get(goal)
-        said = self._witness.answers.get(goal, set[str]())
+        """Reports of a goal's end: by its own manager, unless it died, and by the resource manager if that ended it."""
+        verdict = self._observer.verdicts.get(goal)
+        said = self._observer.answers.get(goal, set[str]())
         return said | {verdict} if verdict and (not said or self._books_were_lost()) else said
 
     def _books_were_lost(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 
-from faulty_network import Weather
+from faulty_network import NetworkConditions
 from simulation.plan import Plan
 from simulation.run import Run, simulate
 
@@ -17,7 +17,7 @@ CHUNK = 50
 
 @dataclass
 class Campaign:
-    """What came of a campaign. failures: the first broken promise by seed.
+    """Outcome of a campaign. failures: the first broken promise by seed.
 
     seconds: of wall time for a campaign, of one processor for a part of it.
     """
@@ -89,7 +89,7 @@ def _carry_out(seeds: range) -> Campaign:
 
 
 def shrink(plan: Plan) -> Plan:
-    """A plan with fewer acts and better weather that still breaks the same promise."""
+    """A plan with fewer acts and better conditions that still breaks the same promise."""
     law = _first_law(plan)
     if law is None:
         return plan
@@ -104,11 +104,11 @@ def shrink(plan: Plan) -> Plan:
 
 
 def _simpler(plan: Plan) -> Iterator[Plan]:
-    if plan.weather != Weather():
-        yield replace(plan, weather=Weather())
+    if plan.conditions != NetworkConditions():
+        yield replace(plan, conditions=NetworkConditions())
         for name in ("loss", "duplication", "slow"):
-            if getattr(plan.weather, name):
-                yield replace(plan, weather=replace(plan.weather, **{name: 0.0}))
+            if getattr(plan.conditions, name):
+                yield replace(plan, conditions=replace(plan.conditions, **{name: 0.0}))
     for index in range(len(plan.acts)):
         yield plan.without(index)
 

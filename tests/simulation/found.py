@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from faulty_network import Weather
+from faulty_network import NetworkConditions
 from simulation.plan import Act, Deed, Plan
 
 
@@ -16,7 +16,7 @@ FOUND: Mapping[str, Plan] = {
     "an interrupt was remembered by a process that died before the start came": Plan(
         3819,
         "streams",
-        Weather(latency=(0.0002, 0.2), loss=0.02, duplication=0.05),
+        NetworkConditions(latency=(0.0002, 0.2), loss=0.02, duplication=0.05),
         True,
         (
             Act(0.3, "mission", Deed.START, _goal(0, "stream")),
@@ -32,7 +32,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager's successor told of a goal that had ended well that it had failed": Plan(
         2619,
         "streams",
-        Weather(),
+        NetworkConditions(),
         True,
         (
             Act(6.5144, "mission", Deed.START, _goal(0, "look")),
@@ -44,7 +44,7 @@ FOUND: Mapping[str, Plan] = {
     "an interrupt that overtook its start was answered after it, and the client took the goal for lost": Plan(
         2619,
         "streams",
-        Weather(latency=(0.0002, 0.2), slow=0.0, slowest=0.5, loss=0.0, duplication=0.0),
+        NetworkConditions(latency=(0.0002, 0.2), slow=0.0, slowest=0.5, loss=0.0, duplication=0.0),
         True,
         (
             Act(5.5096, "robot", Deed.PUBLISH, {"datum": "depth", "value": 3.0}),
@@ -57,7 +57,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager's successor got the grant of the process before it, and ran the goal a second time": Plan(
         14260,
         "streams",
-        Weather(latency=(0.0002, 0.02), slow=0.02, slowest=3.0, loss=0.3, duplication=0.3),
+        NetworkConditions(latency=(0.0002, 0.02), slow=0.02, slowest=3.0, loss=0.3, duplication=0.3),
         True,
         (
             Act(0.201, "operator", Deed.START, _goal(0, "look")),
@@ -67,7 +67,7 @@ FOUND: Mapping[str, Plan] = {
     "a replaced manager that woke up ended a goal as lost that it was never granted and its successor ran": Plan(
         580,
         "leak",
-        Weather(latency=(0.0002, 0.2), slow=0.0, slowest=3.0, loss=0.3, duplication=0.0),
+        NetworkConditions(latency=(0.0002, 0.2), slow=0.0, slowest=3.0, loss=0.3, duplication=0.0),
         True,
         (
             Act(3.4370224656250725, "operator", Deed.START, _goal(1, "wash")),
@@ -83,7 +83,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager woke up beside the last request for a goal, and the goal that its client had given up ran on": Plan(
         7185,
         "exclusive",
-        Weather(latency=(0.0002, 0.002), slow=0.0, slowest=3.0),
+        NetworkConditions(latency=(0.0002, 0.002), slow=0.0, slowest=3.0),
         True,
         (
             Act(3.9655812110228887, "skill/move", Deed.STOP, {"for": 5.0}),
@@ -93,7 +93,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager's successor was busy for a goal that had ended well": Plan(
         53653,
         "streams",
-        Weather(),
+        NetworkConditions(),
         True,
         (
             Act(3.5, "operator", Deed.START, _goal(2, "talk")),
@@ -105,7 +105,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager's successor told of a goal that was lost that it had never started": Plan(
         57290,
         "exclusive",
-        Weather(latency=(0.0002, 0.02)),
+        NetworkConditions(latency=(0.0002, 0.02)),
         False,
         (
             Act(5.1, "operator", Deed.START, _goal(1, "move")),
@@ -117,7 +117,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager's successor was busy for a goal whose end its predecessor told when it woke up": Plan(
         71049,
         "exclusive",
-        Weather(latency=(0.0002, 0.2)),
+        NetworkConditions(latency=(0.0002, 0.2)),
         True,
         (
             Act(6.0, "operator", Deed.START, _goal(6, "move")),
@@ -131,7 +131,7 @@ FOUND: Mapping[str, Plan] = {
     "two processes of one name gave the same id to two records in the same millisecond": Plan(
         71608,
         "streams",
-        Weather(),
+        NetworkConditions(),
         False,
         (
             Act(2.1, "robot", Deed.PUBLISH, {"datum": "depth", "value": 3.0}),
@@ -152,7 +152,7 @@ FOUND: Mapping[str, Plan] = {
     "an interrupt was taken by a process that died, and a start that was on its way reached its successor": Plan(
         72042,
         "streams",
-        Weather(latency=(0.0002, 0.002), loss=0.3, duplication=0.3),
+        NetworkConditions(latency=(0.0002, 0.002), loss=0.3, duplication=0.3),
         True,
         (
             Act(0.3, "mission", Deed.START, _goal(0, "stream")),
@@ -178,7 +178,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager woke up and attached for the first time, and its successor's successor had yet to come": Plan(
         77203,
         "chain",
-        Weather(latency=(0.0002, 0.002), slow=0.1, loss=0.3, duplication=0.05),
+        NetworkConditions(latency=(0.0002, 0.002), slow=0.1, loss=0.3, duplication=0.05),
         True,
         (
             Act(0.2, "operator", Deed.START, _goal(4, "fly")),
@@ -193,7 +193,7 @@ FOUND: Mapping[str, Plan] = {
     "a manager that was stopped while it validated told of its successor's goal that it was busy": Plan(
         300458,
         "leak",
-        Weather(latency=(0.0002, 0.02), slow=0.1, slowest=3.0, loss=0.02, duplication=0.3),
+        NetworkConditions(latency=(0.0002, 0.02), slow=0.1, slowest=3.0, loss=0.02, duplication=0.3),
         True,
         (
             Act(1.4888, "operator", Deed.INTERRUPT_UNKNOWN, _goal(2, "wash")),

@@ -1,4 +1,4 @@
-"""What campaigns have carried out so far: a file that grows, so that a long one can be interrupted and go on."""
+"""Ledger of campaigns: a file that grows, so that a long campaign can be interrupted and continued."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def code_version() -> str:
 
 
 def part_of(first: int, campaign: Campaign, code: str) -> Part:
-    """What is to be kept of a campaign that began at `first`."""
+    """Entry for a campaign that began at `first`."""
     return Part(
         first=first,
         end=first + campaign.runs,

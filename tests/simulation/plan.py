@@ -1,4 +1,4 @@
-"""What a seed stands for: a skillset, a network, and what clients, the robot and bad luck do at which time."""
+"""Plan of a run, drawn from a seed: skillset, network, and the acts of clients, the robot and bad luck."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
-from faulty_network import Weather
+from faulty_network import NetworkConditions
 from simulation.skillsets import SUBJECTS, Subject
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 
 CLIENTS = ("mission", "operator")
 """The first owns the goals that it starts, the second does not."""
 ACTION_TIME = 8.0
-"""Seconds of virtual time in which something is done; then everything is mended."""
+"""Seconds of virtual time in which something is done; then everything is fixed."""
 
 
 class Deed(StrEnum):
-    """Who does what: clients, the robot, and from `KILL` on bad luck."""
+    """Acts of clients and the robot, and from `KILL` on of bad luck."""
 
     START = "starts"
     START_AGAIN = "starts again"
@@ -60,7 +60,7 @@ class Plan:
 
     seed: int
     skillset: str
-    weather: Weather
+    conditions: NetworkConditions
     journal: bool
     acts: tuple[Act, ...]
 
@@ -70,7 +70,7 @@ class Plan:
 
     @property
     def calm(self) -> bool:
-        return not any(act.deed in FAULTS for act in self.acts) and self.weather == Weather()
+        return not any(act.deed in FAULTS for act in self.acts) and self.conditions == NetworkConditions()
 
     def without(self, index: int) -> Plan:
         return replace(self, acts=self.acts[:index] + self.acts[index + 1 :])
@@ -89,15 +89,15 @@ def draw_plan(seed: int) -> Plan:
     )
     acts = _client_acts(chance, subject) + _robot_acts(chance, subject) + _bad_luck(chance, processes)
     acts.sort(key=lambda act: act.t)
-    return Plan(seed, name, _weather(chance), chance.random() < 0.7, tuple(acts))
+    return Plan(seed, name, _conditions(chance), chance.random() < 0.7, tuple(acts))
 
 
-def _weather(chance: random.Random) -> Weather:
+def _conditions(chance: random.Random) -> NetworkConditions:
     kind = chance.random()
     if kind < 0.3:
-        return Weather()
+        return NetworkConditions()
     share = chance.choice((0.0, 0.02, 0.1, 0.3))
-    return Weather(
+    return NetworkConditions(
         latency=(0.0002, chance.choice((0.002, 0.02, 0.2))),
         slow=chance.choice((0.0, 0.02, 0.1)),
         slowest=chance.choice((0.5, 3.0)),

@@ -182,7 +182,7 @@ LATE: Mapping[str, int] = {
     "clients learn of no loss": 650,
     "a local outcome is not written down": 1885,
 }
-"""Where tests begin to look for those that take many seeds, so that they take little time."""
+"""First seed of the search for bugs that take many seeds, so that it takes little time."""
 SEEDS = 2000
 """Seeds within which each of them has to be found."""
 

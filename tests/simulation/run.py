@@ -1,4 +1,4 @@
-"""One run: a plan carried out under the eyes of a witness."""
+"""One run: a plan carried out under the eyes of a observer."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from simulation.audit import Audit
+from simulation.observer import Observer, Problem
 from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
-from simulation.witness import Problem, Witness
 from simulation.world import World
-from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.bus.inprocess import SentMessage
 from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
@@ -42,20 +42,20 @@ class Outcome:
 class Run:
     """Carries out a plan, and stops at the first broken promise."""
 
-    def __init__(self, plan: Plan, on_message: Callable[[Utterance], None] | None = None) -> None:
+    def __init__(self, plan: Plan, on_message: Callable[[SentMessage], None] | None = None) -> None:
         self.plan = plan
         self.world = World(plan)
-        self.witness = Witness(plan)
-        self._audit = Audit(self.world, self.witness)
+        self.observer = Observer(plan)
+        self._audit = Audit(self.world, self.observer)
         self._on_message = on_message
         self._messages = 0
         self._digest = sha256()
         self._quiet = False
         self.world.network.tap = self._hear
-        self.world.on_new_books = self.witness.expect_new_books
+        self.world.on_new_books = self.observer.expect_new_books
 
     def carry_out(self) -> Outcome:
-        network, witness = self.world.network, self.witness
+        network, observer = self.world.network, self.observer
         self.world.begin()
         network.schedule_periodic(CHECK_PERIOD, self._look)
         if self._pass_time(MENDED_AT):
@@ -63,29 +63,29 @@ class Run:
         if self._pass_time(MENDED_AT + WELL_FOR):
             self._audit.look_at_losses()
             self._interrupt_everything()
-        network.run_until(lambda: bool(self._quiet or witness.problems), REST_WITHIN)
+        network.run_until(lambda: bool(self._quiet or observer.problems), REST_WITHIN)
         rest_until = network.now() + REST_FOR
         if self.world.replaced:
             rest_until = max(rest_until, MENDED_AT + ONE_OF_EACH_AFTER)
         if self._pass_time(rest_until):
             self._audit.look_at_the_rest()
-        return Outcome(self.plan, tuple(witness.problems), self._messages, self._digest.hexdigest())
+        return Outcome(self.plan, tuple(observer.problems), self._messages, self._digest.hexdigest())
 
     def _pass_time(self, until: float) -> bool:
         """True if no promise has been broken until then."""
-        problems = self.witness.problems
+        problems = self.observer.problems
         network = self.world.network
         if not problems:
             network.run_until(lambda: bool(problems), until - network.now())
         return not problems
 
-    def _hear(self, said: Utterance) -> None:
+    def _hear(self, said: SentMessage) -> None:
         self._messages += 1
         # Incarnations are drawn by chance that has no seed; they change nothing but some bytes.
         self._digest.update(f"{said.t!r} {said.source.name} {said.what} {said.key} {len(said.payload)}".encode())
         if self._on_message is not None:
             self._on_message(said)
-        self.witness.hear(said)
+        self.observer.hear(said)
         if said.what == "reply" and said.source.name == "resource_manager":
             self._audit.look_at_grants()
         elif said.what == "ask" and said.key == self.world.keys.resource_goal:

@@ -1,4 +1,4 @@
-"""Skills that behave in all the ways that developers make skills behave, drawn anew for each goal."""
+"""Skills that behave in all the ways that developers make skills behave, drawn for each goal."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from skillwing.services.protocol import Terminal
 
 
 class HookError(Exception):
-    """What a developer did not think of."""
+    """An exception that a developer did not think of."""
 
 
 @dataclass
 class Logbook:
-    """What really happened, whoever claims what: how often each goal was dispatched, which were at a standstill at
-    least once, and how often each process (by number) was told that a goal has ended."""
+    """True events, apart from all reports of managers.
+
+    They are: dispatches of each goal, goals that were at a standstill, and calls of `on_ended` by process number.
+    """
 
     dispatched: Counter[str] = field(default_factory=Counter[str])
     stood_still: set[str] = field(default_factory=set[str])

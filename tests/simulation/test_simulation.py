@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 import pytest
 
-from faulty_network import Weather
+from faulty_network import NetworkConditions
 from simulation import report
 from simulation.campaign import run_campaign, shrink
 from simulation.found import FOUND
@@ -53,7 +53,7 @@ def test_who_interrupts_without_a_resource_manager_waits_for_ten_silences(asked_
         Act(killed_at, "resource_manager", Deed.KILL, {"for": 8.0}),
         Act(1.2, "mission", Deed.INTERRUPT, goal),
     )
-    plan = Plan(1, "exclusive", Weather(), True, tuple(sorted(acts, key=lambda act: act.t)))
+    plan = Plan(1, "exclusive", NetworkConditions(), True, tuple(sorted(acts, key=lambda act: act.t)))
     assert Run(plan).carry_out().problems == ()
     with patch.object(delivery, "SILENCES_UNTIL_ERROR", 11):
         [problem] = Run(plan).carry_out().problems

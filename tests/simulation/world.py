@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
-from faulty_network import FaultyNetwork, Weather
+from faulty_network import FaultyNetwork, NetworkConditions
 from simulation.plan import CLIENTS, FAULTS, Act, Deed, Plan
 from simulation.skills import AnySkill, Logbook
 from skillwing.services.bus import Bus, Handle, Node, Publisher
@@ -38,7 +38,7 @@ ROUTER = "router"
 WAKES_FOR = 0.3
 """Seconds for which a stopped process may go on with a goal beside the one that has replaced it."""
 SUPERVISION_PERIOD = 0.25
-"""Seconds between two looks for processes that have ended by themselves, to be started anew."""
+"""Seconds between two looks for processes that have ended by themselves, to be started again."""
 
 
 class Client:
@@ -161,7 +161,7 @@ class World:
         logging.getLogger("skillwing").setLevel(logging.CRITICAL)
         self.plan = plan
         self.keys = Keys(plan.skillset)
-        self.network = FaultyNetwork(plan.seed, plan.weather)
+        self.network = FaultyNetwork(plan.seed, plan.conditions)
         self.logbook = Logbook()
         self.running: dict[str, Process] = {}
         self.zombies: list[Process] = []
@@ -297,7 +297,7 @@ class World:
         if process.cut:
             process.cut = False
             process.linked_since = self.network.now()
-            self.network.mend(process.bus)
+            self.network.reconnect(process.bus)
 
     def _end_router(self, seconds: float) -> None:
         if not self._router_up:
@@ -318,7 +318,7 @@ class World:
 
     def mend_all(self) -> None:
         """All is well again, but for what has happened."""
-        self.network.weather = Weather()
+        self.network.conditions = NetworkConditions()
         self._router_up = True
         for process in self._everybody():
             if process.stopped:

@@ -1,4 +1,4 @@
-"""What the documents point to exists."""
+"""Targets of links in the documents exist."""
 
 from __future__ import annotations
 

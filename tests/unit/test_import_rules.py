@@ -1,6 +1,6 @@
-"""Who may import whom (CONTRIBUTING.md), and which packages stay out of small images.
+"""Allowed imports between parts (CONTRIBUTING.md), and packages that stay out of small images.
 
-Every import of every file is looked at, also those inside functions and under TYPE_CHECKING.
+All imports count, those inside functions and under TYPE_CHECKING included.
 """
 
 from __future__ import annotations

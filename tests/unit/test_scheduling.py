@@ -15,7 +15,7 @@ IMPORTED = re.compile(r"^(?:from|import) (\w+)", re.MULTILINE)
 
 
 def starts_processes(file: Path, seen: set[Path]) -> bool:
-    """Whether it does so itself, or has a module of its folder do it."""
+    """True if it does so itself or through a module of its folder."""
     if file in seen or not file.exists():
         return False
     seen.add(file)

@@ -14,26 +14,25 @@ LAUNCHING = f"{SIMULATION}.launching"
 ONBOARD = "skillwing.onboard"
 SIM_TAKES = ("seed", "world", "faults", "scenario", "wind", "turbulence", "gusts", "battery", "packs_fail", "pilot")
 FENCE = {"fence": "geofence"}
-"""One for guidance, for the autopilot's guard and for who judges the flight."""
+"""One fence for guidance, for the autopilot's guard and for the ground truth."""
 TO_SIM = {**{name: name for name in SIM_TAKES}, "speed": "factor", **FENCE}
-"""Options of the functional layer that are handed to the simulator, and what it calls them."""
+"""Options of the functional layer for the simulator, with its names for them."""
 TO_GUIDANCE = {"watch": "watch", **FENCE}
 TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
 OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")
-"""What managers and recorder are told in the same breath (`services/robot.py`)."""
+"""Options of managers and recorder (`services/robot.py`)."""
 OPTIONS = tuple(dict.fromkeys((*TO_SIM, *TO_GUIDANCE, *TO_LINK, *TO_MAPPING, "link", "bounds", *OF_THE_RUN)))
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The simulated drone, with the bridge that makes it known to the skillset.
+    """The simulated drone, and the bridge to its skillset. Raises UnknownNameError for an unknown option.
 
-    options: `seed` and kind of the `world`, `speed` (robot seconds per wall second, 0 for as fast as possible),
-    `faults` as the simulator schedules them (`[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`), the path of a
-    `scenario` file, `wind`, `turbulence`, `gusts`, `battery` at the start, when `packs_fail` of it, what the safety
-    `pilot` does; `fence` and `bounds`, boxes from `low` to `high`, else those of the site; `watch` False has guidance
-    ignore obstacles; `link`, what the radio can do where (docs/video.md); whence the map has its `poses`
-    (docs/mapping.md). Absent ones keep their defaults, and those of the run are for others. Raises UnknownNameError.
+    - `seed`, `world`: the site. `speed`: robot seconds per wall second, 0 for as fast as possible.
+    - `faults`: a schedule such as `[{"sensor": "zed", "kind": "blackout", "at": 60.0}]`. `scenario`: path of a file.
+    - `wind`, `turbulence`, `gusts`, `battery` at the start, `packs_fail`, `pilot`: as in a scenario.
+    - `fence`, `bounds`: boxes from `low` to `high`, by default those of the site.
+    - `watch`: False lets guidance ignore obstacles. `link`: the radio (docs/video.md). `poses`: docs/mapping.md.
     """
     if unknown := options.keys() - set(OPTIONS):
         raise UnknownNameError(f"option of {ROBOT.name}", min(unknown), OPTIONS)
@@ -42,7 +41,7 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     link = dict(options.get("link") or {}) | _given(options, TO_LINK) | site
     mapping = site | dict(options.get("bounds") or {}) | _given(options, TO_MAPPING)
     return (
-        # A new simulator would begin with a drone on the ground at time 0, and nobody else would.
+        # A restarted simulator would begin with a drone on the ground at time 0, against the state of all others.
         ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
         ProcessSpec(
             "guidance",
@@ -68,20 +67,19 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
 
 
 def _given(options: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
-    """Those of these options that are given, by the names that a process has for them."""
+    """The given options among these, by the names of the process."""
     return {names[option]: value for option, value in options.items() if option in names and value is not None}
 
 
 def _site(options: dict[str, Any]) -> dict[str, Any]:
-    """Over which site the nodes fly that know one. They find out what follows: a manager reads this table as well, and
-    has no numpy."""
+    """The site as an option. Resolvers turn it into values, because managers read this table too and have no numpy."""
     if options.get("world") is None:
         return {}
     return {"site": {"seed": options.get("seed", 1), "kind": options["world"]}}
 
 
 def recorder(options: dict[str, Any]) -> dict[str, Any]:
-    """The drone's dashboard, with the site in it, and what the judge of a flight needs."""
+    """Options of the recorder: the drone's dashboard with the site, and the flight log for the ground truth."""
     return {
         "scene": "skillwing.evaluation.dashboard.scene:make_scene",
         "scene_options": _site(options),

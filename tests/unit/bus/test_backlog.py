@@ -1,4 +1,4 @@
-"""What waits for a busy node: bounded in number and in bytes, the newest kept, and each part of it taken up once."""
+"""Backlogs of a busy node: bounded in number and in bytes, with the newest kept, and each sample taken once."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def test_as_fast_as_possible_is_followed_tick_by_tick(wall: Wall) -> None:
 
 @pytest.mark.parametrize("factor", [0.0, 1.0])
 def test_a_tick_that_comes_while_a_clock_is_asked_changes_nothing_halfway(factor: float) -> None:
-    # Ticks come on Zenoh's thread, at any moment; whoever looks at the wall clock gives them one.
+    # Ticks arrive on Zenoh's thread at any moment. Here each look at the wall clock brings one.
     def wall() -> float:
         clock.tick(51.0, factor, 0.0)
         return 0.0

@@ -5,11 +5,11 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from faulty_network import LEASE, FaultyNetwork, Weather
+from faulty_network import LEASE, FaultyNetwork, NetworkConditions
 from skillwing.services.bus import Answer, Answered, NoReply, Request, Sample
 from skillwing.services.bus.inprocess import InProcessBus
 
-STORM = Weather(latency=(0.001, 0.1), slow=0.3, slowest=2.0, loss=0.4, duplication=0.5)
+STORM = NetworkConditions(latency=(0.001, 0.1), slow=0.3, slowest=2.0, loss=0.4, duplication=0.5)
 
 
 def _numbers_heard(network: FaultyNetwork, listener: InProcessBus) -> list[int]:
@@ -32,7 +32,7 @@ def test_events_arrive_once_and_in_order_whatever_the_weather(seed: int, cut_at:
     for number in range(20):
         speaker.after(number / 5, lambda number=number: publisher.put(bytes([number])))
     network.schedule(cut_at, lambda: network.cut(listener))
-    network.schedule(cut_at + cut_for, lambda: network.mend(listener))
+    network.schedule(cut_at + cut_for, lambda: network.reconnect(listener))
     network.run_for(60.0)
     assert heard == list(range(20))
 
@@ -45,7 +45,7 @@ def test_events_that_only_a_killed_process_had_are_lost() -> None:
     publisher.put(b"\x01")
     network.run_for(1.0)
     network.kill(speaker)
-    network.mend(listener)
+    network.reconnect(listener)
     network.run_for(10.0)
     assert heard == []
 
@@ -88,13 +88,13 @@ def test_a_token_outlives_a_short_cut_and_no_lease() -> None:
     network.run_for(1.0)
     network.cut(node)
     network.run_for(0.5)
-    network.mend(node)
+    network.reconnect(node)
     network.run_for(LEASE)
     assert seen == [("alive/node", True)]
     network.cut(node)
     network.run_for(LEASE + 0.1)
     assert not node.connected
-    network.mend(node)
+    network.reconnect(node)
     network.run_for(1.0)
     assert seen == [("alive/node", True), ("alive/node", False), ("alive/node", True)]
     assert node.connected
@@ -108,7 +108,7 @@ def test_a_node_that_is_cut_off_sees_all_others_vanish() -> None:
     network.run_for(1.0)
     network.cut(node, noticed=True)
     network.run_for(0.1)
-    network.mend(node)
+    network.reconnect(node)
     network.run_for(1.0)
     assert seen == [("alive/other", True), ("alive/other", False), ("alive/other", True)]
 
@@ -122,6 +122,6 @@ def test_streams_are_lost_while_a_node_is_cut_off() -> None:
     network.cut(listener)
     publisher.put(b"")
     network.run_for(0.5)
-    network.mend(listener)
+    network.reconnect(listener)
     network.run_for(1.0)
     assert heard == []

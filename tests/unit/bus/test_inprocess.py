@@ -1,4 +1,4 @@
-"""What the in-process network adds to a bus: virtual time, order, reproducibility."""
+"""Properties of the in-process network: virtual time, order, reproducibility."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whoever ends a system is told what that cuts short."""
+"""Messages about work that `down` cuts short."""
 
 from __future__ import annotations
 

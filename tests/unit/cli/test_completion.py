@@ -1,4 +1,4 @@
-"""What a shell is told when somebody presses TAB, where no system runs: the names of the robot that `up` starts."""
+"""Shell completion without a running system: names of the robot that `up` starts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def nothing_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def offered(line: str, shell: str = "bash") -> set[str]:
-    """What comes for the last word of the line."""
+    """Completions of the last word of the line."""
     words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split(" ")) - 1), "_TYPER_COMPLETE_ARGS": line}
     result = CliRunner().invoke(
         cli.app, [], prog_name="skillwing", env={"_SKILLWING_COMPLETE": f"complete_{shell}", **words}

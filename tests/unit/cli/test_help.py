@@ -1,4 +1,4 @@
-"""What `skillwing --help` shows, and what it costs."""
+"""Content and cost of `skillwing --help`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
 
 COMMANDS = cli.command_entries()
 HEAVY = {"rich", "pygments", "markdown_it", "numpy", "zenoh", "msgspec"}
-"""What other commands need, and takes longer to load than a list to be shown."""
+"""Modules of other commands, which take longer to load than the list to print."""
 
 
 @pytest.fixture(scope="module")

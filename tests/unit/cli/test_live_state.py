@@ -1,4 +1,4 @@
-"""What a system is doing right now, whatever the order in which that is heard."""
+"""Live state of a system, for any order of messages."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ class System:
         return alive
 
     def results(self) -> dict[str, tuple[str, float, float | None]]:
-        """What the reports tell that there are: result, duration and wall time."""
+        """Result, duration and wall time in the reports."""
         read = {folder.parent.name: read_report(folder.parent) for folder in self.run_dir.glob("*/report.json")}
         return {name: (each.result, each.sim_time_s, each.wall_time_s) for name, each in read.items()}
 

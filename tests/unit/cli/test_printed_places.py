@@ -1,4 +1,4 @@
-"""What commands print is what was written, also where it looks like a code of rich's."""
+"""Printed text equals the written text, also if it looks like markup of rich."""
 
 from __future__ import annotations
 

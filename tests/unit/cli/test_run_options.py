@@ -1,4 +1,4 @@
-"""What the environment says of a run, and what missions are told because of it."""
+"""Options of a run from the environment, and their effect on missions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told to whose start was refused, because the robot is not ready."""
+"""Advice for a start that was refused because the robot is not ready."""
 
 from __future__ import annotations
 

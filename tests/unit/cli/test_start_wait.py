@@ -1,4 +1,4 @@
-"""What `skillwing start` says while a manager says nothing, and what Ctrl-C does to the goal that it follows."""
+"""`skillwing start` with a silent manager, and Ctrl-C while it follows a goal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When `skillwing status` says that a system is whole."""
+"""Conditions for exit code 0 of `skillwing status`."""
 
 from __future__ import annotations
 

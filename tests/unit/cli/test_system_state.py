@@ -1,4 +1,4 @@
-"""What a command finds out of a system before it tells how a refused skill can be made to start."""
+"""System state that a command reads before it advises on a refused start."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ trigger = {place = "UP"}
 
 
 class Balloon:
-    """The managers of a balloon of which nothing stands below, and whoever looks at them."""
+    """Managers of a balloon without a functional layer, and an observer."""
 
     def __init__(self, folder: Path) -> None:
         file = folder / "balloon.skillset"

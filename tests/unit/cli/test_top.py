@@ -1,4 +1,4 @@
-"""What `top` shows where there is no room for everything."""
+"""Output of `top` on a small screen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `skillwing up` makes of its options."""
+"""Options of `skillwing up`."""
 
 from __future__ import annotations
 

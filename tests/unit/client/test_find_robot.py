@@ -91,7 +91,7 @@ def test_a_folder_that_cannot_be_imported_says_so(folder: Path) -> None:
 
 
 def test_what_is_no_robot_at_all() -> None:
-    told = r"did you mean `m600`\?.* The folder of a robot package may be named, too: `./m60`\."
+    told = r"did you mean `m600`\?.* The folder of a robot package is possible, too: `./m60`\."
     with pytest.raises(UnknownNameError, match=told):
         find_robot("m60")
     with pytest.raises(InvalidOptionError, match="no folder"):

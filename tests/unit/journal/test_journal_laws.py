@@ -71,7 +71,7 @@ SKILLS = st.sampled_from(sorted(RESULTS))
 INCARNATIONS = st.sampled_from(["a", "b", "c"])
 
 
-class Twins(RuleBasedStateMachine):
+class TwoCores(RuleBasedStateMachine):
     """One core lives on and on, the other is made again from the journal time and again. Nobody can tell them apart."""
 
     goals: Bundle[tuple[str, str]] = Bundle("goals")
@@ -207,5 +207,5 @@ class Twins(RuleBasedStateMachine):
         self.journal.close()
 
 
-Twins.TestCase.settings = settings(max_examples=40, stateful_step_count=30, deadline=None)
-TestTwins = Twins.TestCase
+TwoCores.TestCase.settings = settings(max_examples=40, stateful_step_count=30, deadline=None)
+TestTwoCores = TwoCores.TestCase

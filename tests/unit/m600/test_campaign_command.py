@@ -80,7 +80,7 @@ def test_a_flight_that_was_killed_leaves_no_line_and_is_flown_by_resume(
     assert not page.exists()
     assert fly(LANDS, seeds="0:3", write=page, resume=True) == 0
     assert seeds_in(folder) == [0, 2, 1]
-    assert "3 flights, seeds 0 to 2" in page.read_text(encoding="utf-8")
+    assert "3 flights of seeds 0 to 2 by code" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("option", ["seeds", "faults", "worlds"])

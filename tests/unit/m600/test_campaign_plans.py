@@ -1,4 +1,4 @@
-"""What a campaign flies, and what befalls each flight, follows from the seeds alone."""
+"""Plans of campaigns: flights and their faults follow from the seeds alone."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def moments(met: dict[str, Any]) -> list[float]:
-    """When each thing begins that befalls a drone; a pilot who returns has begun before."""
+    """Start times of the faults; a pilot who returns has begun before."""
     faults, gusts, pilot = met.get("faults", []), met.get("gusts", []), met.get("pilot", [])
     events = [*faults, *gusts, *pilot[:1], *met.get("packs_fail", []), *met.get("link", {}).get("faults", [])]
     return [event["at"] for event in events]
@@ -160,7 +160,7 @@ REACHES = {
     Condition.PILOT: ("sim", {"pilot"}),
     Condition.PILOT_RETURNS: ("sim", {"pilot"}),
 }
-"""Which process is told by which of its options."""
+"""Each option reaches the right process."""
 
 
 @pytest.mark.parametrize("condition", Condition)

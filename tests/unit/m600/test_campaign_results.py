@@ -1,4 +1,4 @@
-"""What counts as a broken promise, how flights are counted, and what of a campaign outlives its end."""
+"""Results of campaigns: broken promises, counts, and files that remain after an interruption."""
 
 from __future__ import annotations
 
@@ -237,8 +237,8 @@ def test_each_row_tells_how_many_flights_met_their_condition_before_the_drone_wa
         ("all", 7, 3),
     ]
     text = page.section("Mapping", ["skillwing"], [*results, flown(2)], rows, "abc")
-    assert "Met: in 3 of 6 flights what was to go wrong did before the drone was down" in text
-    assert "with two sensors both of it, 40 to 60 s after the start." in text
+    assert "Met: in 3 of 6 flights every planned fault began before the drone was down" in text
+    assert "was down, 40 to 60 s after the start." in text
     assert "| courtyard | both | 3 | 1 |" in text
     assert "No flight broke a promise" in text
     assert "least clearance: `mapping-courtyard-camera-1`," in text
@@ -278,7 +278,7 @@ def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_p
         page.write(path, "other", page.section("Other", words, [flown(9)], outcomes([flown(9)]), "abc"))
     text = path.read_text(encoding="utf-8")
     assert text.startswith(
-        "# Missions\n\nWords.\n\n<!-- campaign: mapping -->\n## Mapping\n\n3 flights, seeds 1 to 2, 4, by code abc;"
+        "# Missions\n\nWords.\n\n<!-- campaign: mapping -->\n## Mapping\n\n3 flights of seeds 1 to 2, 4 by code abc;"
     )
     assert text.count("## Mapping") == text.count("## Other") == 1
     assert "| mapping-courtyard-none-4 | 1 collision |" in text

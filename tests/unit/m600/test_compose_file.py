@@ -32,7 +32,7 @@ FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
 
 
 def table(robot: Robot) -> dict[str, ProcessSpec]:
-    """What runs in containers; mocks are not recorded there, and do with the small image."""
+    """Services in containers; mocks are not recorded and need only the small image."""
     observers = robot.observers(RUN) if robot is ROBOT else ()
     specs = (*robot.functional_layer(RUN), *robot.managers(RUN), *observers)
     return {spec.name: spec for spec in specs}
@@ -173,7 +173,7 @@ def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() 
 
 @pytest.mark.parametrize("role", ["onboard", "sim", "mission", "recorder"])
 def test_all_images_have_the_same_versions(role: str) -> None:
-    """What the environment has is not installed again: another version of it would stay there."""
+    """Packages of the environment are not installed again, because another version would remain there."""
     pins = {name: pinned(ROOT / "locks" / f"{name}.lock") for name in ("manager", role)}
     assert pins["manager"] <= pins[role]
     assert pins[role] <= pinned(ROOT / "requirements.lock")

@@ -1,4 +1,4 @@
-"""What a flight puts into the recording: everything the dashboard promises, from the robot's own knowledge."""
+"""Recording of a flight: everything that the dashboard promises, from the robot's own data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the dashboard draws stands where the sensor saw it, and a map in pieces is the whole map."""
+"""Geometry of the dashboard: points stand where the sensor saw them, and map pieces form the whole map."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def centres(of: set[tuple[int, int, int]]) -> np.ndarray:
 
 
 def drawn(pieces: VoxelPieces, screen: dict[int, np.ndarray], changed: set[int]) -> set[tuple[int, int, int]]:
-    """What is on the screen after the pieces that changed were drawn again."""
+    """Screen content after the changed pieces were drawn again."""
     screen |= {number: pieces.centres(number) for number in changed}
     points = np.vstack([np.empty((0, 3), np.float32), *screen.values()])
     assert len(points) == len(pieces)

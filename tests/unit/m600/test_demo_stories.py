@@ -1,4 +1,4 @@
-"""What the demo flies, and what goes wrong in it."""
+"""Plans of the demo and its failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the demo shows in a terminal and in a pipe, on the in-process bus."""
+"""Output of the demo in a terminal and in a pipe, on the in-process bus."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ends a flight, and what it goes on without."""
+"""Process exits that end a flight, and those that do not."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SKILLSET = ROBOT.load_skillset()
 KEYS = Keys(SKILLSET.name)
 ESSENTIAL = frozenset({"router", "sim", "mission"})
 END = 60.0
-"""When the mission ends in these flights."""
+"""End time of the mission in these flights."""
 
 
 def death(process: str) -> ProcessExit:

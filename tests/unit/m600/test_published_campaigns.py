@@ -44,7 +44,7 @@ def title_of(folder: Path) -> str:
 
 
 def plans_of_make() -> dict[str, list[FlightPlan]]:
-    """What `make campaign` flies into each folder, but for samples, which follow from what was flown before."""
+    """Campaign command of each folder, samples excepted, which follow from earlier flights."""
     flown: dict[str, list[FlightPlan]] = {}
     for _, arguments, folder in RECIPE.findall(MAKEFILE):
         mission, *words = arguments.split()
@@ -127,7 +127,7 @@ def test_what_is_published_is_what_make_campaign_flies(folder: Path) -> None:
 
 
 def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detection_does() -> None:
-    """Which is what makes it mean something that drones hit nothing."""
+    """Only then does a campaign without collisions mean something."""
     unwatched = flights_in(UNWATCHED)
     collided = {each.plan.seed for each in unwatched if each.collisions}
     watched = {each.plan.seed: each for each in flights_in(MAPPING) if each.plan.condition is Condition.NONE}

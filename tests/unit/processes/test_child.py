@@ -1,4 +1,4 @@
-"""What is told of a process that died once too often."""
+"""Messages about a process that died too often."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who shares a process with whom."""
+"""Nodes that share a process."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def test_without_router_nobody_lives(lifetime: Lifetime, monkeypatch: pytest.Mon
 def test_one_that_is_told_to_end_before_there_is_a_router_ends_well(
     lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Where all are told to end the router may be gone first, and nobody has to hear of it."""
+    """The router may end first in a shutdown, without a message."""
     monkeypatch.setattr(hosting, "ZenohBus", partial(hosting.ZenohBus, connect_timeout=0.2))
     lifetime.end()
     assert host("tcp/127.0.0.1:1", lifetime, Guest("a"), Guest("b")) == EXIT_OK
@@ -121,7 +121,7 @@ def test_one_that_is_told_to_end_before_there_is_a_router_ends_well(
 def test_a_node_that_does_not_end_keeps_nobody_alive(
     endpoint: str, lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Its process would hold the tokens of nobody, and whoever supervises it would wait for ever."""
+    """Its process would hold no tokens, and its supervisor would wait for ever."""
     codes: list[int] = []
     awake = threading.Event()
     hangs = threading.Event()

@@ -28,8 +28,8 @@ SCRIPT = MockScript()
 KEYS = Keys(GATE.name)
 
 
-class Attendance:
-    """Who holds a liveliness token."""
+class TokenHolders:
+    """Holder of a liveliness token."""
 
     def __init__(self, gate: RobotInProcess) -> None:
         self.there: set[str] = set()
@@ -52,23 +52,23 @@ def gate() -> Iterator[RobotInProcess]:
 
 
 def test_a_node_is_there_from_its_beginning_to_its_end(gate: RobotInProcess) -> None:
-    attendance = Attendance(gate)
+    holders = TokenHolders(gate)
     for manager in make_mock_managers(GATE, SCRIPT):
         gate.attach(manager)
-    assert attendance.after(0.1) >= {KEYS.alive(RESOURCE_MANAGER), KEYS.alive("skill/wait")}
+    assert holders.after(0.1) >= {KEYS.alive(RESOURCE_MANAGER), KEYS.alive("skill/wait")}
     gate.kill(RESOURCE_MANAGER)
-    assert KEYS.alive(RESOURCE_MANAGER) not in attendance.after(0.1)
+    assert KEYS.alive(RESOURCE_MANAGER) not in holders.after(0.1)
     with pytest.raises(UnknownNameError):
         gate.kill(RESOURCE_MANAGER)
     gate.close()
-    assert attendance.after(0.1) == set()
+    assert holders.after(0.1) == set()
 
 
 def test_one_that_tells_when_it_is_ready_is_not_there_before(gate: RobotInProcess) -> None:
-    """The mocked world is, once its data have been heard by whoever judges them."""
-    attendance = Attendance(gate)
+    """The mocked world is alive once the resource manager has its data."""
+    holders = TokenHolders(gate)
     gate.attach(MockWorld(GATE, SCRIPT))
-    assert attendance.after(1.0) == set()
+    assert holders.after(1.0) == set()
     for manager in make_mock_managers(GATE, SCRIPT):
         gate.attach(manager)
-    assert KEYS.alive(MOCKED_WORLD) in attendance.after(5.0)
+    assert KEYS.alive(MOCKED_WORLD) in holders.after(5.0)

@@ -1,4 +1,4 @@
-"""What Linux tells about processes."""
+"""Process data from `/proc`."""
 
 from __future__ import annotations
 

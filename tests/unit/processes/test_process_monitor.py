@@ -1,4 +1,4 @@
-"""What is told of a system's processes, and when."""
+"""Messages about a system's processes, and their times."""
 
 from __future__ import annotations
 

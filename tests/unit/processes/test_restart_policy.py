@@ -1,4 +1,4 @@
-"""How often, and how soon, a process that dies is started again."""
+"""Number and delays of restarts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from skillwing.services.processes.restart_policy import (
 
 
 def pauses(policy: RestartPolicy, lives: list[float]) -> list[float | None]:
-    """What the policy says after each of these lives, with restarts as it wants them, until it gives up."""
+    """Decisions of the policy after each of these lives, until it gives up."""
     found: list[float | None] = []
     now = 0.0
     for life in lives:

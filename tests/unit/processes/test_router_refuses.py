@@ -1,4 +1,4 @@
-"""Why a router cannot listen, in words of the operating system."""
+"""Error of a router that cannot listen, in the operating system's words."""
 
 from __future__ import annotations
 

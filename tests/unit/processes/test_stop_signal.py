@@ -1,4 +1,4 @@
-"""How a process hears that it is to end, wherever the signal finds it."""
+"""Stop signals of a process, at any place in its code."""
 
 from __future__ import annotations
 

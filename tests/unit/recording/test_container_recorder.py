@@ -24,7 +24,7 @@ NOW = datetime(2026, 11, 21, 23, 11, 17, tzinfo=UTC)
 
 @pytest.fixture
 def container(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
-    """What a container gives to its process: a directory, and the environment."""
+    """Directory and environment of a container's process."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SKILLWING_ROBOT", ROBOT.name)
     monkeypatch.setenv("SKILLWING_RUN_DIR", "")
@@ -60,7 +60,7 @@ def test_only_what_was_told_to_end_is_over(container: pytest.MonkeyPatch, code: 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_one_that_is_told_to_end_before_it_records_is_over(container: pytest.MonkeyPatch, number: int) -> None:
-    """What begins after it is another flight, also where this one had died before."""
+    """The next flight is another one, also if this one had died before."""
 
     def find(_name: str) -> Robot:
         signal.raise_signal(number)

@@ -39,7 +39,7 @@ def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Record
 
 
 def states_of(run_dir: Path, lane: str, file: str = RECORDING_FILE) -> dict[float, str]:
-    """What a lane shows from each moment on: of several rows at one time the latest wins."""
+    """State of a lane from each time on; of several rows at one time the latest counts."""
     chunks = RrdReader(str(run_dir / file)).stream().filter(content=lane).to_chunks()
     rows: list[tuple[float, bytes, str]] = []
     for chunk in chunks:

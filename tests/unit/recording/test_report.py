@@ -142,7 +142,7 @@ def test_the_readable_report_tells_the_chain_link_by_link(tmp_path: Path) -> Non
 
 
 def test_a_flight_is_as_long_as_its_mission(tmp_path: Path) -> None:
-    """What was recorded afterwards is no part of it, as it is none of the wall time."""
+    """Later records are no part of it, nor of the wall time."""
     story = tell()
     story.resource(40.0, "battery_status", "LOW")
     after = History.of(story.records, story.statuses, SKILLSET)

@@ -1,4 +1,4 @@
-"""What a run tells of its skillset, for whoever reads it where that is another one."""
+"""Skillset facts of a run, for readers that have another version."""
 
 from __future__ import annotations
 

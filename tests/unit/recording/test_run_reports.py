@@ -1,4 +1,4 @@
-"""Which missions were flown, and a history cut to one of them."""
+"""Flown missions, and a history cut to one of them."""
 
 from __future__ import annotations
 

@@ -45,11 +45,11 @@ def test_the_colours_of_resources_are_explained_below_them(tmp_path: Path) -> No
     story = tell()
     below = slice(round(0.93 * HEIGHT), HEIGHT)
     legend = drawn(History.of(story.records, story.statuses, SKILLSET), tmp_path / "all.png")[below]
-    for colour in (palette.CALM, palette.AMBER, palette.RED):
+    for colour in (palette.NEUTRAL, palette.AMBER, palette.RED):
         assert share(legend, colour) > 0.001
     states = [record for record in story.records if record.subject in ("axes_authority", "depthmap_source")]
     harmless = drawn(History.of(states, [], SKILLSET), tmp_path / "harmless.png")[below]
-    assert share(harmless, palette.CALM) > 0.001
+    assert share(harmless, palette.NEUTRAL) > 0.001
     assert share(harmless, palette.AMBER) == share(harmless, palette.RED) == 0.0
 
 

@@ -1,4 +1,4 @@
-"""When the web viewer of a system without a terminal tells its address, and who is told of it."""
+"""Address of the web viewer in a system without a terminal."""
 
 from __future__ import annotations
 

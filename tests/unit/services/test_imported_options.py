@@ -1,4 +1,4 @@
-"""What an option names is imported, or it is told which file is to be mended."""
+"""Imports named by options, and errors that name the file to fix."""
 
 from __future__ import annotations
 

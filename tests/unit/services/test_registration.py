@@ -24,8 +24,8 @@ SLACK = 0.01
 """Seconds that messages take."""
 
 
-class Judge:
-    """A resource manager as far as a manager's standing goes: it says what it is told to."""
+class ScriptedResourceManager:
+    """A resource manager with scripted answers to `AttachManager`."""
 
     def __init__(self, network: InProcessNetwork) -> None:
         self._network = network
@@ -53,7 +53,7 @@ def standing(network: InProcessNetwork, on_replaced: Callable[[ErrorReply], None
 
 def test_whoever_counts_asks_again_from_time_to_time() -> None:
     network = InProcessNetwork()
-    judge, replaced = Judge(network), list[ErrorReply]()
+    judge, replaced = ScriptedResourceManager(network), list[ErrorReply]()
     standing(network, replaced.append)
     network.run_for(4.5 * REGISTRATION_PERIOD)
     assert judge.pauses == [pytest.approx(REGISTRATION_PERIOD, abs=SLACK)] * 4
@@ -62,7 +62,7 @@ def test_whoever_counts_asks_again_from_time_to_time() -> None:
 
 def test_whoever_was_replaced_hears_it_once_and_asks_no_more() -> None:
     network = InProcessNetwork()
-    judge, replaced = Judge(network), list[ErrorReply]()
+    judge, replaced = ScriptedResourceManager(network), list[ErrorReply]()
     mine = standing(network, replaced.append)
     network.run_for(1.0)
     judge.refuses = ErrorCode.REPLACED
@@ -78,7 +78,7 @@ def test_whoever_was_replaced_hears_it_once_and_asks_no_more() -> None:
 
 def test_what_cannot_be_written_down_is_asked_again_with_growing_pauses() -> None:
     network = InProcessNetwork()
-    judge, replaced = Judge(network), list[ErrorReply]()
+    judge, replaced = ScriptedResourceManager(network), list[ErrorReply]()
     judge.refuses = ErrorCode.UNAVAILABLE
     standing(network, replaced.append)
     network.run_for(5.0)
@@ -94,7 +94,7 @@ def test_what_cannot_be_written_down_is_asked_again_with_growing_pauses() -> Non
 
 def test_any_other_refusal_is_no_reason_to_hurry() -> None:
     network = InProcessNetwork()
-    judge = Judge(network)
+    judge = ScriptedResourceManager(network)
     judge.refuses = ErrorCode.BAD_REQUEST
     standing(network, lambda error: None)
     network.run_for(2.5 * REGISTRATION_PERIOD)
@@ -103,7 +103,7 @@ def test_any_other_refusal_is_no_reason_to_hurry() -> None:
 
 def test_a_refusal_is_logged_once_until_it_has_ended(caplog: pytest.LogCaptureFixture) -> None:
     network = InProcessNetwork()
-    judge = Judge(network)
+    judge = ScriptedResourceManager(network)
     standing(network, lambda error: None)
     for refuses in (ErrorCode.BAD_REQUEST, None, ErrorCode.BAD_REQUEST):
         judge.refuses = refuses
@@ -120,7 +120,7 @@ def test_who_gives_up_asks_no_more_even_of_nobody() -> None:
     network.run_for(3.0)
     mine.give_up()
     network.run_for(3.0)
-    judge = Judge(network)
+    judge = ScriptedResourceManager(network)
     network.run_for(3 * REGISTRATION_PERIOD)
     assert judge.asked_at == []
 

@@ -17,11 +17,12 @@ from skillwing.sim_mujoco.sensors.depth_camera import (
     REACH,
     ZED_MOUNT,
     DepthCamera,
+    Infill,
+    Pixels,
     _least_of_next,
     _unmatchable,
     depth_header,
 )
-from skillwing.sim_mujoco.sensors.infill import Infill, Pixels
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 

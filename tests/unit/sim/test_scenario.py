@@ -19,10 +19,9 @@ from skillwing.sim_mujoco.scenario.fault_checks import check_fault
 from skillwing.sim_mujoco.scenario.field_errors import field_errors
 from skillwing.sim_mujoco.scenario.format import Scenario
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
-from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, MagnitudeError, UnknownFaultError
+from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, MagnitudeError, UnknownFaultError, Zone
 from skillwing.sim_mujoco.sensors.receivers import RECEIVERS, ReceiverName
 from skillwing.sim_mujoco.sensors.table import SENSORS
-from skillwing.sim_mujoco.sensors.zones import Zone
 from skillwing.sim_mujoco.simulator.node import make_sim
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world

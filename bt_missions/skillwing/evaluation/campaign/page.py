@@ -59,7 +59,7 @@ def section(
     lines = [
         f"## {title[0].upper()}{title[1:]}",
         "",
-        f"{len(results)} flights, seeds {_ranges(seeds)}, by code {code}; {hours:.1f} hours of processor time, "
+        f"{len(results)} flights of {_ranges(seeds)} by code {code}; {hours:.1f} hours of processor time, "
         f"{pace:.1f} times as fast as real time on one core. {machine()}, {datetime.now(tz=UTC):%Y-%m-%d}.",
         "",
         "| " + " | ".join(HEADINGS) + " |",
@@ -132,8 +132,7 @@ def _beginnings(results: Sequence[FlightResult]) -> list[str]:
     times = sorted(t for t, met in drawn if met)
     when = f", {times[0]:.0f} to {times[-1]:.0f} s after the start" if times else ""
     return [
-        f"Met: in {len(times)} of {len(drawn)} flights what was to go wrong did before the drone was down, "
-        f"with two sensors both of it{when}.",
+        f"Met: in {len(times)} of {len(drawn)} flights every planned fault began before the drone was down{when}.",
         "",
     ]
 
@@ -146,12 +145,14 @@ def machine() -> str:
     return f"{os.cpu_count()} x {', '.join(sorted(names)) or platform.machine()}, Python {platform.python_version()}"
 
 
-def _ranges(numbers: Sequence[int]) -> str:
-    """Ascending numbers in words: `0 to 99, 120`."""
+def _ranges(seeds: Sequence[int]) -> str:
+    """Ascending seeds in words, as `seeds 0 to 99, 120`; only their number and limits for many ranges."""
     runs: list[tuple[int, int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][1] + 1:
-            runs[-1] = runs[-1][0], number
+    for seed in seeds:
+        if runs and seed == runs[-1][1] + 1:
+            runs[-1] = runs[-1][0], seed
         else:
-            runs.append((number, number))
-    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)
+            runs.append((seed, seed))
+    if len(runs) > NAMED:
+        return f"{len(seeds)} seeds from {seeds[0]} to {seeds[-1]}"
+    return "seeds " + ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)

@@ -23,7 +23,7 @@ from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLine
 from skillwing.services.history.history import GoalOutcome, History, SkillBar, is_switch
 from skillwing.services.history.wording import brief, chain_text
 from skillwing.services.protocol import GoalStatus, Keys, M, Message, MissionStatus, Record, RecordKind
-from skillwing.services.recording.palette import CALM, OUTCOME_COLOURS, state_colours
+from skillwing.services.recording.palette import NEUTRAL, OUTCOME_COLOURS, state_colours
 
 REFRESH = 0.25
 """Wall seconds between two pictures of the panel."""
@@ -148,7 +148,7 @@ class FlightDeck:
         """Resources that are not at rest."""
         for name, state in self._states.items():
             colour = self._colours.get(name, {}).get(state, "")
-            if colour != CALM:
+            if colour != NEUTRAL:
                 yield Text.assemble((f"{name} ", "dim"), (state, colour))
 
     def _events(self, width: int, room: int) -> RenderableType:

@@ -1,9 +1,9 @@
-"""What nodes and shells may ask of the world: messages, timers, one thread, one clock.
+"""The bus: messages, timers, one thread and one clock for a node.
 
-A `Node` attaches itself to a `Bus` and from then on lives in callbacks, which the bus runs one at a time on
-the node's one thread. There are two buses: `zenoh_bus.ZenohBus` in everything a user runs, and
-`inprocess.InProcessNetwork`, where any number of nodes share one virtual time and advance in lockstep,
-bit-reproducibly. Nothing above this module knows which of the two it lives on.
+A `Node` attaches itself to a `Bus` and acts in callbacks from then on. The bus runs them one at a time on the node's
+one thread. There are two buses. `zenoh_bus.ZenohBus` connects the processes that a user runs. In an
+`inprocess.InProcessNetwork` any number of nodes share one virtual time and advance in lockstep, bit-reproducibly.
+Code above this module works alike on both.
 
 Keys are relative to the robot's namespace. Payloads are bytes: see `skillwing.services.protocol`.
 """
@@ -17,10 +17,10 @@ from typing import Literal, Protocol
 from skillwing.services.protocol import ErrorReply
 
 Topology = Literal["router", "mesh"]
-"""How the processes of one system meet: all at a router, or each with each."""
+"""Connections between the processes of a system: each to a router, or each to each."""
 
 EVENT_HISTORY = 1000
-"""How many publications of an event publisher are kept for late and cut-off subscribers."""
+"""Publications of an event publisher that are kept for late and cut-off subscribers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ Answer = Answered | Refused | NoReply
 
 
 class Request(Protocol):
-    """A query to answer exactly once, now or later; a second answer is a RuntimeError."""
+    """A query that the server answers exactly once, now or later. A second answer raises RuntimeError."""
 
     @property
     def key(self) -> str: ...
@@ -75,7 +75,7 @@ class Publisher(Protocol):
 
 
 class Handle(Protocol):
-    """Something declared on the bus that can be taken back. Idempotent."""
+    """A declaration on the bus, or a timer. `cancel` is idempotent."""
 
     def cancel(self) -> None: ...
 
@@ -202,10 +202,13 @@ class RunnableBus(Bus, Loop, Protocol):
 
 
 class Node(Protocol):
-    """A process's content. Made by a factory `(options: dict[str, Any]) -> Node`, named `"package.module:factory"`
-    in process tables. `owns_clock` is True for the one node that *is* robot time (the simulator). A node through which
-    a control loop is closed has `closes_loop` = True besides: robot time never runs ahead of it. One that is not ready
-    when it is attached has `tells_when_ready` = True, and declares the liveliness token of its process itself."""
+    """The content of a process, made by a factory `(options: dict[str, Any]) -> Node`.
+
+    Process tables name the factory as `"package.module:factory"`. `owns_clock` is True for the one node that advances
+    robot time, the simulator. A node inside a control loop also has `closes_loop` = True: robot time never runs ahead
+    of it. A node that is not ready when it is attached has `tells_when_ready` = True, and declares the liveliness token
+    of its process itself.
+    """
 
     @property
     def name(self) -> str: ...
@@ -213,9 +216,9 @@ class Node(Protocol):
     def owns_clock(self) -> bool: ...
 
     def attach(self, bus: Bus) -> None:
-        """Declare everything and return at once; live in callbacks from then on."""
+        """Declare everything and return at once. From then on the node acts in callbacks."""
         ...
 
     def detach(self) -> None:
-        """The process is about to end in good order: publish last words, release what outlives a process."""
+        """The process ends in good order: publish final messages, and release resources that outlive a process."""
         ...

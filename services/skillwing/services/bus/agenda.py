@@ -1,4 +1,4 @@
-"""The agenda: what is to be done when, once or periodically, in order of time and then of creation."""
+"""Agenda: actions to run once or periodically, in order of time and then of creation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import floor
 
 
 class Entry:
-    """Something on an agenda. Cancelling it leaves it there, empty, until its time has come."""
+    """An action on an agenda. A cancelled entry stays there, empty, until its due time."""
 
     __slots__ = ("action", "count", "period", "start")
 
@@ -28,7 +28,7 @@ class Entry:
 
 
 class Agenda:
-    """Entries by time, in seconds of whatever clock the owner goes by."""
+    """Entries by time, in seconds of the owner's clock."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[float, int, Entry]] = []
@@ -47,7 +47,7 @@ class Agenda:
         return self._push(entry)
 
     def next_due(self) -> float | None:
-        """When the first entry is due; None if there is none."""
+        """Due time of the first entry, None if there is none."""
         while self._entries and self._entries[0][2].action is None:
             heapq.heappop(self._entries)
         return self._entries[0][0] if self._entries else None
@@ -55,7 +55,7 @@ class Agenda:
     def take(self, now: float) -> Callable[[], None] | None:
         """Take the first action that is due by `now`, None if none is.
 
-        A periodic one goes back for its next multiple after `now`: what was missed meanwhile is left out, not made up.
+        A periodic action is due next at its first multiple after `now`. Missed multiples are skipped.
         """
         due = self.next_due()
         if due is None or due > now:
@@ -70,7 +70,7 @@ class Agenda:
         return action
 
     def shift(self, seconds: float) -> None:
-        """Put everything off by the same time: the clock has been set."""
+        """Move all due times by `seconds`: the clock has been set."""
         for _, _, entry in self._entries:
             entry.start += seconds
         self._entries = [(entry.due, number, entry) for _, number, entry in self._entries]

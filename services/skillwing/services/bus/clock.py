@@ -1,6 +1,6 @@
-"""Robot time on a wall-clock machine: who lives in it, who follows it, who makes it.
+"""Clocks of robot time on a machine with wall time: for processes that share it, follow it or own it.
 
-Times are robot seconds; what a clock is asked to wait for it answers in wall seconds, as `wall` counts them.
+Times are robot seconds. Waiting times are wall seconds, as `wall` counts them.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import Protocol
 
 LONGEST_EXTRAPOLATION = 0.1
-"""Robot seconds that a follower runs on by itself after a tick."""
+"""Robot seconds for which a follower extrapolates after a tick."""
 TICK_PERIOD = 0.075
-"""Robot seconds after which the owner of the time tells it anew: before the followers' extrapolation ends."""
+"""Robot seconds between two ticks of the owner of time: less than the followers' extrapolation."""
 LARGEST_ERROR = 0.04
-"""Robot seconds by which followers may be wrong before the owner tells them."""
+"""Largest error of the followers in robot seconds before the owner publishes a tick."""
 PATIENCE = 2.0
-"""Wall seconds that time stands still for a follower; as long as a hung process takes to lose its leases."""
+"""Wall seconds for which time waits for a follower: as long as a hung process takes to lose its leases."""
 ROUNDING = 1e-6
-"""Robot seconds by which a sum of steps may miss what it stands for."""
+"""Rounding error of a sum of steps, in robot seconds."""
 LARGEST_LAG = 0.05
 """Wall seconds that a paced clock may lag behind its pace and still catch up."""
 
@@ -31,11 +31,11 @@ class _Tick:
     received: float
 
     def reckoned(self, wall: float) -> float:
-        """Robot time at a later wall time, as everybody reckons it who has heard only this tick."""
+        """Robot time at a later wall time, as a follower extrapolates it from this tick alone."""
         return self.t + min((wall - self.received) * self.factor, LONGEST_EXTRAPOLATION)
 
     def reaches(self, due: float) -> bool:
-        """Tell whether it comes to `due` for whoever has heard only this tick."""
+        """True if a follower reaches `due` by extrapolation from this tick alone."""
         return due <= self.t + (LONGEST_EXTRAPOLATION if self.factor > 0.0 else 0.0)
 
 
@@ -45,7 +45,7 @@ class Clock(Protocol):
         ...
 
     def seconds_until(self, due: float) -> float | None:
-        """Wall seconds until robot time reaches `due`, 0 or less once it has; None if only a tick will tell."""
+        """Wall seconds until robot time reaches `due`, 0 or less once it has. None if that depends on a tick."""
         ...
 
     def reach(self, due: float) -> None:
@@ -59,10 +59,10 @@ def unix_offset(wall: Callable[[], float] = time.monotonic) -> float:
 
 
 class WallClock:
-    """Robot time is Unix time, made steady: it does not jump when somebody sets the machine's clock.
+    """Robot time is Unix time without jumps: setting the machine's clock has no effect on it.
 
-    offset: what to add to the monotonic clock of this machine, for a process to have the same time as those of its
-    system that were started before somebody set the clock; by default that of now.
+    offset: Unix time minus the monotonic clock of this machine, by default that of now. All processes of a system get
+    the same offset, also if the clock was set between their starts.
     """
 
     def __init__(self, wall: Callable[[], float] = time.monotonic, offset: float | None = None) -> None:
@@ -82,12 +82,12 @@ class WallClock:
 class FollowedClock:
     """Robot time as another process publishes it.
 
-    lag: where time runs as fast as its followers keep up, its owner waits for this one, which is never behind by more
-    than so many robot seconds. None: the owner does not wait, as for whoever only looks on.
+    lag: robot seconds by which this follower may be behind, where time runs as fast as its followers keep up. The owner
+    of time waits for it. None: the owner does not wait, as for an observer.
 
-    It stands at 0 until the first tick. Between ticks it runs on at the owner's factor, at most 0.1 s, so that it
-    stands still when the owner does; it never runs backwards. `tick` and `reaches` may be called on any thread, the
-    rest on the node's.
+    The clock stands at 0 until the first tick. Between ticks it runs at the owner's factor for at most 0.1 s, and so
+    stands still when the owner does. It never runs backwards. `tick` and `reaches` may be called on any thread, the
+    other methods on the node's.
     """
 
     def __init__(self, wall: Callable[[], float] = time.monotonic, *, lag: float | None = None) -> None:
@@ -97,15 +97,15 @@ class FollowedClock:
         self._latest = 0.0
 
     def has_started(self) -> bool:
-        """A tick has been heard."""
+        """True once a tick has been received."""
         return self._tick is not None
 
     def tick(self, t: float, factor: float, received: float) -> None:
-        """Take the owner's time `t`, which arrived when the wall clock stood at `received`."""
+        """Set the clock to the owner's time `t`, which arrived at wall time `received`."""
         self._tick = _Tick(t, factor, received)
 
     def reaches(self, due: float) -> bool:
-        """Tell whether robot time comes to `due` without another tick."""
+        """True if robot time reaches `due` without another tick."""
         tick = self._tick
         return tick is not None and tick.reaches(due)
 
@@ -113,7 +113,7 @@ class FollowedClock:
         return self._reckoned(self._tick)
 
     def seconds_until(self, due: float) -> float | None:
-        # One tick for the whole answer: another may come on Zenoh's thread before it is given.
+        # One tick for the whole calculation: Zenoh's thread may set another one meanwhile.
         tick = self._tick
         if tick is None:
             return None
@@ -132,11 +132,11 @@ class FollowedClock:
 
 
 class TickRule:
-    """Tells the owner of robot time when to publish it: dead reckoning, as distributed simulations (IEEE 1278) have it.
+    """Times at which the owner of robot time publishes it: dead reckoning, as in distributed simulation (IEEE 1278).
 
-    Each tick costs every process of a robot some wakefulness. So the owner reckons what its followers make of the last
-    one, and tells them anew after `TICK_PERIOD`, or as soon as they are wrong by more than `LARGEST_ERROR`: when its
-    pace changes or it cannot keep it. As fast as possible (factor 0) nothing can be reckoned, and each step is told.
+    Each tick wakes every process of a robot. The owner therefore extrapolates the last tick as its followers do. It
+    publishes the next one after `TICK_PERIOD`, or as soon as they are wrong by more than `LARGEST_ERROR`: when the pace
+    changes or cannot be kept. As fast as possible (factor 0) extrapolation fails, and each step is published.
     """
 
     def __init__(self, factor: float) -> None:
@@ -144,7 +144,7 @@ class TickRule:
         self._told: _Tick | None = None
 
     def due(self, t: float, wall: float) -> bool:
-        """Tell whether robot time `t`, reached at that wall time, is to be published; if so it counts as published."""
+        """True if robot time `t`, reached at that wall time, is to be published. It then counts as published."""
         told = self._told
         if told is not None and self._factor > 0.0 and t - told.t < TICK_PERIOD:
             wrong_by = abs(told.reckoned(wall) - t)
@@ -155,10 +155,10 @@ class TickRule:
 
 
 class PacedClock:
-    """Robot time of the process that owns it: it moves only with that process's timers, from one due time to the next.
+    """Robot time of the process that owns it. It moves only with that process's timers, from one due time to the next.
 
-    factor: robot seconds per wall second; 0 for as fast as the timers' work allows. A process that cannot keep the
-    pace falls behind for good once it lags by more than 50 ms: the factor drops, and never do steps come in bursts.
+    factor: robot seconds per wall second, 0 for as fast as the timers' work allows. A process that lags by more than
+    50 ms does not catch up: the factor drops, and steps never come in bursts.
     """
 
     def __init__(self, factor: float = 1.0, wall: Callable[[], float] = time.monotonic) -> None:
@@ -192,15 +192,15 @@ class _Follower:
 
 
 class LockstepClock:
-    """Robot time of the process that owns it, as fast as its followers keep up: it waits until they are done.
+    """Robot time of the process that owns it, as fast as its followers keep up.
 
-    Time stands after each step until every follower has done what that step brought, or lags by no more than it may.
-    So a loop that is closed over other processes stays closed, whatever they cost. This is the conservative
-    synchronisation of distributed simulations (K. M. Chandy and J. Misra, "Distributed simulation", IEEE Transactions
-    on Software Engineering SE-5(5), 1979), with the owner of the time as the only one who advances it.
+    After each step time stands still until every follower has done its work of that step, or lags by no more than it
+    may. So a control loop over several processes stays closed, whatever their computing time. This is the conservative
+    synchronisation of distributed simulation (K. M. Chandy and J. Misra, "Distributed simulation", IEEE Transactions on
+    Software Engineering SE-5(5), 1979), with one owner of time.
 
-    A follower that is not done within `PATIENCE` wall seconds is left behind until it is heard of again: a process that
-    hangs must not stop the world, for others have to notice that it hangs.
+    A follower that is not done within `PATIENCE` wall seconds is left behind until its next message. A hung process
+    must not stop time, since others have to notice that it hangs.
     """
 
     factor = 0.0
@@ -215,15 +215,15 @@ class LockstepClock:
         return self._now
 
     def done(self, follower: str, t: float, lag: float) -> None:
-        """A follower has done everything up to `t`, and may lag by `lag` seconds. The first time it joins."""
+        """Note that a follower has done everything up to `t`, and may lag by `lag` s. The first call registers it."""
         self._followers[follower] = _Follower(t, lag)
 
     def gone(self, follower: str) -> None:
-        """Nobody waits for this follower any more."""
+        """Stop waiting for a follower."""
         self._followers.pop(follower, None)
 
     def seconds_until(self, due: float) -> float:
-        """0 once all are done; else the rest of the patience with those that are not."""
+        """0 once all followers are done, else the rest of `PATIENCE`."""
         del due
         late = [each for each in self._followers.values() if not each.left_behind and self._is_late(each)]
         patience = self._reached + PATIENCE - self._wall()

@@ -1,9 +1,9 @@
 """The in-process bus: any number of nodes in one virtual time, in lockstep and bit-reproducibly.
 
-Everything that happens is an event on one heap, ordered by (time, order of creation). Taking the next event moves
-the clock to its time, so that a minute of robot time costs what its callbacks cost. Nothing here knows a thread or a
-wall clock. Messages take `latency` seconds; with `jitter` each takes a seeded random time more, while messages
-between the same two nodes keep their order, as they do on a network.
+Every event is on one heap, ordered by (time, order of creation). Taking the next event moves the clock to its time, so
+that a minute of robot time costs only the work of its callbacks. There are no threads and no wall clock. Messages take
+`latency` seconds; with `jitter` each takes a seeded random time more. Messages between the same two nodes keep their
+order, as on a network.
 
 An exception in a callback leaves `run_until` with its traceback: in a test nothing is swallowed.
 
@@ -41,7 +41,7 @@ T = TypeVar("T")
 
 
 class Traffic(Enum):
-    """What a message is, hence what a network owes it."""
+    """Kind of message, which decides on its delivery: lossy, ordered, or recovered."""
 
     REQUEST = auto()
     REPLY = auto()
@@ -51,8 +51,11 @@ class Traffic(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Utterance:
-    """Something that a node says. what: `put`, `ask`, `reply` or `refuse`; payload: encoded, also of a refusal."""
+class SentMessage:
+    """A message at the moment when a node sends it.
+
+    what: `put`, `ask`, `reply` or `refuse`; payload: encoded, also of a refusal.
+    """
 
     t: float
     source: InProcessBus
@@ -73,24 +76,24 @@ class InProcessNetwork:
         self._jitter = jitter
         self._now = 0.0
         self._agenda = Agenda()
-        self._robots: dict[str, Robot] = {}
+        self._robots: dict[str, Namespace] = {}
         self._last_arrival: dict[tuple[InProcessBus, InProcessBus], float] = {}
         self._running = False
         self._ids = count(1)
-        self.tap: Callable[[Utterance], None] | None = None
-        """Gets everything that nodes say, before anybody else does."""
+        self.tap: Callable[[SentMessage], None] | None = None
+        """Receives every message when it is sent."""
 
     def now(self) -> float:
         """Virtual time in seconds."""
         return self._now
 
     def new_id(self) -> str:
-        """A name that was not given before."""
+        """A new id, unique in this network."""
         return f"id-{next(self._ids):08d}"
 
     def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
-        if name in self._robots.setdefault(robot, Robot()).nodes:
+        if name in self._robots.setdefault(robot, Namespace()).nodes:
             raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
         return self._join(name, robot)
 
@@ -101,7 +104,7 @@ class InProcessNetwork:
         return bus
 
     def _join(self, name: str, robot: str) -> InProcessBus:
-        joined = self._robots.setdefault(robot, Robot())
+        joined = self._robots.setdefault(robot, Namespace())
         joined.nodes[name] = InProcessBus(self, joined, name)
         return joined.nodes[name]
 
@@ -123,7 +126,7 @@ class InProcessNetwork:
             self._running = False
 
     def run_for(self, seconds: float) -> None:
-        """Run everything that happens in the next `seconds` of virtual time."""
+        """Run all events of the next `seconds` of virtual time."""
         self.run_until(lambda: False, seconds)
 
     def _step(self, deadline: float | None) -> bool:
@@ -140,7 +143,7 @@ class InProcessNetwork:
         return True
 
     def schedule(self, delay: float, action: Callable[[], None]) -> Entry:
-        """Put an action on the agenda; with no delay it runs now, after what was scheduled before it."""
+        """Put an action on the agenda. Without delay it runs now, after the actions that were scheduled before it."""
         return self._agenda.add(self._now + max(delay, 0.0), action)
 
     def schedule_periodic(self, period: float, action: Callable[[], None]) -> Entry:
@@ -148,16 +151,16 @@ class InProcessNetwork:
         return self._agenda.add_periodic(self._now, period, action)
 
     def perform(self, bus: InProcessBus, action: Callable[[], None]) -> None:
-        """Have a node do something now, unless it has left."""
+        """Run an action of a node now, unless the node has left."""
         if not bus.closed:
             action()
 
-    def tell_tap(self, bus: InProcessBus, what: str, key: str, payload: bytes) -> None:
+    def report_sent(self, bus: InProcessBus, what: str, key: str, payload: bytes) -> None:
         if self.tap is not None:
-            self.tap(Utterance(self._now, bus, what, key, payload))
+            self.tap(SentMessage(self._now, bus, what, key, payload))
 
-    def forward(self, robot: Robot, question: Question) -> None:
-        """Take a question to the node that serves its key. Which one that is, is found out on arrival."""
+    def forward(self, robot: Namespace, question: Question) -> None:
+        """Deliver a question to the node that serves its key on arrival."""
 
         def arrive() -> None:
             services = robot.services_for(question.key)
@@ -166,7 +169,7 @@ class InProcessNetwork:
             else:
                 self.send(question.asker, question.asker, lambda: question.settle(NoReply(timed_out=False)))
 
-        # Until it is known who serves the key, the link is the asker's own.
+        # The server is only chosen on arrival, so the link is the asker's own.
         self.send(question.asker, question.asker, arrive)
 
     def send(
@@ -179,8 +182,8 @@ class InProcessNetwork:
     ) -> None:
         """Run `arrive` after the time that a message from one node to another takes.
 
-        traffic, channel: what kind of message it is, and which others it must not overtake; this network has no need
-        to know, for it loses nothing and keeps the order of each link.
+        traffic, channel: the kind of message, and the group that it must not overtake. This network ignores both: it
+        loses nothing and keeps the order of each link.
         """
         del traffic, channel
         at = self._now + self._latency
@@ -194,7 +197,7 @@ class InProcessNetwork:
 class InProcessBus:
     """One node's view of an `InProcessNetwork`; see `Bus` for what each method promises."""
 
-    def __init__(self, network: InProcessNetwork, robot: Robot, name: str) -> None:
+    def __init__(self, network: InProcessNetwork, robot: Namespace, name: str) -> None:
         self._network = network
         self.robot = robot
         self._name = name
@@ -203,7 +206,7 @@ class InProcessBus:
         self.events = SampleBacklog(EVENTS)
         self.closed = False
         self.given_up = False
-        """It was cut off, or did not run, for so long that the network took its session for dead."""
+        """True after a cut or a stop that was longer than the lease: the network counts its session as dead."""
 
     @property
     def name(self) -> str:
@@ -232,7 +235,7 @@ class InProcessBus:
 
     @property
     def unanswered(self) -> int:
-        """How many questions have come in that are not answered yet."""
+        """Number of received questions that are not answered yet."""
         return sum(not question.answered for question in self._serving)
 
     def advertise(self, key: str, *, events: bool = False) -> _Publisher:
@@ -273,7 +276,7 @@ class InProcessBus:
     ) -> None:
         question = Question(self, key, payload, attachment, on_answer)
         question.expiry = self.after(timeout, lambda: question.settle(NoReply(timed_out=True)))
-        self._network.tell_tap(self, "ask", key, payload)
+        self._network.report_sent(self, "ask", key, payload)
         self._network.forward(self.robot, question)
 
     def take(self, question: Question, on_request: Callable[[Request], None]) -> None:
@@ -290,15 +293,15 @@ class InProcessBus:
         question.answered = True
         match answer:
             case Answered():
-                self._network.tell_tap(self, "reply", question.key, answer.payload)
+                self._network.report_sent(self, "reply", question.key, answer.payload)
             case Refused():
-                self._network.tell_tap(self, "refuse", question.key, encode(answer.error))
+                self._network.report_sent(self, "refuse", question.key, encode(answer.error))
             case NoReply():
                 pass
         self._network.send(self, question.asker, lambda: question.settle(answer))
 
     def release(self, question: Question) -> None:
-        """Nobody waits for this question any more."""
+        """Forget a question whose asker no longer waits."""
         self._serving.pop(question, None)
 
     def declare_alive(self, key: str) -> _Registration:
@@ -357,7 +360,7 @@ class InProcessBus:
 
 
 class _Registration:
-    """A handle that takes its declaration back once."""
+    """A handle that undoes its declaration once."""
 
     def __init__(self, undo: Callable[[], None]) -> None:
         self._undo: Callable[[], None] | None = undo
@@ -369,8 +372,8 @@ class _Registration:
 
 
 @dataclass(eq=False)
-class Robot:
-    """One namespace: nobody sees what is declared in another."""
+class Namespace:
+    """The nodes and declarations of one robot. Other robots do not see them."""
 
     nodes: dict[str, InProcessBus] = field(default_factory=dict)
     publishers: list[_Publisher] = field(default_factory=list)
@@ -381,7 +384,7 @@ class Robot:
     _receivers: dict[str, list[_Subscription]] = field(default_factory=dict)
 
     def receivers(self, key: str) -> list[_Subscription]:
-        """The subscriptions that cover a key; remembered, since streams ask for it at every put."""
+        """The subscriptions that cover a key, cached because every put of a stream asks for them."""
         found = self._receivers.get(key)
         if found is None:
             found = [each for each in self.subscriptions if matches(each.key_expression, key)]
@@ -405,11 +408,11 @@ class Robot:
         return [each for each in self.services if matches(each.key_expression, key)]
 
     def standing(self) -> tuple[str, ...]:
-        """Keys of the tokens that the network knows of."""
+        """Keys of the tokens that are visible on the network."""
         return tuple(dict.fromkeys(key for owner, key, _ in self.tokens if not owner.given_up))
 
     def announce(self, source: InProcessBus, key: str, *, alive: bool) -> None:
-        """Tell the watches of a token that comes or goes, unless another one of the same key stands."""
+        """Report a token that appears or vanishes to the watches, unless another one of the same key remains."""
         if not alive:
             self.tokens[:] = [token for token in self.tokens if token[:2] != (source, key)]
         if key not in self.standing() and not source.given_up:
@@ -433,7 +436,7 @@ class Robot:
 @dataclass(eq=False, slots=True)
 class _Publisher:
     network: InProcessNetwork
-    robot: Robot
+    robot: Namespace
     bus: InProcessBus
     key: str
     history: deque[Sample] | None
@@ -441,7 +444,7 @@ class _Publisher:
     def put(self, payload: bytes, attachment: bytes = b"") -> None:
         if self.bus.closed:
             return
-        self.network.tell_tap(self.bus, "put", self.key, payload)
+        self.network.report_sent(self.bus, "put", self.key, payload)
         sample = Sample(self.key, payload, attachment)
         if self.history is not None:
             self.history.append(sample)
@@ -450,7 +453,7 @@ class _Publisher:
 
 
 class _Subscription:
-    """Samples on their way to one node, where they wait as long as it is stopped (`FaultyNetwork`)."""
+    """Samples on their way to one node. They wait while the node does not run, as `FaultyNetwork` can make it."""
 
     def __init__(
         self,
@@ -512,7 +515,7 @@ class Service:
 
 @dataclass(eq=False, slots=True)
 class Question:
-    """A query under way, seen from the asker: the first answer settles it."""
+    """A query under way, on the asker's side. The first answer settles it."""
 
     asker: InProcessBus
     key: str
@@ -537,7 +540,7 @@ class Question:
 
 
 class _Request:
-    """A question, seen from the node that serves it."""
+    """A question on the side of its server."""
 
     def __init__(self, bus: InProcessBus, question: Question) -> None:
         self._bus = bus

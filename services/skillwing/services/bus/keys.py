@@ -1,7 +1,7 @@
-"""Key expressions: which keys a subscription, a service or a watch covers.
+"""Key expressions: sets of keys that a subscription, a service or a watch covers.
 
-The subset of Zenoh's language that Skillwing uses: `*` stands for exactly one chunk between slashes, `**` for any
-number of them, none included.
+Skillwing uses a subset of Zenoh's language. `*` stands for exactly one chunk between slashes, `**` for any number of
+them, including none.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import lru_cache
 
 @lru_cache(maxsize=4096)
 def matches(expression: str, key: str) -> bool:
-    """Tell whether the key expression covers the (wildcard-free) key."""
+    """True if the key expression covers the (wildcard-free) key."""
     return _covers(tuple(expression.split("/")), tuple(key.split("/")))
 
 

@@ -1,4 +1,4 @@
-"""Subscribers that outlive bad input: what is not a valid message is reported and left out."""
+"""Subscribers that survive bad input: an invalid message is logged and dropped."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def message_reader(kind: type[M], act: Callable[[M], object]) -> Callable[[Sampl
 def stream_reader(kind: type[M], act: Callable[[M, bytes], None]) -> Callable[[Sample], None]:
     """A subscriber of an array stream: calls `act` with its header of `kind` and its raw bytes.
 
-    `act` raises ValueError for bytes that do not have the shape that the header says.
+    `act` raises ValueError for bytes that do not have the shape in the header.
     """
 
     def read(sample: Sample) -> None:

@@ -1,7 +1,7 @@
 """The bus of everything a user runs: a Zenoh session, one mailbox, one thread.
 
-Zenoh calls back on threads of its own. Those callbacks only put something into the mailbox; whoever runs `run_until`
-empties it and runs the timers in between, so that a node sees one thread and needs no locks.
+Zenoh calls back on threads of its own. Those callbacks only put actions into the mailbox. `run_until` runs the actions
+and the timers on its caller's thread, so that a node has one thread and needs no locks.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ from skillwing.services.protocol import (
 )
 
 REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
-"""Marks our own error replies; Zenoh makes error replies too, a query's timeout among them."""
+"""Encoding of our own error replies. Zenoh also sends error replies, for example at a query's timeout."""
 TIMEOUT_REPLY = b"Timeout"
 HEARTBEAT = 0.5
-"""Seconds between an event publisher's heartbeats, by which subscribers notice that the last event was lost."""
+"""Seconds between an event publisher's heartbeats, which reveal the loss of the last event to subscribers."""
 ANSWER_GRACE = 1.0
-"""Seconds after a query's timeout by which Zenoh has to have said so."""
+"""Seconds that Zenoh has after a query's timeout to report it."""
 
 TIMER_SLACK = 0.005
 
@@ -59,8 +59,8 @@ logger = logging.getLogger(__name__)
 class ZenohBus:
     """One node's session; see `Bus` for what each method promises.
 
-    name: the node's; robot: whose namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: who tells robot time;
-    topology: how the session meets others.
+    name: of the node; robot: its namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: of robot time; topology:
+    the session's connections.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -116,7 +116,7 @@ class ZenohBus:
         if self._closed:
             return False
         info = self._session.info
-        # Peers that have met need no router to hear one another.
+        # Connected peers need no router between them.
         return bool(info.routers_zid()) or bool(info.peers_zid())
 
     @property
@@ -219,8 +219,8 @@ class ZenohBus:
 
         def finish() -> None:
             if question.answered:
-                return  # what would wake the node for nothing
-            # The router's own timeout ends a query like an absent server does; only the time tells them apart.
+                return  # no need to wake the node
+            # The router's own timeout and an absent server end a query alike; only the time differs.
             timed_out = time.monotonic() > expiry - TIMER_SLACK
             self.post(lambda: question.settle(NoReply(timed_out)))
 
@@ -271,7 +271,7 @@ class ZenohBus:
         self._mailbox.put(action)
 
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
-        """See `Bus`. On a closed bus nothing runs any more, so that it returns False at once unless `done()` holds."""
+        """See `Loop`. A closed bus runs nothing: this returns False at once unless `done()` holds."""
         if self._running:
             raise RuntimeError("run_until was called from a callback; a node lives in callbacks and must not wait")
         deadline = None if timeout is None else time.monotonic() + timeout
@@ -286,7 +286,7 @@ class ZenohBus:
             self._running = False
 
     def close(self) -> None:
-        """Leave the network; nothing is called back any more. Idempotent."""
+        """Leave the network. No callback runs afterwards. Idempotent."""
         if not self._closed:
             self._closed = True
             self._session.close()
@@ -296,7 +296,7 @@ class ZenohBus:
         return self._closed
 
     def _turn(self, deadline: float | None) -> None:
-        """Run the messages that are there and one timer that is due; wait for the first of either if there is none."""
+        """Run the waiting messages and one due timer. If there is neither, wait for the first one."""
         waiting = self._mailbox.qsize()
         for _ in range(waiting):
             self._mailbox.get_nowait()()
@@ -328,9 +328,9 @@ class ZenohBus:
         return self._robot_agenda.take(max(due, self._clock.now()))
 
     def _patience(self, deadline: float | None) -> float | None:
-        """Wall seconds until something is due that no message announces; None for never."""
+        """Wall seconds until a timer is due or the deadline is over; None for never."""
         wall_due, robot_due = self._wall_agenda.next_due(), self._robot_agenda.next_due()
-        # Told before the clock is read: a tick that comes in between then finds that somebody waits for it.
+        # Set before the clock is read, so that a tick in between wakes this node.
         self._awaited = robot_due
         waits = [due - time.monotonic() for due in (deadline, wall_due) if due is not None]
         if robot_due is not None:
@@ -340,7 +340,7 @@ class ZenohBus:
         return max(0.0, min(waits)) if waits else None
 
     def _follow(self, clock: FollowedClock) -> None:
-        """Take the clock's ticks as they come, and wake the node only if a timer waits for this one."""
+        """Set the clock at each tick, and wake the node only if a timer waits for this tick."""
 
         acknowledged = -math.inf
 
@@ -365,7 +365,7 @@ class ZenohBus:
                 return
             clock.tick(tick.t, tick.factor, received)
             if tick.complete and clock.lag is not None and tick.t - acknowledged >= clock.lag - ROUNDING:
-                # Behind everything that the owner of the time has said before, in the mailbox as on the network.
+                # In the mailbox as on the network, this follows all earlier messages of the owner of time.
                 acknowledged = tick.t
                 self.post(lambda: owe(tick.t))
                 return
@@ -376,7 +376,7 @@ class ZenohBus:
         self._session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
 
     def _acknowledge(self, t: float) -> None:
-        """Tell the owner of the time that what there was to do up to `t` is done."""
+        """Report to the owner of time that all work up to `t` is done."""
         self._owed = None
         if self._done is None:
             key = f"{CLOCK_DONE_KEY}/{self._name}"
@@ -386,7 +386,7 @@ class ZenohBus:
         self._done.put(encode(ClockDone(t=t, lag=self._clock.lag or 0.0)))
 
     def _lead(self, clock: LockstepClock) -> None:
-        """Hear how far the followers of this process's time have come."""
+        """Receive the progress of the followers of this process's time."""
 
         def follower(key: str) -> str:
             return key.removeprefix(f"{CLOCK_DONE_KEY}/")
@@ -395,7 +395,7 @@ class ZenohBus:
             try:
                 done = decode(sample.payload, ClockDone)
             except ProtocolError as error:
-                logger.warning("%s ignores how far %s has come: %s", self._name, follower(sample.key), error)
+                logger.warning("%s ignores the progress of %s: %s", self._name, follower(sample.key), error)
                 return
             clock.done(follower(sample.key), done.t, done.lag)
 
@@ -419,9 +419,9 @@ _Entity = (
 
 
 class _Declared:
-    """Declarations that are taken back together. What is in the mailbox by then is not delivered.
+    """Declarations that are cancelled together. Messages that are still in the mailbox are then not delivered.
 
-    Zenoh takes a token back when nobody holds it any more: `register` holds what nobody has cancelled.
+    Zenoh withdraws a token without references: `register` holds all that are not cancelled.
     """
 
     def __init__(self, register: set[_Declared]) -> None:
@@ -456,13 +456,13 @@ class _Publisher:
 
 
 class _Question:
-    """A query under way; the first answer settles it."""
+    """A query under way. The first answer settles it."""
 
     def __init__(self, on_answer: Callable[[Answer], None]) -> None:
         self._on_answer = on_answer
         self._settled = False
         self.answered = False
-        """An answer is in the mailbox; written and read on Zenoh's thread."""
+        """True if an answer is in the mailbox. Only Zenoh's thread uses it."""
         self.expiry: Entry | None = None
 
     def settle(self, answer: Answer) -> None:
@@ -475,7 +475,7 @@ class _Question:
 
 
 class _Request:
-    """A query that was received. Dropping Zenoh's query after the answer tells the asker that nothing more comes."""
+    """A received query. It drops Zenoh's query after the answer, which ends the query for the asker."""
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query: zenoh.Query | None = query
@@ -520,7 +520,7 @@ def _sample(sample: zenoh.Sample) -> Sample:
 
 
 def _answer(reply: zenoh.Reply) -> Answer:
-    """Tell a reply, our own refusal, Zenoh's timeout and every other error of Zenoh's apart."""
+    """The answer in a reply: a payload, our own refusal, or silence for Zenoh's timeout and other errors."""
     if reply.ok is not None:
         sample = _sample(reply.ok)
         return Answered(sample.payload, sample.attachment)
@@ -537,4 +537,4 @@ def _answer(reply: zenoh.Reply) -> Answer:
 
 
 def _nothing() -> None:
-    """What a node that has to look at its agenda finds in its mailbox."""
+    """An action without effect, which wakes a node to look at its agenda."""

@@ -1,7 +1,7 @@
-"""How Skillwing opens Zenoh: one router and who meets there, loopback unless told otherwise, no multicast.
+"""Zenoh sessions: one router and the sessions around it, on loopback by default, without multicast.
 
-In the topology `router` everybody is a client of it, and a message takes two hops. In a `mesh` processes are peers that
-learn of one another at the router and then talk directly, over loopback: one hop, without the router's help.
+In the topology `router` every process is a client of the router, and a message takes two hops. In a `mesh` the
+processes are peers. They find each other through the router and then connect directly over loopback: one hop.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from skillwing.services.bus import Topology
 from skillwing.services.errors import SkillwingError
 
 LEASE = 2.0
-"""Seconds after which a process that has frozen, or whose link is cut, counts as gone."""
+"""Seconds after which a frozen process, or one with a broken link, counts as gone."""
 CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
 ANY_PORT = "tcp/127.0.0.1:0"
-"""Where a peer listens: at a port that the system chooses, and not for other machines."""
+"""Endpoint of a peer: a port that the system chooses, closed to other machines."""
 _PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
 class RouterUnreachableError(SkillwingError):
-    """No router answers. endpoint: where it was looked for."""
+    """No router answers at `endpoint`."""
 
     def __init__(self, endpoint: str) -> None:
         self.endpoint = endpoint
@@ -35,7 +35,7 @@ class RouterUnreachableError(SkillwingError):
 
 
 class EndpointError(SkillwingError):
-    """A router cannot listen there. endpoint: where it was told to."""
+    """A router cannot listen at `endpoint`."""
 
     def __init__(self, endpoint: str, reason: str) -> None:
         self.endpoint = endpoint
@@ -45,7 +45,7 @@ class EndpointError(SkillwingError):
 
 
 def open_router(endpoint: str) -> zenoh.Session:
-    """A session that routes between all that connect to `endpoint` (`tcp/HOST:PORT`); raises EndpointError."""
+    """A session that routes between all sessions at `endpoint` (`tcp/HOST:PORT`); raises EndpointError."""
     try:
         return _open("router", {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)})
     except zenoh.ZError as error:
@@ -53,7 +53,7 @@ def open_router(endpoint: str) -> zenoh.Session:
 
 
 def _reason(report: str) -> str:
-    """What the operating system said, out of a report that nests it into places in the sources of Zenoh."""
+    """The operating system's message, without the source locations that Zenoh adds to it."""
     return _PLACE_IN_SOURCE.split(report.splitlines()[0])[0].rpartition(": ")[2]
 
 
@@ -65,17 +65,17 @@ def open_client(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> 
 def open_peer(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
     """The same, for a process that others on this machine reach directly; raises RouterUnreachableError.
 
-    The router is where peers hear of one another, and passes on what clients say; peers that have met no longer need
-    it. Opening takes until everybody is met who is there, at most half a second.
+    Peers find each other through the router, and the router forwards the messages of clients. Connected peers no longer
+    need it. Opening takes at most half a second, until all present peers are connected.
     """
-    # Of two peers that hear of each other one connects: two links of each pair would be kept alive twice.
+    # One of two peers connects. Two links between them would both have to be kept alive.
     strategy = {"peer": {"to_router": "always", "to_peer": "greater-zid"}}
     scouting = {**_scouting(delay=500), "gossip": {"enabled": True, "autoconnect_strategy": strategy}}
     return _open_beside("peer", endpoint, robot, timeout, listen=[ANY_PORT], scouting=scouting)
 
 
 def open_session(topology: Topology, endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
-    """A session as a process of that topology has it; raises RouterUnreachableError."""
+    """A session for a process of that topology; raises RouterUnreachableError."""
     opener = open_peer if topology == "mesh" else open_client
     return opener(endpoint, robot, timeout)
 

@@ -1,4 +1,4 @@
-"""The bus as the developer of a skill gets it: what goes wrong in a callback ends the goal, not the process."""
+"""The bus of a skill's developer: an exception in a callback ends the goal, not the process."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from skillwing.services.bus import Answer, Bus, Handle, Request, Sample
 
 P = ParamSpec("P")
 Guard = Callable[[str, Callable[[], None]], None]
-"""Runs a callback of which it gets the name, and deals with its exceptions."""
+"""Function that runs a callback, gets its name, and handles its exceptions."""
 
 
 class HookBus:
-    """A `Bus` whose callbacks all run under a guard; everything else is the bus's own."""
+    """A `Bus` that runs every callback under a guard. Its other members are those of the bus."""
 
     def __init__(self, bus: Bus, guard: Guard) -> None:
         self._bus = bus

@@ -25,14 +25,14 @@ TREE_COLOURS = {"RUNNING": BLUE, "SUCCESS": GREEN, "FAILURE": RED}
 REST = "#555d68"
 GAVE_UP = "#7d3a3e"
 
-CALM = "#cfe3d4"
+NEUTRAL = "#cfe3d4"
 """A resource that needs no attention."""
 _BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
 _DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
 _BUSY = ("#8fb8ee", "#c3a3e3", "#76c7c0", "#d9b38c")
 
 STATE_COLOURS = {
-    "at rest, or well": (CALM,),
+    "at rest, or well": (NEUTRAL,),
     "another state": _BUSY,
     "in doubt, or low": (AMBER,),
     "failed, lost or critical": (RED,),
@@ -60,7 +60,7 @@ def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
         elif state.startswith(_DOUBTFUL):
             colours[state] = AMBER
         else:
-            colours[state] = CALM if state == resting else next(busy)
+            colours[state] = NEUTRAL if state == resting else next(busy)
     return colours
 
 

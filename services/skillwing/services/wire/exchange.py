@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer
-from skillwing.services.bus.inprocess import InProcessNetwork, Utterance
+from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
 from skillwing.services.mocking.script import MockRun, MockScript
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.protocol import FireExtern, InterruptGoal, Keys, Message, QueryStates, StartGoal, encode
@@ -68,7 +68,7 @@ def play() -> list[Said]:
         network.attach(node)
     client = network.bus(CLIENT)
     network.run_for(1.0)
-    network.tap = lambda utterance: said.extend(_heard(utterance, keys))
+    network.tap = lambda sent: said.extend(_heard(sent, keys))
 
     def ask(key: str, message: Message) -> None:
         answers: list[Answer] = []
@@ -88,12 +88,12 @@ def play() -> list[Said]:
     return said
 
 
-def _heard(utterance: Utterance, keys: Keys) -> Iterable[Said]:
+def _heard(sent: SentMessage, keys: Keys) -> Iterable[Said]:
     """The message, if a client takes part in it. Managers also talk to each other."""
     public = {keys.resource_states, keys.resource_extern}
     public |= {keys.start("open"), keys.interrupt("open"), keys.status("open"), keys.progress("open")}
     public |= {keys.resource("latch"), keys.resource("power")}
-    if utterance.key in public:
-        name = utterance.source.name
+    if sent.key in public:
+        name = sent.source.name
         who = "client" if name == CLIENT else name
-        yield Said(utterance.t, who, HOW[utterance.what], utterance.key, utterance.payload)
+        yield Said(sent.t, who, HOW[sent.what], sent.key, sent.payload)

@@ -15,8 +15,14 @@ import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.topics.faults import Megabits
-from skillwing.sim_mujoco.sensors.faults import Fault, FaultSchedule, Seconds, UnknownFaultError, check_no_magnitude
-from skillwing.sim_mujoco.sensors.zones import Zone
+from skillwing.sim_mujoco.sensors.faults import (
+    Fault,
+    FaultSchedule,
+    Seconds,
+    UnknownFaultError,
+    Zone,
+    check_no_magnitude,
+)
 from skillwing.sim_mujoco.world.site import Target
 
 MEGABIT = 1e6

@@ -13,9 +13,8 @@ import msgspec
 from skillwing.onboard.topics.faults import Magnitude
 from skillwing.onboard.topics.mapping import Poses
 from skillwing.sim_mujoco.link.radio import RadioOptions
-from skillwing.sim_mujoco.sensors.faults import Seconds
+from skillwing.sim_mujoco.sensors.faults import Seconds, Zone
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName
-from skillwing.sim_mujoco.sensors.zones import Zone
 
 STRONGEST_WIND = 50.0
 """Largest component of gusts and of the mean wind [m/s]: 1.5 times the least wind of a hurricane."""

@@ -37,6 +37,23 @@ BAROMETER_NOISE, BAROMETER_DRIFT = 0.1, 0.03
 """Standard deviation of a measurement [m], and of the drift within a second [m]; a MS5611 resolves 0.1 m."""
 
 
+class NoiseTable:
+    """A table of standard normal numbers, read from a random place each time.
+
+    Drawing 57,600 fresh numbers for every depth picture costs time beside casting its rays. A random place in a table
+    of a million is as good for a sensor and nearly free.
+    """
+
+    def __init__(self, rng: np.random.Generator, size: int = 1 << 20) -> None:
+        self._rng = rng
+        self._table = rng.standard_normal(size, dtype=np.float32)
+
+    def draw(self, count: int) -> NDArray[np.float32]:
+        """Numbers (count,), not to be changed."""
+        start = int(self._rng.integers(0, len(self._table) - count))
+        return self._table[start : start + count]
+
+
 class Imu:
     """IMU: specific force [m/s2] and angular rate [rad/s], with white noise, turn-on biases and random walk of biases.
 

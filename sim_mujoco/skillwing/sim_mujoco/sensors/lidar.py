@@ -21,7 +21,7 @@ from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.directions import lidar_directions
 from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.sensors.noise import NoiseTable
+from skillwing.sim_mujoco.sensors.instruments import NoiseTable
 
 if TYPE_CHECKING:
     from skillwing.sim_mujoco.world.rays import RayScene

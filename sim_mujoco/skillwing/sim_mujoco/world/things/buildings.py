@@ -6,9 +6,8 @@ import math
 
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.facade import DWELLING, Windows
-from skillwing.sim_mujoco.world.things.frame import ObjectFrame
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
-from skillwing.sim_mujoco.world.things.shapes import Colour, GableRoof, Solid, Spire, WindowedBlock
+from skillwing.sim_mujoco.world.things.shapes import Colour, GableRoof, ObjectFrame, Solid, Spire, WindowedBlock
 
 EAVES = 0.4
 """Overhang of a roof beyond the walls [m]."""

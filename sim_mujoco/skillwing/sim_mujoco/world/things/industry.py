@@ -8,10 +8,9 @@ from itertools import pairwise
 
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.things.frame import ObjectFrame
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import column
-from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Solid
+from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, ObjectFrame, Solid
 
 STEEL: Colour = (0.66, 0.68, 0.70)
 _RUST: Colour = (0.52, 0.38, 0.30)

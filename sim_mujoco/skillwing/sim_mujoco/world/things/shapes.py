@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.onboard.frames.vectors import Quaternion, Vector
+from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.things.facade import DWELLING, Windows, building_mesh
 
 MeshData: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int32]]
@@ -144,3 +145,46 @@ def along(start: Vector, end: Vector) -> tuple[Vector, Quaternion, float]:
     if cosine < 1e-9:
         return middle, (0.0, 1.0, 0.0, 0.0), length / 2
     return middle, (cosine, -y / (2 * cosine), x / (2 * cosine), 0.0), length / 2
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectFrame:
+    """Frame of an object: x along its outline, y to the left, z up from the pad's height.
+
+    centre, yaw: position of its origin, and direction of its x axis [rad].
+    """
+
+    centre: Point
+    yaw: float = 0.0
+
+    @staticmethod
+    def of(outline: Footprint) -> ObjectFrame:
+        return ObjectFrame(outline.centre, outline.yaw)
+
+    def at(self, x: float, y: float, z: float = 0.0) -> Vector:
+        """World coordinates of a point in the object's frame."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return self.centre[0] + c * x - s * y, self.centre[1] + s * x + c * y, z
+
+    @property
+    def turn(self) -> Quaternion:
+        return about_z(self.yaw)
+
+    def put(self, shape: Shape, at: Vector, part: str, colour: Colour) -> Solid:
+        """A shape, turned with the object."""
+        return Solid(shape, self.at(*at), self.turn, part, colour)
+
+    def box(self, low: Vector, high: Vector, part: str, colour: Colour) -> Solid:
+        """The box between two opposite corners."""
+        half = (high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2
+        return self.put(Box(half), (low[0] + half[0], low[1] + half[1], low[2] + half[2]), part, colour)
+
+    def rod(self, start: Vector, end: Vector, radius: float, part: str, colour: Colour) -> Solid:
+        """A rod with round ends."""
+        middle, turn, half = along(self.at(*start), self.at(*end))
+        return Solid(Capsule(radius, half), middle, turn, part, colour)
+
+    def pipe(self, start: Vector, end: Vector, radius: float, part: str, colour: Colour) -> Solid:
+        """A pipe with flat ends."""
+        middle, turn, half = along(self.at(*start), self.at(*end))
+        return Solid(Cylinder(radius, half), middle, turn, part, colour)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
-from skillwing.sim_mujoco.world.things.frame import ObjectFrame
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.plain import BARK, METAL, column
-from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Ellipsoid, Solid
+from skillwing.sim_mujoco.world.things.shapes import Colour, Cone, Ellipsoid, ObjectFrame, Solid
 
 _TYRES: Colour = (0.13, 0.13, 0.14)
 _GLASS: Colour = (0.22, 0.27, 0.33)

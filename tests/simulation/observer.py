@@ -1,4 +1,4 @@
-"""What must hold of everything that managers say, whoever hears it."""
+"""Promises on everything that managers publish and answer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import msgspec
 
 from simulation.plan import Plan
 from skillwing.services.bus import Bus
-from skillwing.services.bus.inprocess import Utterance
+from skillwing.services.bus.inprocess import SentMessage
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
@@ -41,8 +41,8 @@ class Problem:
         return f"{self.t:8.4f}  {self.law}: {self.text}"
 
 
-class Witness:
-    """Hears everything at its source, also what gets lost on the way."""
+class Observer:
+    """Observes every message at its source, even one that gets lost later."""
 
     def __init__(self, plan: Plan) -> None:
         skillset = plan.subject.skillset
@@ -64,7 +64,7 @@ class Witness:
         self._initial = {resource.name: resource.initial for resource in skillset.resources}
         self.states = dict(self._initial)
         self.revision = 0
-        self._listeners: dict[tuple[str, str], Callable[[Utterance], None]] = {
+        self._listeners: dict[tuple[str, str], Callable[[SentMessage], None]] = {
             ("put", keys.timeline): self._on_record,
             ("reply", keys.resource_goal): self._on_verdict,
         }
@@ -82,13 +82,13 @@ class Witness:
                 self._listeners["reply", key] = self._on_answer
             self._listeners["refuse", keys.interrupt(skill.name)] = self._on_refusal_to_interrupt
 
-    def hear(self, said: Utterance) -> None:
+    def hear(self, said: SentMessage) -> None:
         listener = self._listeners.get((said.what, said.key))
         if listener is not None:
             listener(said)
 
     def expect_new_books(self) -> None:
-        """A resource manager without a journal was killed: its successor begins anew."""
+        """A resource manager without a journal was killed: its successor begins from scratch."""
         self.states, self.revision = dict(self._initial), 0
         self._tokens.clear()
         self._known.clear()
@@ -99,7 +99,7 @@ class Witness:
 
     # --- goals -------------------------------------------------------------------------------------------------------
 
-    def _on_status(self, said: Utterance) -> None:
+    def _on_status(self, said: SentMessage) -> None:
         status = decode(said.payload, GoalStatus)
         # A process that has replaced another may be asked for the same goal again, as long as nobody got an answer.
         rank, which = _RANK[status.state], (said.source, status.goal_id)
@@ -112,16 +112,16 @@ class Witness:
             )
         self._judge_terminal(said, status)
 
-    def _on_refusal_to_interrupt(self, said: Utterance) -> None:
+    def _on_refusal_to_interrupt(self, said: SentMessage) -> None:
         """A process that does not know the goal remembers the interrupt, should the start still arrive there."""
         refusal = decode(said.payload, ErrorReply)
         if refusal.code is ErrorCode.UNKNOWN_GOAL:
             self._interrupted_early.add((said.source, refusal.message.rstrip(".").rpartition(" ")[2]))
 
-    def _on_answer(self, said: Utterance) -> None:
+    def _on_answer(self, said: SentMessage) -> None:
         self._judge_terminal(said, decode(said.payload, GoalStatus))
 
-    def _judge_terminal(self, said: Utterance, status: GoalStatus) -> None:
+    def _judge_terminal(self, said: SentMessage, status: GoalStatus) -> None:
         goal, terminal = status.goal_id, status.terminal
         told = self._told.get((said.source, goal))
         if terminal is None:
@@ -132,7 +132,7 @@ class Witness:
         self._told[said.source, goal] = terminal
         self.answers.setdefault(goal, set()).add(terminal.label)
         # A process that has replaced another knows of its goals what the resource manager knows. For others it may
-        # find another answer, for whoever asks again because none has arrived.
+        # find another answer, for a client that asks again because none has arrived.
         known = told or self._binding.get(goal)
         if known is not None and (known != terminal if told else known.label != terminal.label):
             text = f"{goal} ended {known.label} ({known.reason}) and {terminal.label} ({terminal.reason})"
@@ -141,14 +141,14 @@ class Witness:
         if goal in self._known:
             self._binding[goal] = terminal
 
-    def _on_push(self, said: Utterance) -> None:
+    def _on_push(self, said: SentMessage) -> None:
         pushed: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         verdict = Ending.LOST if pushed["type"] == "lost" else Ending.INVARIANT_VIOLATED
         self.verdicts[pushed["goal_id"]] = verdict
 
     # --- resources ---------------------------------------------------------------------------------------------------
 
-    def _on_change(self, said: Utterance) -> None:
+    def _on_change(self, said: SentMessage) -> None:
         change = decode(said.payload, ResourceChange)
         if self.states[change.resource] == change.after and change.revision <= self.revision:
             return  # told again after a restart
@@ -161,13 +161,13 @@ class Witness:
         self.states[change.resource] = change.after
         self.revision = change.revision
 
-    def _on_states(self, said: Utterance) -> None:
+    def _on_states(self, said: SentMessage) -> None:
         told = decode(said.payload, ResourceStates)
         if (told.revision, told.states) != (self.revision, self.states):
             text = f"told {told.states} of revision {told.revision}, published {self.states} of {self.revision}"
             self.note(said.t, "no transition lost", text)
 
-    def _on_verdict(self, said: Utterance) -> None:
+    def _on_verdict(self, said: SentMessage) -> None:
         verdict: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         if verdict["type"] == "ended" and verdict["terminal"] is not None:
             self._known.add(verdict["goal_id"])
@@ -186,7 +186,7 @@ class Witness:
 
     # --- the timeline ------------------------------------------------------------------------------------------------
 
-    def _on_record(self, said: Utterance) -> None:
+    def _on_record(self, said: SentMessage) -> None:
         record = decode(said.payload, Record)
         known = self.records.get(record.id)
         if known is not None and known != record:
