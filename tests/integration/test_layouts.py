@@ -131,4 +131,4 @@ def test_robots_share_a_router_and_not_their_ends(tmp_path: Path, skillset: Path
             processes = [psutil.Process(pid) for pid in second.pids.values()]
         assert psutil.wait_procs(processes, timeout=0)[1] == []
         assert all(first.running(name) for name in (ROUTER, RESOURCE_MANAGER, MANAGERS))
-        assert first.deaths == []
+        assert first.exits == []

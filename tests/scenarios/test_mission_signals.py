@@ -14,7 +14,7 @@ from flights import Flight
 from rich.console import Console
 
 from skillwing.bt_missions.cli.foreground import ABORTING, aborted_by_signals
-from skillwing.services.processes.stop_signal import ONE_WISH
+from skillwing.services.processes.stop_signal import SAME_REQUEST
 from skillwing.services.protocol import MissionPhase
 
 IN_THE_AIR = 17.0
@@ -22,7 +22,7 @@ INT, TERM, HUP = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 @contextmanager
-def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * ONE_WISH) -> Iterator[io.StringIO]:
+def told(flight: Flight, signals: Sequence[signal.Signals], apart: float = 0.3 * SAME_REQUEST) -> Iterator[io.StringIO]:
     """Output of a mission that receives these signals. apart: time between two of them, in seconds of wall time."""
     console = Console(file=io.StringIO(), width=200)
     assert isinstance(console.file, io.StringIO)
@@ -55,14 +55,14 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
 @pytest.mark.parametrize("first", [INT, TERM, HUP])
 def test_ctrl_c_after_that_leaves_the_drone_to_itself(first: signal.Signals) -> None:
     flight = Flight()
-    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * ONE_WISH):
+    with pytest.raises(KeyboardInterrupt), told(flight, [first, INT], apart=1.1 * SAME_REQUEST):
         flight.fly()
     assert not flight.on_ground
 
 
 def test_what_no_person_sends_never_leaves_the_drone_to_itself() -> None:
     flight = Flight()
-    with told(flight, [INT, TERM, HUP], apart=1.1 * ONE_WISH):
+    with told(flight, [INT, TERM, HUP], apart=1.1 * SAME_REQUEST):
         flight.fly()
     assert flight.on_ground
 

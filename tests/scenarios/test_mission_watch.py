@@ -14,7 +14,8 @@ from rich.console import Console
 
 from skillwing.bt_missions.cli.watch import MissionWatch
 from skillwing.services.history.history import History
-from skillwing.services.history.report import make_report, write_report
+from skillwing.services.history.report import make_report
+from skillwing.services.report.rendering import write_report
 
 
 def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:
