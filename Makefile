@@ -110,7 +110,7 @@ chaos: setup
 	$(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
 
 # All the tables in docs/missions.md, a campaign each: hours. A broken promise does not keep the others from being flown,
-# and what was interrupted goes on. The flights lie beside the page that tells them. Other code begins anew, with the
+# and what was interrupted goes on. The flights lie beside the page that tells them. Other code begins again, with the
 # folders of the old flights removed, or into others: CAMPAIGN_DIR=runs/NAME.
 CAMPAIGN_DIR ?= docs/campaigns
 CAMPAIGN_ARGS ?=
