@@ -117,7 +117,7 @@ def test_the_managers_serve_what_the_table_says() -> None:
             if channel.kind is Kind.QUERY
         }
         events = {key for channel in offered if channel.kind is Kind.EVENTS for key in keys_in(skillset, channel)}
-        assert bus.served == queries
+        assert bus.served == queries, "serve each query of the table in managers/resource_manager.py"
         assert bus.events == events | {Keys("rover").timeline}
 
 
