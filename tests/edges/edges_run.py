@@ -35,7 +35,7 @@ TESTS = (
     "tests/integration/test_others_mistakes.py",
     "tests/integration/test_resource_manager_restart.py",
 )
-CONDITIONS = ("none", "camera", "lidar", "both", "gust", "battery", "pilot", "pilot-returns", "gnss", "rotor")
+CONDITIONS = ("none", "camera", "both", "battery", "pilot", "pilot-returns")
 FLIGHTS = (*(f"mapping:{condition}" for condition in CONDITIONS), "inspection:none")
 
 
