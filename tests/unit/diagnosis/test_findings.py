@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.services.diagnosis import findings
-from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Evidence, Probe, Reply, SystemSeen
+from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Examination, Probe, ProbeReply, SystemSeen
 from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
@@ -26,7 +26,7 @@ WELL = SystemSeen(
     local=True,
     router=True,
     processes=(ProcessStatus(ProcessState(name="skill/goto", pid=7), ProcessCondition.RUNS, USED),),
-    probes=(Probe("skill/goto", (Reply("zid-1", PROTOCOL_VERSION, b""),)),),
+    probes=(Probe("skill/goto", (ProbeReply("zid-1", PROTOCOL_VERSION, b""),)),),
     clock_seen=ClockSeen(watched=1.0, ticks=100, elapsed=1.0, between=1.0, factor=1.0),
     data=(DataReading(name="battery", value=80.0, t=1.0, age=0.1, stale=False),),
     states={"axes_authority": "AVAILABLE"},
@@ -48,13 +48,13 @@ def process(
     return replace(WELL, processes=(ProcessStatus(ProcessState(name=name, pid=7, last_words=words), condition, used),))
 
 
-def replies(*given: Reply, process: str = "skill/goto") -> SystemSeen:
+def replies(*given: ProbeReply, process: str = "skill/goto") -> SystemSeen:
     return replace(WELL, probes=(Probe(process, given),))
 
 
 def refused(code: ErrorCode, message: str = "No.", help_text: str = "") -> SystemSeen:
     refusal = ErrorReply(code=code, message=message, help=help_text)
-    return replies(Reply("zid-1", PROTOCOL_VERSION, b"", refusal))
+    return replies(ProbeReply("zid-1", PROTOCOL_VERSION, b"", refusal))
 
 
 def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
@@ -79,23 +79,23 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
         (process(ProcessCondition.SILENT), "process_silent", True, "kill -9 7"),
         (replies(), "process_hangs", True, "answers no question"),
         (
-            replies(Reply("zid-1", PROTOCOL_VERSION, b""), Reply("zid-2", PROTOCOL_VERSION, b"")),
+            replies(ProbeReply("zid-1", PROTOCOL_VERSION, b""), ProbeReply("zid-2", PROTOCOL_VERSION, b"")),
             "two_of_a_name",
             True,
             "2 processes are skill/goto",
         ),
         (
             replies(
-                Reply("zid-1", PROTOCOL_VERSION, b""),
-                Reply("zid-2", PROTOCOL_VERSION, b""),
+                ProbeReply("zid-1", PROTOCOL_VERSION, b""),
+                ProbeReply("zid-2", PROTOCOL_VERSION, b""),
                 process="resource_manager",
             ),
             "two_of_a_name",
             True,
             "Start no skill, and look again",
         ),
-        (replies(Reply("zid-1", 99, b"")), "protocol_version", True, "uses protocol 99"),
-        (replies(Reply("zid-1", None, b"")), "protocol_version", True, "uses another protocol"),
+        (replies(ProbeReply("zid-1", 99, b"")), "protocol_version", True, "uses protocol 99"),
+        (replies(ProbeReply("zid-1", None, b"")), "protocol_version", True, "uses another protocol"),
         (
             refused(ErrorCode.SCHEMA_MISMATCH),
             "schema_mismatch",
@@ -137,7 +137,7 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
     ],
 )
 def test_what_is_wrong_with_a_system_is_found(seen: SystemSeen, about: str, serious: bool, words: str) -> None:
-    (finding,) = diagnose(Evidence(system=seen))
+    (finding,) = diagnose(Examination(system=seen))
     assert (finding.about, finding.serious) == (about, serious)
     assert words in f"{finding.what} {finding.remedy}"
 
@@ -145,18 +145,18 @@ def test_what_is_wrong_with_a_system_is_found(seen: SystemSeen, about: str, seri
 @pytest.mark.parametrize(
     ("evidence", "about", "serious", "words"),
     [
-        (Evidence(), "no_system", True, "skillwing up"),
-        (Evidence(system=WELL, stale=("boat",)), "stale_run_state", False, "`boat` was killed"),
-        (Evidence(system=WELL, load=9.0, cores=2), "overload", False, "9.0 processes want to run on 2 cores"),
+        (Examination(), "no_system", True, "skillwing up"),
+        (Examination(system=WELL, stale=("boat",)), "stale_run_state", False, "`boat` was killed"),
+        (Examination(system=WELL, load=9.0, cores=2), "overload", False, "9.0 processes want to run on 2 cores"),
         (
-            Evidence(system=WELL, missing={"viewer": ("rerun", "matplotlib")}),
+            Examination(system=WELL, missing={"viewer": ("rerun", "matplotlib")}),
             "missing_extra",
             False,
             "pip install 'skillwing[viewer]'",
         ),
     ],
 )
-def test_what_is_wrong_with_the_machine_is_found(evidence: Evidence, about: str, serious: bool, words: str) -> None:
+def test_what_is_wrong_with_the_machine_is_found(evidence: Examination, about: str, serious: bool, words: str) -> None:
     (finding,) = diagnose(evidence)
     assert (finding.about, finding.serious) == (about, serious)
     assert words in f"{finding.what} {finding.remedy}"
@@ -177,7 +177,7 @@ def test_what_is_wrong_with_the_machine_is_found(evidence: Evidence, about: str,
     ],
 )
 def test_a_system_that_is_well_is_left_in_peace(seen: SystemSeen) -> None:
-    assert diagnose(Evidence(system=seen)) == []
+    assert diagnose(Examination(system=seen)) == []
 
 
 STALE = replace(
@@ -191,14 +191,16 @@ STALE = replace(
 
 
 def test_a_datum_is_missed_only_while_a_skill_runs_that_publishes_it() -> None:
-    (finding,) = diagnose(Evidence(system=STALE))
+    (finding,) = diagnose(Examination(system=STALE))
     assert "`distance` is stale" in finding.what
     ended = GoalStatus(goal_id="g", skill="goto", state=State.TERMINATED, t=1.0)
-    assert diagnose(Evidence(system=replace(STALE, goals=(ended,)))) == []
+    assert diagnose(Examination(system=replace(STALE, goals=(ended,)))) == []
 
 
 def test_the_serious_comes_first() -> None:
-    found = diagnose(Evidence(system=replace(process(ProcessCondition.DOWN), clients=frozenset()), load=9.0, cores=1))
+    found = diagnose(
+        Examination(system=replace(process(ProcessCondition.DOWN), clients=frozenset()), load=9.0, cores=1)
+    )
     assert [finding.serious for finding in found] == [True, False, False]
 
 
@@ -206,7 +208,7 @@ def test_every_finding_says_what_is_wrong_and_what_to_do_in_a_sentence_each() ->
     worst = replace(
         process(ProcessCondition.DOWN), data=(), clients=frozenset(), disk=Disk(Path("x"), 0, writable=False)
     )
-    for finding in diagnose(Evidence(system=worst, stale=("a",), load=99.0, missing={"sim": ("mujoco",)})):
+    for finding in diagnose(Examination(system=worst, stale=("a",), load=99.0, missing={"sim": ("mujoco",)})):
         assert finding.what.endswith(".")
         assert finding.remedy
         assert finding.what[0].isupper() or finding.what.startswith(("skill/", "`"))
@@ -224,6 +226,6 @@ def test_a_node_that_hangs_is_found_also_where_it_shares_a_process() -> None:
     shared = replace(
         WELL, processes=(ProcessStatus(state, ProcessCondition.SILENT, USED, missing),), probes=(hangs, away)
     )
-    found = [finding for finding in diagnose(Evidence(system=shared)) if finding.about == "process_hangs"]
+    found = [finding for finding in diagnose(Examination(system=shared)) if finding.about == "process_hangs"]
     assert [finding.what.partition(" ")[0] for finding in found] == ["skill/goto"]
     assert "kill -9 7" in found[0].remedy

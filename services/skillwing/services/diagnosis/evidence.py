@@ -14,7 +14,7 @@ from skillwing.services.robot import ClockKind
 
 
 @dataclass(frozen=True)
-class Reply:
+class ProbeReply:
     """Reply of one process. version: of its protocol, None if that cannot be read. refusal: the typed error, if any."""
 
     replier: str
@@ -28,7 +28,7 @@ class Probe:
     """A question to one process that changes nothing. replies: one for each process that answered."""
 
     process: str
-    replies: tuple[Reply, ...]
+    replies: tuple[ProbeReply, ...]
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class SystemSeen:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Examination:
     """All evidence.
 
     stale: robots with a run-state file of a process that is gone. missing: packages that are not installed, by pip

@@ -14,7 +14,7 @@ from skillwing.dsl import UnknownNameError, load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
 from skillwing.services.client.connection import Target, find_target
-from skillwing.services.diagnosis.evidence import Disk, Evidence, Probe, SystemSeen
+from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, probe, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_states
 from skillwing.services.errors import NoSystemError
@@ -54,7 +54,7 @@ PACKAGES = {
 }
 
 
-def examine(robot: str | None = None) -> Evidence:
+def examine(robot: str | None = None) -> Examination:
     """Examine the running system, or that of a robot; raises NoSystemError for several systems to choose from."""
     stale = stale_run_states()
     try:
@@ -63,7 +63,7 @@ def examine(robot: str | None = None) -> Evidence:
         if robot is None and len(running_systems()) > 1:
             raise
         target = None
-    return Evidence(
+    return Examination(
         system=None if target is None else examine_system(target),
         stale=stale,
         missing={extra: found for extra, names in PACKAGES.items() if (found := _not_installed(names))},

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import msgspec
 
-from skillwing.services.diagnosis.evidence import Evidence, SystemSeen
+from skillwing.services.diagnosis.evidence import Examination, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
@@ -41,11 +41,11 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     serious: bool = True
 
 
-Rule = Callable[[Evidence], Iterator[Finding]]
+Rule = Callable[[Examination], Iterator[Finding]]
 SystemRule = Callable[[SystemSeen], Iterator[Finding]]
 
 
-def diagnose(evidence: Evidence) -> list[Finding]:
+def diagnose(evidence: Examination) -> list[Finding]:
     """All findings, the serious ones first."""
     found = [finding for rule in RULES for finding in rule(evidence)]
     if evidence.system is not None:
@@ -56,7 +56,7 @@ def diagnose(evidence: Evidence) -> list[Finding]:
 # --- the machine -----------------------------------------------------------------------------------------------------
 
 
-def no_system(evidence: Evidence) -> Iterator[Finding]:
+def no_system(evidence: Examination) -> Iterator[Finding]:
     if evidence.system is None:
         yield Finding(
             about="no_system",
@@ -65,7 +65,7 @@ def no_system(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def stale_run_state(evidence: Evidence) -> Iterator[Finding]:
+def stale_run_state(evidence: Examination) -> Iterator[Finding]:
     for robot in evidence.stale:
         yield Finding(
             about="stale_run_state",
@@ -75,7 +75,7 @@ def stale_run_state(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def missing_extras(evidence: Evidence) -> Iterator[Finding]:
+def missing_extras(evidence: Examination) -> Iterator[Finding]:
     for extra, packages in evidence.missing.items():
         yield Finding(
             about="missing_extra",
@@ -85,7 +85,7 @@ def missing_extras(evidence: Evidence) -> Iterator[Finding]:
         )
 
 
-def overload(evidence: Evidence) -> Iterator[Finding]:
+def overload(evidence: Examination) -> Iterator[Finding]:
     if evidence.load > CROWD * evidence.cores:
         yield Finding(
             about="overload",

@@ -11,7 +11,7 @@ import msgspec
 import zenoh
 
 from skillwing.services.bus.zenoh_bus import REFUSAL
-from skillwing.services.diagnosis.evidence import ClockSeen, Probe, Reply
+from skillwing.services.diagnosis.evidence import ClockSeen, Probe, ProbeReply
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorReply, Message, ProtocolError, decode, encode
 
 TIMEOUT = 1.5
@@ -74,17 +74,17 @@ def watch_clock(session: zenoh.Session, seconds: float) -> ClockSeen:
 @dataclass
 class _Call:
     question: ProbeRequest
-    replies: list[Reply] = field(default_factory=list[Reply])
+    replies: list[ProbeReply] = field(default_factory=list[ProbeReply])
     done: threading.Event = field(default_factory=threading.Event)
 
-    def receive(self, reply: zenoh.Reply) -> None:
+    def receive(self, reply: zenoh.ProbeReply) -> None:
         who = str(reply.replier_id)
         if reply.ok is not None:
             payload = reply.ok.payload.to_bytes()
-            self.replies.append(Reply(who, _version(payload), payload))
+            self.replies.append(ProbeReply(who, _version(payload), payload))
         elif reply.err is not None and reply.err.encoding == REFUSAL:
             payload = reply.err.payload.to_bytes()
-            self.replies.append(Reply(who, _version(payload), payload, _refusal(payload)))
+            self.replies.append(ProbeReply(who, _version(payload), payload, _refusal(payload)))
 
 
 def _version(payload: bytes) -> int | None:

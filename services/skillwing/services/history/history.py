@@ -71,7 +71,7 @@ class StateSpan:
 
 
 @dataclass(frozen=True, slots=True)
-class BranchSwitch:
+class SwitchEvent:
     """Change of a mission to another branch of its tree. chain: records from the root cause to the switch itself."""
 
     t: float
@@ -266,9 +266,9 @@ class History:
         return latest, states
 
     @property
-    def switches(self) -> tuple[BranchSwitch, ...]:
+    def switches(self) -> tuple[SwitchEvent, ...]:
         return tuple(
-            BranchSwitch(record.t, record.before or "", record.after, self.chain(record.id))
+            SwitchEvent(record.t, record.before or "", record.after, self.chain(record.id))
             for record in self.records
             if is_switch(record)
         )

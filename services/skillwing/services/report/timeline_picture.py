@@ -20,7 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skillwing.dsl.model import Resource
-from skillwing.services.history.history import BranchSwitch, History, SkillBar, StateSpan
+from skillwing.services.history.history import History, SkillBar, StateSpan, SwitchEvent
 from skillwing.services.history.wording import chain_text
 from skillwing.services.recording import palette
 
@@ -159,7 +159,7 @@ def _write_inside(axes: Axes, text: str, start: float, width: float, lane: int, 
         axes.text(start + width / 2, lane, text, ha="center", va="center", fontsize=8, color=ink, clip_on=True)
 
 
-def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[BranchSwitch]) -> None:
+def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[SwitchEvent]) -> None:
     for number, switch in enumerate(switches, start=1):
         for axes in (upper, lower):
             axes.axvline(switch.t, color=palette.INK, linewidth=1.6, linestyle=(0, (5, 2)))
