@@ -77,7 +77,7 @@ class _Call:
     replies: list[ProbeReply] = field(default_factory=list[ProbeReply])
     done: threading.Event = field(default_factory=threading.Event)
 
-    def receive(self, reply: zenoh.ProbeReply) -> None:
+    def receive(self, reply: zenoh.Reply) -> None:
         who = str(reply.replier_id)
         if reply.ok is not None:
             payload = reply.ok.payload.to_bytes()
