@@ -97,8 +97,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         counts = {"tests": count_tests(Path(folder) / "edges.json")}
     edge_counter.install()
-    counts[f"{arguments.runs:,} simulated runs"] = count_runs(arguments.runs)
-    counts[f"{len(arguments.flights)} flown missions"] = count_flights(arguments.flights)
+    counts[f"simulation, {arguments.runs:,} runs"] = count_runs(arguments.runs)
+    counts[f"missions, {len(arguments.flights)} flights"] = count_flights(arguments.flights)
     text = report(counts)
     sys.stdout.write(text + "\n")
     if arguments.write is not None:
