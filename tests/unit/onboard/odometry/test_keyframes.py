@@ -140,12 +140,13 @@ def test_a_shift_that_is_known_makes_good_what_is_wrong_with_the_map(move: np.nd
     assert look.agreement.close > 0.95 * look.agreement.matched
     pulled = np.linalg.solve(evidence.information[POSE, POSE], evidence.gradient[POSE])
     assert np.abs(pulled).max() < 0.02
-    # Without it, the map seems to be somewhere else.
+    # Without it, the map seems to be somewhere else, and one step finds most of the shift. In the corners beyond 0.2 m
+    # too few points are near planes for one step: up to 0.88 of the shift is left there, on a grid of moves.
     without = in_the_middle(Keyframes(np.zeros((count, 3)), np.eye(3), np.zeros((count, 6))))
     blind = look(without, 0)
-    if np.abs(move).max() > 0.1:
+    if 0.1 < np.abs(move).max() <= 0.2:
         pulled = np.linalg.solve(blind.information[POSE, POSE], blind.gradient[POSE])
-        assert np.linalg.norm(pulled[:3] + move) < 0.5 * np.linalg.norm(move)
+        assert np.linalg.norm(pulled[:3] + move) < 0.25 * np.linalg.norm(move)
 
 
 def test_a_keyframe_is_pulled_the_other_way_and_one_that_was_dropped_not_at_all() -> None:
