@@ -53,7 +53,8 @@ def outcome_of_another_start(system: System, goal: str) -> GoalStatus:
 
 def test_the_resource_manager_survives_kill_minus_9(system: System) -> None:
     system.trigger("part", "PRESENT")
-    goal = system.run("grip", forever=True)
+    # A goal without guards on data: on a busy machine they may arrive too late after the restart, which is a violation.
+    goal = system.run("look", forever=True)
     before = system.asked_states()
     system.stage.kill("resource_manager")
     assert system.asked_states(patience=0.0) is None
@@ -63,20 +64,20 @@ def test_the_resource_manager_survives_kill_minus_9(system: System) -> None:
     assert after is not None
     assert (after.revision, after.states) == (before.revision, before.states)
     assert system.state(goal) is State.RUNNING
-    system.stage.end_now("grip", "GRIPPED")
+    system.stage.end_now("look", "SEEN")
     assert system.end(goal).success
-    system.until_states(arm="FREE")
+    system.until_states(lamp="DARK")
 
 
 def test_an_end_waits_for_a_resource_manager_that_is_away(system: System) -> None:
-    goal = system.run("grip", result="MISSED", delay=0.4, output={"width": 0.0})
+    goal = system.run("look", result="SEEN", delay=0.4)
     system.stage.kill("resource_manager")
     system.wait(0.5)
     assert system.terminals(goal) == [], "nobody has judged it yet"
     system.stage.restart("resource_manager")
     end = system.end(goal)
-    assert (end.ending, end.result) == (Ending.SUCCEEDED, "MISSED")
-    system.until_states(arm="FREE")
+    assert (end.ending, end.result) == (Ending.SUCCEEDED, "SEEN")
+    system.until_states(lamp="DARK")
 
 
 def owner(system: System, name: str) -> RunnableBus:
