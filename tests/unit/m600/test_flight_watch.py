@@ -33,14 +33,14 @@ class Flight:
 
     def __init__(self) -> None:
         self.network = InProcessNetwork()
-        self.deaths: list[ProcessExit] = []
+        self.exits: list[ProcessExit] = []
         self.console = Console(file=io.StringIO(), width=200)
         self.processes: dict[str, Bus] = {}
         for name in ("sim", "mission", "recorder"):
             self.appear(name)
         self.bus = self.network.bus("demo")
         deck = FlightDeck(self.bus, SKILLSET, self.console, "a flight")
-        self.watch = FlightWatch(self.bus, KEYS, deck, self.deaths, ESSENTIAL, wall=self.network.now)
+        self.watch = FlightWatch(self.bus, KEYS, deck, self.exits, ESSENTIAL, wall=self.network.now)
         status = self.network.bus("teller").advertise(KEYS.mission_status, events=True)
         over = MissionStatus(mission="mapping", phase=MissionPhase.SUCCEEDED, t=END, text="done")
         self.bus.after(END, lambda: status.put(encode(over)))
@@ -67,7 +67,7 @@ def test_the_mission_ends_its_flight() -> None:
 @pytest.mark.parametrize("process", sorted(ESSENTIAL))
 def test_the_death_of_what_it_needs_ends_a_flight_at_once(process: str) -> None:
     flight = Flight()
-    flight.bus.after(10.0, lambda: flight.deaths.append(death(process)))
+    flight.bus.after(10.0, lambda: flight.exits.append(death(process)))
     assert flight.watch.follow() == f"{process} was killed by SIGKILL."
     assert flight.network.now() == pytest.approx(10.0, abs=1.0)
     assert flight.printed() == [f"{process} was killed by SIGKILL. The flight ends here."]
@@ -75,7 +75,7 @@ def test_the_death_of_what_it_needs_ends_a_flight_at_once(process: str) -> None:
 
 def test_without_the_rest_a_flight_goes_on_and_says_so_once() -> None:
     flight = Flight()
-    flight.bus.after(10.0, lambda: flight.deaths.append(death("recorder")))
+    flight.bus.after(10.0, lambda: flight.exits.append(death("recorder")))
     flight.bus.after(10.1, lambda: flight.vanish("recorder"))
     assert flight.watch.follow() == ""
     assert flight.printed() == ["recorder was killed by SIGKILL. The mission goes on as it can."]
@@ -84,7 +84,7 @@ def test_without_the_rest_a_flight_goes_on_and_says_so_once() -> None:
 def test_what_is_started_again_ends_no_flight() -> None:
     flight = Flight()
     returning = replace(death("sim"), pause=0.2, outlook="It is started again in 0.2 s.")
-    flight.bus.after(10.0, lambda: flight.deaths.append(returning))
+    flight.bus.after(10.0, lambda: flight.exits.append(returning))
     flight.bus.after(10.0, lambda: flight.vanish("sim"))
     flight.bus.after(10.0 + RETURN / 2, lambda: flight.appear("sim"))
     assert flight.watch.follow() == ""
@@ -93,7 +93,7 @@ def test_what_is_started_again_ends_no_flight() -> None:
 
 def test_what_does_not_come_back_ends_the_flight_that_needs_it() -> None:
     flight = Flight()
-    flight.bus.after(10.0, lambda: flight.deaths.append(replace(death("sim"), pause=0.2)))
+    flight.bus.after(10.0, lambda: flight.exits.append(replace(death("sim"), pause=0.2)))
     flight.bus.after(10.0, lambda: flight.vanish("sim"))
     assert flight.watch.follow() == "sim does not answer any more."
     assert flight.network.now() == pytest.approx(10.0 + RETURN, abs=1.0)
@@ -101,8 +101,8 @@ def test_what_does_not_come_back_ends_the_flight_that_needs_it() -> None:
 
 def test_what_is_given_up_in_the_end_ends_the_flight() -> None:
     flight = Flight()
-    flight.bus.after(10.0, lambda: flight.deaths.append(replace(death("sim"), pause=0.2)))
-    flight.bus.after(11.0, lambda: flight.deaths.append(death("sim")))
+    flight.bus.after(10.0, lambda: flight.exits.append(replace(death("sim"), pause=0.2)))
+    flight.bus.after(11.0, lambda: flight.exits.append(death("sim")))
     assert flight.watch.follow() == "sim was killed by SIGKILL."
     assert flight.network.now() == pytest.approx(11.0, abs=1.0)
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import shlex
 import sys
 from collections import Counter
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 
 import msgspec
 import numpy as np
@@ -20,6 +18,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from msgspec.structs import replace
 
+from benchmark_scripts import script
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
@@ -39,25 +38,11 @@ from skillwing.services.errors import SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.protocol import Record, RecordKind
 
-PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
-
-
-def script(name: str) -> ModuleType:
-    """A module of the benchmark, under the name by which its others import it."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, PAPER / f"{name}.py")
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-flights = script("paper_flights")
-page = script("paper_page")
-price = script("price_picture")
-ways = script("way_picture")
-run = script("run")
+flights = script("paper/paper_flights")
+page = script("paper/paper_page")
+price = script("paper/price_picture")
+ways = script("paper/way_picture")
+run = script("paper/run")
 PLANS = flights.paper_plans(range(2))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from skillwing.services.processes.child import Child, ProcessExit
-from skillwing.services.processes.restart_policy import DEATHS_IN_A_ROW
+from skillwing.services.processes.restart_policy import EXITS_IN_A_ROW
 
 
 def given_up(log: Path) -> ProcessExit:
@@ -16,9 +16,9 @@ def given_up(log: Path) -> ProcessExit:
     def die() -> ProcessExit:
         child.start(0.0)
         child.process.wait()
-        return child.died(0.0)
+        return child.exited(0.0)
 
-    *_, last = (die() for _ in range(DEATHS_IN_A_ROW))
+    *_, last = (die() for _ in range(EXITS_IN_A_ROW))
     child.kill()
     assert last.final
     return last
@@ -40,7 +40,7 @@ def test_its_last_words_name_the_line_and_the_log(
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     log = tmp_path / "logs" / "refill.log"
     outlook = given_up(log).outlook
-    assert f"its last words: {words.format(file=file)}" in outlook
+    assert f"its last log line: {words.format(file=file)}" in outlook
     assert outlook.endswith(f"Its log: {log}")
 
 

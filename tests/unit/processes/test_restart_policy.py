@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.services.processes.restart_policy import (
-    DEATHS_IN_A_ROW,
+    EXITS_IN_A_ROW,
     FIRST_PAUSE,
     LONG_LIFE,
     LONGEST_PAUSE,
@@ -20,7 +20,7 @@ def pauses(policy: RestartPolicy, lives: list[float]) -> list[float | None]:
     found: list[float | None] = []
     now = 0.0
     for life in lives:
-        found.append(policy.died(now + life, now))
+        found.append(policy.exited(now + life, now))
         if found[-1] is None:
             break
         now += life + found[-1]
@@ -30,12 +30,12 @@ def pauses(policy: RestartPolicy, lives: list[float]) -> list[float | None]:
 def test_the_pause_doubles_and_the_fifth_death_in_a_row_is_the_last() -> None:
     policy = RestartPolicy()
     assert pauses(policy, [1.0] * 9) == pytest.approx([0.2, 0.4, 0.8, 1.6, None])
-    assert policy.deaths == DEATHS_IN_A_ROW
+    assert policy.exits == EXITS_IN_A_ROW
     assert policy.span == pytest.approx(4.0 + 0.2 + 0.4 + 0.8 + 1.6)
 
 
 def test_the_pause_has_an_upper_bound() -> None:
-    found = pauses(RestartPolicy(deaths_in_a_row=100), [0.0] * 10)
+    found = pauses(RestartPolicy(exits_in_a_row=100), [0.0] * 10)
     assert found[-3:] == [LONGEST_PAUSE] * 3
     assert found[4] == pytest.approx(3.2)
 
@@ -49,7 +49,7 @@ def test_what_must_not_be_restarted_is_given_up_at_once() -> None:
 
 
 def test_what_says_that_it_would_fail_again_is_given_up_at_once() -> None:
-    assert RestartPolicy().died(1.0, 0.0, hopeless=True) is None
+    assert RestartPolicy().exited(1.0, 0.0, hopeless=True) is None
 
 
 # What is as long as a long life but for the rounding of a sum may count as either.
@@ -62,5 +62,5 @@ def test_whatever_the_lives_a_row_is_bounded_and_its_pauses_grow(lives: list[flo
     row = 0
     for life, pause in zip(lives, found, strict=False):
         row = 1 if life >= LONG_LIFE else row + 1
-        assert (pause is None) == (row == DEATHS_IN_A_ROW)
+        assert (pause is None) == (row == EXITS_IN_A_ROW)
         assert pause is None or pause == pytest.approx(min(LONGEST_PAUSE, FIRST_PAUSE * 2 ** (row - 1)))

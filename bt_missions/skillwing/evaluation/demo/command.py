@@ -68,7 +68,7 @@ class Flight:
     processes: tuple[ProcessSpec, ...]
     wall_time: float | None = None
     ended_by: str = ""
-    deaths: list[ProcessExit] = field(default_factory=list)
+    exits: list[ProcessExit] = field(default_factory=list)
     started: set[str] = field(default_factory=set)
     deck: FlightDeck | None = None
 
@@ -88,14 +88,14 @@ class Flight:
 
     def entries(self) -> list[ProcessEntry]:
         """State of each process at the end."""
-        down = {death.process for death in self.deaths if death.final}
+        down = {exit_.process for exit_ in self.exits if exit_.final}
 
         def state(name: str) -> str:
             return "died" if name in down else "stopped" if name in self.started else "not started"
 
         def detail(name: str) -> str:
-            own = [death for death in self.deaths if death.process == name]
-            restarts = sum(not death.final for death in own)
+            own = [exit_ for exit_ in self.exits if exit_.process == name]
+            restarts = sum(not exit_.final for exit_ in own)
             told = [str(own[-1])] if own else []
             told += [f"It was started again {restarts} time{'s' if restarts > 1 else ''}."] if restarts else []
             return " ".join(told)
@@ -234,7 +234,7 @@ def _fly(
         topology=topology,
         restarts=True,
         stop=stop,
-        on_exit=flight.deaths.append,
+        on_exit=flight.exits.append,
     )
     with _ending_well(flight), launcher:
         try:
@@ -265,7 +265,7 @@ def _follow(
         # Robot time began before anybody looked, and nothing has slowed it down by now.
         begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
-        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.deaths, flight.essential, stop, hosts=flight.hosts)
+        watch = FlightWatch(bus, Keys(skillset.name), deck, flight.exits, flight.essential, stop, hosts=flight.hosts)
         with deck:
             launcher.start([mission])
             flight.ended_by = watch.follow()
@@ -286,10 +286,10 @@ def _ending_well(flight: Flight) -> Iterator[None]:
         # Rich raises it where standard output is closed, and from then on prints nowhere.
         flight.ended_by = UNREAD
     except StartError as error:
-        told = [str(death) for death in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
+        told = [str(exit_) for exit_ in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
         flight.ended_by = " ".join(["The system did not start.", *told])
     except (SkillwingError, OSError, zenoh.ZError) as error:
-        fatal = [str(death) for death in flight.deaths if death.final and death.process in flight.essential]
+        fatal = [str(exit_) for exit_ in flight.exits if exit_.final and exit_.process in flight.essential]
         flight.ended_by = " ".join(fatal) or str(error)
 
 
@@ -318,10 +318,10 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
             )
         except OSError as error:
             raise SkillwingError(f"The report cannot be written: {error}. {flight.ended_by}") from error
-    for death in flight.deaths:
-        if death.final and death.exit_code is not None and death.log:
-            console.print(Text.assemble((f"The last lines of {death.process}:", "red"), *_indented(death.log)))
-    if any(death.process == RECORDER and death.final for death in flight.deaths):
+    for exit_ in flight.exits:
+        if exit_.final and exit_.exit_code is not None and exit_.log:
+            console.print(Text.assemble((f"The last lines of {exit_.process}:", "red"), *_indented(exit_.log)))
+    if any(exit_.process == RECORDER and exit_.final for exit_ in flight.exits):
         console.print(Text(UNRECORDED, "red"))
     console.print(summary_table(report), width=min(console.width, TABLE_WIDTH))
     console.print(f"Recording, pictures, report and logs: {relative_path(run_dir)}")

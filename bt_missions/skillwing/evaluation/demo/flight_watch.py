@@ -26,7 +26,7 @@ PERIOD = 0.2
 class FlightWatch:
     """Follows the mission, and whether all live that it needs.
 
-    deaths: grows on other threads while processes end. essential: names of those without which there is no flight.
+    exits: grows on other threads while processes end. essential: names of those without which there is no flight.
     stop: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
     shares a process, the name of that.
     """
@@ -36,7 +36,7 @@ class FlightWatch:
         bus: RunnableBus,
         keys: Keys,
         deck: FlightDeck,
-        deaths: Sequence[ProcessExit],
+        exits: Sequence[ProcessExit],
         essential: frozenset[str],
         stop: StopSignal | None = None,
         wall: Callable[[], float] = time.monotonic,
@@ -44,7 +44,7 @@ class FlightWatch:
     ) -> None:
         self._bus = bus
         self._deck = deck
-        self._deaths = deaths
+        self._exits = exits
         self._essential = essential
         self._stop = stop or StopSignal()
         self._hosts = hosts
@@ -52,7 +52,7 @@ class FlightWatch:
         self._present: set[str] = set()
         self._silent: dict[str, float] = {}
         self._told: set[str] = set()
-        self._deaths_told = 0
+        self._exits_told = 0
         self._last_t = -1.0
         self._wall = wall
         self._last_tick = wall()
@@ -81,17 +81,17 @@ class FlightWatch:
 
     def _dead(self) -> str:
         """Reason to end the flight if an essential process stays down. Other exits are only shown."""
-        for death in self._deaths[self._deaths_told :]:
-            self._deaths_told += 1
-            if death.final and death.process in self._essential:
-                return f"{death} {death.outlook}".strip()
-            self._tell(f"{death} {death.outlook}".strip())
+        for exit_ in self._exits[self._exits_told :]:
+            self._exits_told += 1
+            if exit_.final and exit_.process in self._essential:
+                return f"{exit_} {exit_.outlook}".strip()
+            self._tell(f"{exit_} {exit_.outlook}".strip())
         return ""
 
     def _cut_off(self) -> str:
         """Processes that are silent all the same: stopped, hung, or not back from their restart."""
-        down = {death.process for death in self._deaths if death.final}
-        returning = {death.process for death in self._deaths if not death.final}
+        down = {exit_.process for exit_ in self._exits if exit_.final}
+        returning = {exit_.process for exit_ in self._exits if not exit_.final}
         now = self._wall()
         for node, since in self._silent.items():
             name = self._process(node)

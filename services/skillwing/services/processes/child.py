@@ -107,11 +107,11 @@ class Child:
         self._started = now
         self._last_exit = None
 
-    def died(self, now: float) -> ProcessExit:
+    def exited(self, now: float) -> ProcessExit:
         """Record the end of a life; the process has ended already."""
         code = self.process.returncode
         hopeless = code == EXIT_CONFIGURATION
-        pause = self._policy.died(now, self._started, hopeless=hopeless)
+        pause = self._policy.exited(now, self._started, hopeless=hopeless)
         exit_code, number = (code, None) if code >= 0 else (None, -code)
         log = self.last_lines()
         outlook = self._outlook(pause, hopeless, log)
@@ -123,11 +123,11 @@ class Child:
             return f"It is started again in {pause:g} s."
         if self._restart == "never":
             return "It is not started again: a new one could not continue from its end."
-        words = f"its last words: {_last_words(log)}" if log else "it logged nothing in its last life"
+        words = f"its last log line: {_last_line(log)}" if log else "it logged nothing in its last run"
         if hopeless:
             return f"It cannot do what it was told; {words}. It stays down. Its log: {self.log}"
         policy = self._policy
-        return f"It died {policy.deaths} times in {policy.span:.0f} s; {words}; it stays down. Its log: {self.log}"
+        return f"It exited {policy.exits} times in {policy.span:.0f} s; {words}; it stays down. Its log: {self.log}"
 
     def last_lines(self) -> tuple[str, ...]:
         """The last log lines of this life."""
@@ -165,7 +165,7 @@ class Child:
                 pipe.close()
 
 
-def _last_words(log: Sequence[str]) -> str:
+def _last_line(log: Sequence[str]) -> str:
     """The last line of a log, with file and line at the end of a traceback."""
     *before, last = log
     last = last.strip().rstrip(".")

@@ -130,7 +130,7 @@ class Launcher:
         if not self.endpoint:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.process.wait(LAST_WORDS)
-                self.exits.append(child.died(time.monotonic()))
+                self.exits.append(child.exited(time.monotonic()))
             raise self._start_error([ROUTER], self.exits)
         child.command = (module, "--listen", self.endpoint, "--parent-pipe")
         self._watch(child)
@@ -232,7 +232,7 @@ class Launcher:
             with self._lock:
                 if self._stopping.is_set():
                     return
-                exit_ = child.died(time.monotonic())
+                exit_ = child.exited(time.monotonic())
                 self.exits.append(exit_)
             self._wake()
             self._on_exit(exit_)

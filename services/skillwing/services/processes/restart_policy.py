@@ -8,41 +8,41 @@ Restart = Literal["always", "never"]
 
 FIRST_PAUSE = 0.2
 LONGEST_PAUSE = 5.0
-DEATHS_IN_A_ROW = 5
-"""Number of deaths after which a process is given up."""
+EXITS_IN_A_ROW = 5
+"""Number of exits after which a process is given up."""
 LONG_LIFE = 30.0
-"""Seconds after which a process counts as healthy; its next death begins a new row."""
+"""Seconds after which a process counts as healthy; its next exit begins a new row."""
 
 
 class RestartPolicy:
-    """The deaths of one process. Times are seconds of one clock that never goes back.
+    """The exits of one process. Times are seconds of one clock that never goes back.
 
-    The pause before a restart is 0.2 s, and doubles with each further death in a row, up to 5 s. It has no jitter:
+    The pause before a restart is 0.2 s, and doubles with each further exit in a row, up to 5 s. It has no jitter:
     processes that come back together do not compete for anything.
     """
 
-    def __init__(self, restart: Restart = "always", deaths_in_a_row: int = DEATHS_IN_A_ROW) -> None:
-        self._patience = deaths_in_a_row if restart == "always" else 1
+    def __init__(self, restart: Restart = "always", exits_in_a_row: int = EXITS_IN_A_ROW) -> None:
+        self._patience = exits_in_a_row if restart == "always" else 1
         self._row: list[float] = []
 
     @property
-    def deaths(self) -> int:
-        """Number of deaths in the row."""
+    def exits(self) -> int:
+        """Number of exits in the row."""
         return len(self._row)
 
     @property
     def span(self) -> float:
-        """Seconds from the first death of the row to the last."""
+        """Seconds from the first exit of the row to the last."""
         return self._row[-1] - self._row[0] if self._row else 0.0
 
-    def died(self, now: float, started: float, *, hopeless: bool = False) -> float | None:
-        """Record a death; returns the pause before the next start, None if there is no next one.
+    def exited(self, now: float, started: float, *, hopeless: bool = False) -> float | None:
+        """Record a exit; returns the pause before the next start, None if there is no next one.
 
-        started: begin of the life that has ended. hopeless: the exit code of the process says that it will fail again.
+        started: start of the run that has ended. hopeless: the exit code of the process says that it will fail again.
         """
         if now - started >= LONG_LIFE:
             self._row.clear()
         self._row.append(now)
-        if hopeless or self.deaths >= self._patience:
+        if hopeless or self.exits >= self._patience:
             return None
-        return min(LONGEST_PAUSE, FIRST_PAUSE * 2 ** (self.deaths - 1))
+        return min(LONGEST_PAUSE, FIRST_PAUSE * 2 ** (self.exits - 1))
