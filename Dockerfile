@@ -43,7 +43,7 @@ FROM ${BASE} AS runtime
 RUN useradd --create-home --uid 1000 skillwing \
     && install -d -o skillwing -g skillwing /home/skillwing/runs
 COPY --from=packages /opt/skillwing /opt/skillwing
-# One container is one process of the system, and takes one core for its matrices (processes/single_threaded.py).
+# One container is one process of the system, and takes one core for its matrices (processes/child.py).
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1 OMP_NUM_THREADS=1
 WORKDIR /home/skillwing
 ENTRYPOINT ["python3", "-m", "skillwing.services.processes.node_host"]

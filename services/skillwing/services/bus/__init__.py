@@ -140,7 +140,7 @@ class Network(Protocol):
         ...
 
     def advertise(self, key: str, *, events: bool = False) -> Publisher:
-        """A publisher. `events=True`: nothing may be lost (cache, recovery, history for late subscribers).
+        """A publisher. `events=True`: nothing is lost on the way (cache, recovery, history for late subscribers).
 
         Otherwise it is a stream, where an old sample may be dropped for a new one.
         """

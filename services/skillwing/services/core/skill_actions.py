@@ -32,7 +32,7 @@ class CallHook(msgspec.Struct, frozen=True):
 
 
 class AskResources(msgspec.Struct, frozen=True):
-    """Question to the resource manager; the answer, or silence, is the event `Answered`.
+    """Question to the resource manager; the answer, or silence, is the event `QuestionAnswered`.
 
     silences: number of times that it stayed unanswered so far. It is sent after a pause that grows with them.
     """

@@ -87,14 +87,14 @@ class Failed(msgspec.Struct, frozen=True):
 
 
 class QuestionAnswered(msgspec.Struct, frozen=True):
-    """ResourcesAnswer to a question, or silence."""
+    """Answer to a question, or silence."""
 
     asked: AskResources
     answer: ResourcesAnswer
 
 
 class RenewalAnswered(msgspec.Struct, frozen=True):
-    """ResourcesAnswer to a renewal, or silence."""
+    """Answer to a renewal, or silence."""
 
     call: RenewGoal
     answer: ResourcesAnswer
@@ -133,7 +133,7 @@ class StopRequested(msgspec.Struct, frozen=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """ResourcesAnswer to the question that the goal waits for."""
+    """Answer to the question that the goal waits for."""
 
     answer: GoalVerdict | ErrorReply
 
