@@ -30,7 +30,7 @@ class DataCore:
         self._require(sample.name)
         problem = self._latest.accept(sample, now)
         if problem is not None:
-            raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="The sample was dropped.")
+            raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="Publish values of the type in the skillset.")
         return self.tick(now)
 
     def reading(self, name: str, now: float) -> DataReading:

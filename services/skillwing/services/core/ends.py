@@ -104,7 +104,7 @@ def check_fence(request: EndGoal, grant: Grant) -> None:
         raise RefusedError(
             ErrorCode.STALE_TOKEN,
             f"The goal {request.goal_id} was granted to another process of this manager.",
-            help="Leave it to that one.",
+            help="Start a new goal.",
         )
 
 

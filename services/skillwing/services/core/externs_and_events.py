@@ -60,7 +60,7 @@ def take_sample(state: ManagerState, sample: DataSample, now: float) -> None:
     before = data.value(sample.name)
     problem = data.accept(sample, now)
     if problem is not None:
-        raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="The sample was dropped.")
+        raise RefusedError(ErrorCode.BAD_REQUEST, problem, help="Publish values of the type in the skillset.")
     if data.never_expires(sample.name) and data.value(sample.name) != before:
         state.entries.append(DatumEntry(sample.name, data.value(sample.name), now))
     enforce_invariants(state, now)

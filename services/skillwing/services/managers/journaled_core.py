@@ -36,12 +36,13 @@ class UnwrittenError(RefusedError):
     """A step that could not be stored, and has not happened."""
 
     def __init__(self, why: JournalError) -> None:
-        text = f"The resource manager cannot write it down: {why}"
-        super().__init__(ErrorCode.UNAVAILABLE, text, help="Then ask again.")
+        text = f"The resource manager cannot store the step: {why}"
+        super().__init__(ErrorCode.UNAVAILABLE, text, help="Ask again once the journal can be written.")
 
 
 class JournaledCore:
-    """`begin`, or `resume` if the journal is not empty, comes first. wrap: for what goes between core and journal."""
+    """A core that stores each step. The first call is `begin`, or `resume` if the journal is not empty. wrap: makes the
+    layer between core and journal."""
 
     def __init__(self, journal: Journal, make_core: MakeCore, wrap: Wrap = lambda core, snapshot, data: core) -> None:
         self._journal = journal

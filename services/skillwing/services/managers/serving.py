@@ -43,8 +43,8 @@ def serve(bus: Network, key_expression: str, kind: type[M] | Any, answer: Callab
 
     def fail(request: Request, error: Exception) -> None:
         log.error("could not answer a query on %s", request.key, exc_info=error)
-        text = f"`{bus.name}` failed on this request: {error!r}."
-        request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message=text, help="Its log tells more."))
+        text, advice = f"`{bus.name}` failed on this request: {error!r}.", "Its log has the traceback."
+        request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message=text, help=advice))
 
     return bus.serve(key_expression, on_request)
 
