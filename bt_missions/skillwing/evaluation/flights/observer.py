@@ -17,7 +17,6 @@ from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHe
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.history.history import OVER
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
 from skillwing.sim_mujoco.world.terrain import Terrain
 
@@ -83,7 +82,7 @@ class FlightObserver:
 
     @property
     def _mission_over(self) -> bool:
-        return self.mission is not None and self.mission.phase in OVER
+        return self.mission is not None and self.mission.phase.over
 
     @property
     def end(self) -> End:

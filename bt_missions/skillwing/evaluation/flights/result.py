@@ -9,6 +9,7 @@ import msgspec
 from skillwing.evaluation.flights.conditions import met_from
 from skillwing.evaluation.flights.cost import Cost
 from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.services.protocol import MissionPhase
 
 
 class End(StrEnum):
@@ -60,7 +61,7 @@ class FlightResult(msgspec.Struct, frozen=True, kw_only=True, rename={"cost": "p
 
     @property
     def succeeded(self) -> bool:
-        return self.phase == "SUCCEEDED"
+        return self.phase == MissionPhase.SUCCEEDED
 
     @property
     def kept(self) -> bool:

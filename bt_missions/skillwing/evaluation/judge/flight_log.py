@@ -19,7 +19,6 @@ from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
 from skillwing.services.errors import PassingError
 from skillwing.services.history.files import JsonLines, read_lines, repair
-from skillwing.services.history.history import OVER
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 
 FLIGHT_FILE = "flight.jsonl"
@@ -74,7 +73,7 @@ class FlightLog:
 
     def _on_mission(self, status: MissionStatus) -> None:
         """A stream may lose a sample on a busy machine; at the end the whole map is fetched."""
-        if status.phase in OVER:
+        if status.phase.over:
             self._bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
 
     def _on_snapshot(self, answer: Answer) -> None:

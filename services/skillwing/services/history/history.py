@@ -16,11 +16,9 @@ from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.history.refusal_causes import Subject, refusal_causes
-from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
+from skillwing.services.protocol import Ending, GoalStatus, MissionPhase, Record, RecordKind, State, Terminal
 
-OVER = frozenset({"SUCCEEDED", "FAILED", "ABORTED"})
-"""Phases of a mission that is over."""
-PHASES = OVER | {"IDLE", "RUNNING", "PAUSED", "HELD"}
+PHASES = frozenset(MissionPhase)
 """Phases of a mission. A mission record with any other state is a switch between branches of its tree."""
 NOT_READY = "NOT_READY"
 """State of a goal whose preconditions fail, in the resource manager's record."""

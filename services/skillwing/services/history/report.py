@@ -8,11 +8,11 @@ from pathlib import Path
 import msgspec
 
 from skillwing.services.history.history import PHASES, History
-from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
 REPORT_FILE = "report.json"
 
-RESULTS = {"SUCCEEDED": "success", "FAILED": "failure", "ABORTED": "aborted"}
+RESULTS = {MissionPhase.SUCCEEDED: "success", MissionPhase.FAILED: "failure", MissionPhase.ABORTED: "aborted"}
 """Result of a mission by its last phase; any other phase is `unfinished`."""
 
 

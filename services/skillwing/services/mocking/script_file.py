@@ -46,7 +46,6 @@ TAKES: Mapping[str, str] = {
     "when": "a table",
 }
 PARTS = ("seed", "skill", "data", "resources", "reaction")
-RUN_FIELDS = tuple(each.encode_name for each in msgspec.structs.fields(MockRun))
 
 
 def load_script(path: str | Path, skillset: Skillset) -> MockScript:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skillwing.dsl import load
-from skillwing.services.history.history import OVER, PHASES
+from skillwing.services.history.history import PHASES
 from skillwing.services.history.report import REPORT_FILE, MissionReport, OperatorFacts, read_report
 from skillwing.services.history.wording import time_text
 from skillwing.services.options import imported
-from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.protocol import MissionPhase, Record, RecordKind
 from skillwing.services.recording.run_facts import RunFacts, version_note
 from skillwing.services.report.mission_report import FlownMission, read_history, report_flight
 
@@ -55,7 +55,7 @@ def _intervals(phases: Iterable[Record]) -> Iterator[MissionInterval]:
         if current is None:
             number += 1
             current = MissionInterval(number, record.subject, record.t)
-        if record.after in OVER:
+        if MissionPhase(record.after).over:
             yield replace(current, end=record.t)
             current = None
     if current is not None:

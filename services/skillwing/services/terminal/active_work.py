@@ -8,7 +8,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.names import MISSION
-from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.terminal.live_state import LiveState
 
 SIMULATED = "It was simulated, and is gone with its simulator."
@@ -69,7 +69,7 @@ class ActiveWork:
         self._notify()
 
     def _on_mission(self, status: MissionStatus) -> None:
-        self._mission = None if status.phase.over or status.phase == "IDLE" else status.mission
+        self._mission = None if status.phase.over or status.phase is MissionPhase.IDLE else status.mission
         self._notify()
 
     def _on_alive(self, _key: str, alive: bool) -> None:

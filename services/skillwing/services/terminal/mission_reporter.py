@@ -19,7 +19,7 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.history.report import OperatorFacts, ProcessEntry
 from skillwing.services.names import MISSION
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, MissionStatus
+from skillwing.services.protocol import Keys, MissionPhase, MissionStatus
 from skillwing.services.terminal.exit_codes import OK
 from skillwing.services.terminal.output import relative_path
 
@@ -84,7 +84,7 @@ class MissionReporter:
             self._stop_watch()
             self._last_status, self._over_at = None, status.t
             self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)
-        elif status.phase != "IDLE":
+        elif status.phase is not MissionPhase.IDLE:
             if self._last_status is None:
                 self._begun = self._bus.wall()
             self._last_status = status.t
