@@ -38,7 +38,7 @@ def _once(command: list[str], environment: dict[str, str]) -> tuple[float, float
 
 
 def _processor_time() -> float:
-    """Of all that was started here and has ended [s]."""
+    """Processor time of the ended child processes [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

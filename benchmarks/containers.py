@@ -35,7 +35,7 @@ BASE = os.environ.get("BASE") or "python:3.11-slim"
 PROJECT = f"skillwing-measured-{os.getpid()}"
 COMPOSE = ["--project-name", PROJECT]
 EVERY_IMAGE = ["--profile", "mapping"]
-"""Missions run in one of their own, which without a profile nobody asks for."""
+"""Options that include the image of missions: without a profile it is left out."""
 WITHIN = 300.0
 """Seconds for the system to come up."""
 PACKAGES = "cd /opt/skillwing/lib/python3*/site-packages && du --summarize --block-size=1M *"
@@ -54,7 +54,7 @@ def _run(words: Sequence[str], environment: Mapping[str, str] | None = None) -> 
     """Output of a command. A failure ends the measurement with its error output."""
     done = subprocess.run(words, cwd=ROOT, env=environment, check=False, capture_output=True, text=True)
     if done.returncode != 0:
-        # Said at once, for clearing away may fail as well.
+        # Printed at once, because the removal of the containers may fail as well.
         sys.stderr.write(f"`{shlex.join(words)}` failed:\n{done.stderr.strip()}\n")
         sys.exit(1)
     return done.stdout
@@ -72,7 +72,7 @@ def _compose_program() -> tuple[str, ...]:
 
 
 def _compose(*words: str) -> float:
-    """Seconds that it takes."""
+    """Run Compose; return the duration [s]."""
     begun = time.monotonic()
     ports = {name: str(free_port()) for name in ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")}
     _run([*_compose_program(), *COMPOSE, *words], {**os.environ, **ports})
@@ -80,7 +80,7 @@ def _compose(*words: str) -> float:
 
 
 def sizes() -> str:
-    """The images, what each adds to the one that it is built on, and its largest packages."""
+    """Table of the images: size beyond the base image, and the largest packages."""
     base = _size(BASE)
     rows: list[list[str]] = []
     for role, use in ROLES.items():
@@ -107,7 +107,7 @@ def _cleared_away() -> Iterator[None]:
 
 
 def life() -> str:
-    """The system without a mission: how long it takes to come up and to end, and what it uses in between."""
+    """Table of the system without a mission: time to start, time to stop, and memory in between."""
     begun = time.monotonic()
     started = _compose("up", "--no-build", "--detach")
     _follow("viewer", "all .* run")
@@ -131,13 +131,13 @@ def life() -> str:
 
 
 def _follow(service: str, pattern: str) -> None:
-    """Return when a line of the service's log has the pattern; ends the measurement if none has in time."""
+    """Wait for a line with the pattern in the service's log. End the measurement if none comes in time."""
     words = [*_compose_program(), *COMPOSE, "logs", "--follow", "--no-color", service]
     lines: list[str] = []
     found = None
     with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True) as following:
         assert following.stdout is not None
-        # With what it has started, which holds the same pipe.
+        # The whole process group, because child processes hold the same pipe.
         late = threading.Timer(WITHIN, os.killpg, (following.pid, signal.SIGKILL))
         late.start()
         for line in following.stdout:
@@ -152,7 +152,7 @@ def _follow(service: str, pattern: str) -> None:
 
 
 def _memory() -> dict[str, float]:
-    """Of each service [MiB], without what the kernel keeps of files for it."""
+    """Memory by service [MiB], without the page cache."""
     lines = _docker("stats", "--no-stream", "--format", "{{json .}}").splitlines()
     found: dict[str, float] = {}
     for each in map(json.loads, lines):

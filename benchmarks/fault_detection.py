@@ -42,21 +42,21 @@ from skillwing.sim_mujoco.world.world import make_world
 PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
 WORLDS = ("courtyard", "street", "village", "industrial")
 TOGETHER = (("zed",), ("lidar", "range"), ("imu", "gnss"))
-"""Sensors that fly together when faults are tried: the range-finder is held against the LiDAR."""
+"""Sensors fitted together in flights with faults: the LiDAR checks the range-finder."""
 STEP = 0.02
 HOLD, HOLD_GNSS = 4.0, 3.0
-"""Duration of a fault [s]. Longer without fixes, and the autopilot would land."""
+"""Duration of a fault [s]. After a longer time without fixes the autopilot would land."""
 PATIENCE = 20.0
-"""A sensor that is not trusted again so long after its fault is over stays what it is [s]."""
+"""Longest wait after a fault for the sensor to be trusted again [s]."""
 RADIUS, SPEED = 3.5, 2.0
 ENOUGH = 20
-"""Of fewer times than these nothing is said of the slowest twentieth."""
+"""Least number of detections for a 95th percentile of the delay."""
 CONFIDENCE = 0.95
 
 
 @dataclass(slots=True)
 class Trial:
-    """One fault: when it was noticed and when the sensor was trusted again, in seconds from its begin and its end."""
+    """One fault. noticed: delay after its begin [s]; recovered: time from its end until the sensor is trusted [s]."""
 
     sensor: str
     kind: str
@@ -76,7 +76,7 @@ class Flight:
 
 
 class Rounds:
-    """A drone on its rounds: it climbs, circles the pad at 3 to 5 m, and looks now ahead, now around."""
+    """A drone that climbs and circles the pad at 3 to 5 m, with its nose swinging about the track."""
 
     def __init__(self, seed: int, sensors: Collection[str] = SENSORS) -> None:
         world = make_world(seed, WORLDS[seed % len(WORLDS)])
@@ -108,7 +108,7 @@ class Rounds:
 
 
 def try_faults(seed: int, fitted: Sequence[str]) -> Flight:
-    """Every kind of fault on each of some sensors, once each; others are not fitted."""
+    """Fly with every kind of fault on each fitted sensor, once each."""
     flight, rounds, rng = Flight(), Rounds(seed, fitted), np.random.default_rng((seed, 5))
     for _ in rounds.fly(16.0):
         pass
@@ -142,14 +142,14 @@ def _try(rounds: Rounds, sensor: str, kind: str, flight: Flight) -> Trial:
 
 
 def fly_well(seed: int, minutes: float) -> Flight:
-    """A flight with nothing wrong, from take-off on."""
+    """Fly without faults, from takeoff on."""
     rounds = Rounds(seed)
     alarms = _false(list(rounds.fly(60.0 * minutes)), f"nothing wrong, seed {seed}")
     return Flight(alarms=alarms, good=60.0 * minutes, collisions=rounds.simulator.collisions)
 
 
 class Listener(FlightObserver):
-    """A observer who hears as well what sensors say of themselves."""
+    """An observer that also receives the health of the sensors."""
 
     def __init__(self, seed: int) -> None:
         super().__init__(ROBOT.skillset.stem, make_world(seed).terrain)
@@ -186,7 +186,7 @@ def _alarm(sensor: str, t: float, when: str, reason: str) -> str:
 
 
 def page_section(tried: Sequence[Flight], rounds: Sequence[Flight], missions: Sequence[Flight], seeds: int) -> str:
-    """The figures as Markdown: of flights with faults, and of both kinds with nothing wrong."""
+    """Figures as Markdown: flights with faults, and both kinds of flights without."""
     trials = [trial for flight in tried for trial in flight.trials]
     rows = []
     for sensor in SENSORS:
@@ -217,7 +217,7 @@ def page_section(tried: Sequence[Flight], rounds: Sequence[Flight], missions: Se
 
 
 def _alarms(flights: Sequence[Flight]) -> tuple[str, ...]:
-    """Alarms where nothing was wrong, and how frequent they are at most by the exact limit of a Poisson process."""
+    """Cells on false alarms: time, number, rate, and the exact upper limit of the rate for a Poisson process."""
     hours, seen = sum(flight.good for flight in flights) / 3600.0, sum(len(flight.alarms) for flight in flights)
     if not hours:
         return "0", "-", "-", "-"

@@ -1,5 +1,5 @@
-"""The flights of benchmarks/flight_tests.py: each is one flight of the simulated drone over open ground, and what is
-measured in it. The autopilot flies on its own navigation; what is measured is the true motion.
+"""Flights of benchmarks/flight_tests.py: single flights of the simulated drone over open ground, with their figures.
+The autopilot flies by its own navigation; figures are of the true motion.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Plan = Callable[[float], Setpoint | None]
 
 
 def open_ground(seed: int, amplitude: float = 0.45) -> World:
-    """The ground of a seed, with hills of this height [m] and nothing on it."""
+    """Terrain of a seed, with hills of this height [m] and no obstacles."""
     terrain = make_terrain(np.random.default_rng(seed), (15.0, 10.0), (35.0, 30.0), amplitude=amplitude)
     return dataclasses.replace(make_world(seed), obstacles=(), terrain=terrain)
 
 
 class Flight:
-    """One drone, put into the air at rest; every 20 ms of true motion are remembered."""
+    """One flight from a hover in the air, with a record of the true motion every 20 ms."""
 
     def __init__(self, world: World, place: Vector = PLACE, **options: Any) -> None:
         self.prepare(world, place, ("range",), options)
@@ -47,7 +47,7 @@ class Flight:
         self.simulator.advance(PERIOD)
 
     def prepare(self, world: World, place: Vector, sensors: Collection[str], options: dict[str, Any]) -> None:
-        """A drone with these sensors that stands on its pad, and nothing remembered yet."""
+        """Make a drone with these sensors on its pad, and an empty record."""
         self.simulator = Simulator(world, sensors=sensors, **options)
         self.place = place
         self.times: list[float] = []
@@ -58,7 +58,7 @@ class Flight:
         self.failsafes: list[str] = []
 
     def fly(self, seconds: float, plan: Plan, until: Callable[[], bool] = lambda: False) -> Flight:
-        """Give the plan's setpoints (None for none) for so long, or until something has happened."""
+        """Send the plan's setpoints (None: no setpoint) for some time, or until the condition holds."""
         simulator = self.simulator
         end = simulator.t + seconds
         while simulator.t < end - 1e-9 and not until():
@@ -79,42 +79,42 @@ class Flight:
         """Output of the last 20 ms for other nodes; there are none here."""
 
     def land(self, plan: Plan, seconds: float = 60.0) -> Flight:
-        """Fly on until the drone stands, and then until its rotors have run down."""
+        """Fly until the drone is on the ground, and wait for its rotors to stop."""
         self.fly(seconds, plan, lambda: self.simulator.autopilot.on_ground)
         return self.fly(0.5, lambda _: None)
 
     @property
     def landed(self) -> bool:
-        """It stands upright, and has touched nothing but the ground, and that gently."""
+        """True if the drone stands upright on the ground and had no collision."""
         simulator = self.simulator
         return simulator.autopilot.on_ground and simulator.collisions == 0 and self.tilts[-1] < math.radians(30.0)
 
     @property
     def touchdown_speed(self) -> float:
-        """Fastest motion in the last fifth of a second before the drone first came to rest for good [m/s]."""
+        """Highest speed in the last 0.2 s before the drone came to rest for good [m/s]."""
         speeds = np.linalg.norm(self.velocities, axis=1)
         moving = np.flatnonzero(speeds > 0.2)
         last = int(moving[-1]) if len(moving) else 0
         return float(speeds[max(0, last - 10) : last + 1].max())
 
     def drift(self, since: float) -> float:
-        """Horizontal distance from then to the end [m]."""
+        """Horizontal distance between the positions at `since` and at the end [m]."""
         start = self.positions[np.searchsorted(self.times, since)]
         return math.dist(start[:2], self.positions[-1][:2])
 
     def errors(self, wanted: Vector, since: float) -> NDArray[np.float64]:
-        """Distances from a place from a time on (N,) [m]."""
+        """Distances (N,) from a place after the time `since` [m]."""
         away = np.array(self.positions) - np.array(wanted)
         return np.linalg.norm(away, axis=1)[np.array(self.times) >= since]
 
 
 def stay(place: Vector = PLACE, heading: float = 0.0) -> Plan:
-    """A plan to be somewhere."""
+    """Plan that holds a position."""
     return lambda _: Setpoint(place, STILL, heading)
 
 
 def along(start: Vector, velocity: Vector, since: float) -> Plan:
-    """A plan to fly straight on, not caring where to."""
+    """Plan that flies straight on without a target."""
 
     def plan(t: float) -> Setpoint:
         gone = max(0.0, t - since)
@@ -125,7 +125,7 @@ def along(start: Vector, velocity: Vector, since: float) -> Plan:
 
 
 def follow(segment: Segment, heading: float) -> Plan:
-    """A plan to fly as guidance flies a segment."""
+    """Plan that follows a segment as guidance does."""
 
     def plan(t: float) -> Setpoint:
         position, velocity, acceleration = segment.at(t)
@@ -135,20 +135,20 @@ def follow(segment: Segment, heading: float) -> Plan:
 
 
 def nothing(_: float) -> None:
-    """A plan of no setpoints at all."""
+    """Plan without setpoints."""
 
 
 # --- control -----------------------------------------------------------------------------------------------------
 
 
 def step_response(seed: int) -> tuple[Flight, dict[str, float]]:
-    """Told to be 10 m further east at once."""
+    """Step of the position setpoint by 10 m to the east."""
     x, y, z = PLACE
     return _way_of_ten_metres(seed, lambda begun: stay((x + 10.0, y, z)))
 
 
 def guided_leg(seed: int) -> tuple[Flight, dict[str, float]]:
-    """Flown 10 m east as guidance flies a segment, at 3 m/s."""
+    """Leg of 10 m to the east at 3 m/s, flown as guidance flies a segment."""
     x, y, z = PLACE
     return _way_of_ten_metres(seed, lambda begun: follow(straight(PLACE, (x + 10.0, y, z), 3.0, begun), 0.0))
 
@@ -168,7 +168,7 @@ def _way_of_ten_metres(seed: int, plan_from: Callable[[float], Plan]) -> tuple[F
 
 
 def turn(seed: int) -> tuple[Flight, dict[str, float]]:
-    """Told to point north instead of east at once."""
+    """Step of the heading setpoint from east to north."""
     flight = Flight(open_ground(seed)).fly(SETTLING, stay())
     begun = flight.simulator.t
     flight.fly(8.0, stay(heading=math.pi / 2))
@@ -182,7 +182,7 @@ def turn(seed: int) -> tuple[Flight, dict[str, float]]:
 
 
 def hover(seed: int, seconds: float = 40.0, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """Told to stay, in some wind."""
+    """Hover, in the wind of `options`."""
     flight = Flight(open_ground(seed), **options).fly(8.0 + seconds, stay())
     errors = 100.0 * flight.errors(PLACE, 8.0)
     return flight, {
@@ -193,7 +193,7 @@ def hover(seed: int, seconds: float = 40.0, **options: Any) -> tuple[Flight, dic
 
 
 def into_wind(seed: int) -> tuple[Flight, dict[str, float]]:
-    """Put level and at rest into a wind that blows already: a step of it."""
+    """Step of the wind: the drone starts level and at rest in steady wind."""
     flight = Flight(open_ground(seed), wind=WIND).fly(12.0, stay())
     errors = flight.errors(PLACE, 0.0)
     back = np.flatnonzero(errors > 0.1)
@@ -204,7 +204,7 @@ def into_wind(seed: int) -> tuple[Flight, dict[str, float]]:
 
 
 def gust(seed: int) -> tuple[Flight, dict[str, float]]:
-    """A gust of 10 m/s that swells and ends within 3 s."""
+    """Hover in a gust of 10 m/s that lasts 3 s."""
     gusts = [Gust(SETTLING, (10.0, 0.0, 0.0), 3.0)]
     flight = Flight(open_ground(seed), gusts=gusts).fly(SETTLING + 8.0, stay())
     return flight, {"largest deviation, cm": 100.0 * float(flight.errors(PLACE, SETTLING).max())}
@@ -214,7 +214,7 @@ def gust(seed: int) -> tuple[Flight, dict[str, float]]:
 
 
 def land_on_a_slope(seed: int, amplitude: float) -> tuple[Flight, dict[str, float]]:
-    """Come down by the range-finder where the ground of the seed slopes most, and take off from there again."""
+    """Land by the range-finder on the steepest place of the seed's terrain, and take off again."""
     world = open_ground(seed, amplitude)
     (x, y), slope = _steepest(world)
     high = world.terrain.highest + 6.0
@@ -250,7 +250,7 @@ def _steepest(world: World) -> tuple[tuple[float, float], float]:
 
 
 def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, dict[str, float]]:
-    """Told to fly through a wall of the fence at full speed, with the wind behind."""
+    """Flight at full speed against a wall of the fence, with tailwind."""
     fence = Box((-20.0, -20.0, -1.0), (50.0, 40.0, 30.0))
     top = 2.0 if direction[2] else 6.0
     velocity = (top * direction[0], top * direction[1], top * direction[2])
@@ -267,7 +267,7 @@ def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, 
 
 
 def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """A rotor gives only the part `left` of its thrust while the drone flies east at 3 m/s."""
+    """Loss of a rotor's thrust down to the share `left`, in flight to the east at 3 m/s."""
     flight = Flight(open_ground(seed), **options).fly(SETTLING, stay())
     flight.fly(3.0, along(PLACE, (3.0, 0.0, 0.0), flight.simulator.t))
     begun = flight.simulator.t
@@ -292,7 +292,7 @@ def rotor_out(seed: int, rotor: int, left: float, **options: Any) -> tuple[Fligh
 
 
 def silence(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """Setpoints end at 5 m/s."""
+    """End of all setpoints in flight at 5 m/s."""
     flight = Flight(open_ground(seed), **options).fly(SETTLING, stay())
     flight.fly(4.0, along(PLACE, (5.0, 0.0, 0.0), flight.simulator.t))
     begun = flight.simulator.t
@@ -308,7 +308,7 @@ def silence(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
 
 
 def low_battery(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """The battery becomes critical 25 m above the ground, and setpoints go on."""
+    """Critical battery in a hover 25 m above the ground, while setpoints continue."""
     place = (15.0, 10.0, 25.0)
     flight = Flight(open_ground(seed), place, battery_percent=8.3, **options).land(stay(place), 90.0)
     at = next(t for t, text in zip(flight.times, flight.failsafes, strict=True) if text)

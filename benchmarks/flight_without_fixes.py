@@ -1,4 +1,4 @@
-"""Flights of benchmarks/flight_tests.py in which the satellite receiver falls silent: with odometry, and without."""
+"""Flights of benchmarks/flight_tests.py that lose the satellite receiver, with and without odometry."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from skillwing.sim_mujoco.simulator.simulator import Output
 from skillwing.sim_mujoco.world.world import World, make_world
 
 _AT_REST = 3.5
-"""So long a drone stands before it takes off, of which odometry needs two seconds [s]."""
+"""Time on the pad before takeoff; odometry needs 2 s of it [s]."""
 _HEIGHT, _CLIMB = 10.0, 1.5
 
 
 class SeeingFlight(Flight):
-    """One drone that stands on its pad, with LiDAR and IMU and with the odometry that the mapping process has.
+    """One flight from the pad with LiDAR, IMU, and the odometry of the mapping process.
 
-    `astray` lists every 20 ms how far off its position is, level, and how far it says that it may be [m].
+    astray: horizontal error of navigation and its stated standard deviation, at each solution [m].
     """
 
     def __init__(self, world: World, place: Vector, **options: Any) -> None:
-        """place: where it will fly to."""
+        """place: target of the flight."""
         self.prepare(world, place, ("range", "lidar", "imu"), options)
         self._odometry = make_odometry()
         self.astray: list[tuple[float, float]] = []
@@ -39,7 +39,7 @@ class SeeingFlight(Flight):
         odometry = self._odometry
         for solution in happened.solutions:
             odometry.navigation(as_navigation(solution))
-            # Solutions are of the beginning of the 20 ms.
+            # Solutions belong to the beginning of the 20 ms.
             if self.positions:
                 self.astray.append((math.dist(solution.position[:2], self.positions[-1][:2]), solution.sigma))
         for measurement in happened.measurements:
@@ -51,20 +51,20 @@ class SeeingFlight(Flight):
 
 
 def lost_fixes(seed: int, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """The satellite receiver falls silent for good, and setpoints go on."""
+    """Permanent loss of the satellite receiver in a hover; setpoints continue."""
     flight = Flight(open_ground(seed), **options).fly(8.0, stay())
     return _without_fixes(flight)
 
 
 def lost_fixes_seeing(seed: int, blind_after: float = math.inf, **options: Any) -> tuple[Flight, dict[str, float]]:
-    """The same 10 m above the pad of the seed's courtyard, with odometry, until its LiDAR falls silent as well."""
+    """The same loss 10 m above the pad of a courtyard, with odometry until its LiDAR fails as well."""
     world = make_world(seed)
     flight = _risen(world, (*world.home, _HEIGHT), **options)
     return _without_fixes(flight, blind_after)
 
 
 def route_without_fixes(seed: int) -> tuple[Flight, dict[str, float]]:
-    """The route of a courtyard in which nothing stands in the way, flown at 2 m/s with odometry and without fixes.
+    """Route of a courtyard without obstacles in the way, flown at 2 m/s with odometry and without fixes.
 
     The courtyards are those of `benchmarks/odometry.py`, from seed 11 on.
     """
@@ -93,7 +93,7 @@ def route_without_fixes(seed: int) -> tuple[Flight, dict[str, float]]:
 
 
 def _risen(world: World, place: Vector, **options: Any) -> SeeingFlight:
-    """A drone that has taken off and hovers above its pad."""
+    """A flight after takeoff, in a hover above the pad."""
     flight = SeeingFlight(world, place, **options)
     flight.fly(_AT_REST, nothing)
     flight.fly(place[2] / _CLIMB, along(flight.positions[-1], (0.0, 0.0, _CLIMB), flight.simulator.t))

@@ -3,7 +3,7 @@
 python benchmarks/latency.py [--topology mesh] [--blocks 6] [--calls 50] [--write]
 
 Router, managers and the peer that answers in plain Zenoh are processes of their own, on loopback. Calls of all kinds
-take turns, so that whatever else the machine does hits all of them. With `--topology mesh` a second system, whose
+take turns, so that other load on the machine affects all of them. With `--topology mesh` a second system, whose
 processes are peers, takes turns with the first one, block by block, and the two are compared.
 """
 
@@ -67,11 +67,11 @@ skillset stopwatch {
 """
 HOOKS = {"act": "latency_peers:ActHooks", "hold": "latency_peers:HoldHooks"}
 PAYLOAD = bytes(226)
-"""As long as the start of a skill with some inputs."""
+"""Payload of a raw query, as long as the start of a skill with some inputs."""
 BUDGET = 2.5
-"""Times what Zenoh needs alone."""
+"""Largest permitted ratio to Zenoh alone."""
 TAIL_BUDGET = 10.0
-"""Milliseconds in which 99 of 100 violations have been seen, on a machine that does nothing else."""
+"""Budget for the 99th percentile of the time to an observed violation, on an idle machine [ms]."""
 PATIENCE = 10.0
 ROS_GOALS = 200
 ROS_PYTHON = "/usr/bin/python3"
@@ -81,7 +81,7 @@ HERE = Path(__file__).parent
 
 @dataclass
 class Block:
-    """Seconds that each call of one kind took."""
+    """Durations of the calls, by kind [s]."""
 
     query: list[float] = field(default_factory=list[float])
     hop: list[float] = field(default_factory=list[float])
@@ -91,7 +91,7 @@ class Block:
 
 
 class Raw:
-    """Plain Zenoh, as the measure of everything else."""
+    """Plain Zenoh, the base of all comparisons."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session
@@ -100,14 +100,14 @@ class Raw:
         self._pong = session.declare_subscriber(PONG, zenoh.handlers.Callback(self._pongs.put, indirect=False))
 
     def query(self) -> float:
-        """Seconds from a query to its answer."""
+        """Time from a query to its answer [s]."""
         begun = time.monotonic()
         answers = list(self._session.get(QUERY, payload=PAYLOAD, consolidation=zenoh.ConsolidationMode.NONE))
         assert answers[0].ok is not None
         return time.monotonic() - begun
 
     def hop(self) -> float:
-        """Seconds that a publication takes to another process: half the way there and back."""
+        """Duration of a publication to another process: half of the round trip [s]."""
         begun = time.monotonic()
         self._ping.put(PAYLOAD)
         self._pongs.get(timeout=PATIENCE)
@@ -115,7 +115,7 @@ class Raw:
 
 
 class Starter:
-    """A client that starts the skill which ends at once."""
+    """A client that starts `act`, a skill that ends at once."""
 
     def __init__(self, bus: ZenohBus, robot: Robot) -> None:
         self._bus = bus
@@ -123,7 +123,7 @@ class Starter:
         assert bus.run_until(lambda: self._interface.ready, PATIENCE)
 
     def start(self) -> tuple[float, float]:
-        """Seconds from the start to `on_dispatch`, and to the result in the client's hands."""
+        """Times from the start to `on_dispatch`, and to the client's result [s]."""
         begun = time.monotonic()
         goal = self._interface.start("act")
         assert self._bus.run_until(lambda: goal.done, PATIENCE)
@@ -133,7 +133,7 @@ class Starter:
 
 
 class Watching(Mission):
-    """Runs `hold` whenever the link is up, for ever."""
+    """Mission that runs `hold` whenever the link is up, without end."""
 
     name = "watching"
     summary = "Runs a skill until its invariant is violated, and again when it can."
@@ -153,7 +153,7 @@ class Watching(Mission):
 
 
 class Watcher:
-    """The process of a mission, as its runner makes it."""
+    """A mission's node, as the mission runner makes it."""
 
     def __init__(self, bus: ZenohBus, session: zenoh.Session, robot: Robot) -> None:
         model = robot.load_skillset()
@@ -163,7 +163,7 @@ class Watcher:
         self._node.attach(bus)
 
     def violate(self) -> float:
-        """Seconds from an extern transition to the tick that knows the goal's end."""
+        """Time from an extern transition to the tick that sees the goal's end [s]."""
         self._mission.ended_at = None
         assert self._bus.run_until(lambda: self._mission.leaf.phase is GoalPhase.RUNNING, PATIENCE), self._node.status
         begun = time.monotonic()
@@ -180,7 +180,7 @@ class Watcher:
 
 @contextmanager
 def running_system(folder: Path, topology: Topology) -> Iterator[tuple[Robot, str]]:
-    """Router, managers and the raw peer; yields the robot and where its router listens."""
+    """Run router, managers and the raw peer; yields the robot and its router's address."""
     skillset = folder / "stopwatch.skillset"
     skillset.write_text(STOPWATCH, encoding="utf-8")
     robot = Robot("benchmark", skillset, HOOKS, clock="wall")
@@ -196,7 +196,7 @@ def running_system(folder: Path, topology: Topology) -> Iterator[tuple[Robot, st
 
 
 class Stand:
-    """A system of one topology with everything that measures it."""
+    """A system of one topology, with its measuring clients."""
 
     def __init__(self, topology: Topology, stack: ExitStack) -> None:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -221,7 +221,7 @@ class Stand:
 
 
 def measure(topologies: Iterable[Topology], blocks: int, calls: int) -> dict[Topology, list[Block]]:
-    """Blocks of calls on a system of each topology, in turns; the first ones warm everything up and do not count."""
+    """Blocks of calls on a system of each topology, in turns. The first block is a warm-up and does not count."""
     sys.setswitchinterval(SWITCH_INTERVAL)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))
     with ExitStack() as stack:
@@ -236,7 +236,7 @@ def measure(topologies: Iterable[Topology], blocks: int, calls: int) -> dict[Top
 
 
 def measure_ros() -> list[float]:
-    """Seconds of each goal of actionlib; none where ROS 1 is not installed."""
+    """Durations of goals of actionlib; none if ROS 1 is not installed [s]."""
     if shutil.which("roscore") is None or not Path(ROS_PYTHON).exists():
         return []
     environment = {**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{ROS_PORT}", "ROS_IP": "127.0.0.1"}
@@ -254,7 +254,7 @@ def measure_ros() -> list[float]:
         start(["roscore", "-p", str(ROS_PORT)])
         server = start([*peer, "server"])
         assert server.stdout is not None
-        # Before the master is up there are other lines.
+        # Other lines come before the master is up.
         assert b"ready\n" in iter(server.stdout.readline, b""), "the action server did not start"
         client = start([*peer, "client", str(ROS_GOALS)])
         told, _ = client.communicate(timeout=120)
@@ -268,7 +268,7 @@ ROWS = (
     ("start of a skill, until its result", "result", "query", ""),
     ("extern transition, until the mission's tree has seen `RI`", "seen", "hop", "publications"),
 )
-"""A measured quantity: words, its field of `Block`, the field it is compared with, and the unit of its budget."""
+"""Measured quantities: label, field of `Block`, field of the base, and unit of the budget."""
 
 
 def times(blocks: list[Block], kind: str) -> list[float]:

@@ -1,6 +1,6 @@
-"""A mapping flight for benchmarks: simulator and guidance in one loop, without processes and as fast as they go.
+"""Mapping flight for benchmarks: simulator and guidance in one loop, without processes and at full speed.
 
-The drone stands for a moment, takes off, and flies the planned route of a world without obstacles on the route. Its
+The drone waits on its pad, takes off, and flies the planned route of a world without obstacles on the route. Its
 nose points along the track or across it.
 """
 
@@ -24,21 +24,21 @@ from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0
 STANDING = 3.0
-"""So long it stands on its pad before it takes off [s]."""
+"""Time on the pad before takeoff [s]."""
 _SLICE = 0.02
 _LONGEST = 300.0
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Moment:
-    """Output of 20 ms, and the true motion at their end."""
+    """Output of one step of 20 ms, and the true motion at its end."""
 
     happened: Output
     truth: Motion
 
 
 class MappingFlight:
-    """One flight, to be iterated over once."""
+    """One flight, as an iterable for a single pass."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class MappingFlight:
         faults: Iterable[Fault] = (),
         sensors: Iterable[str] = ("lidar", "imu", "range"),
     ) -> None:
-        """across: whether the nose points across the track, as it does while the LiDAR looks ahead."""
+        """across: the nose points across the track, as it does while the LiDAR looks ahead."""
         self.world = free_route(seed)
         self.simulator = Simulator(self.world, faults=faults, sensors=tuple(sensors))
         self._across = across
@@ -69,7 +69,7 @@ class MappingFlight:
             heading = math.atan2(target[1] - at[1], target[0] - at[0]) - math.pi / 2
             self._command("turn", Turn(heading=heading, lock=True))
             began = self.simulator.t
-            # The heading axis keeps turning while it is locked, so the turn is given its time.
+            # `_do` waits for the body, not for the heading axis, so the turn gets a fixed time.
             yield from self._pass(lambda: self.simulator.t >= began + 5.0)
         nose = YawMode.FREE if self._across else YawMode.ALONG_TRACK
         yield from self._do(FlyTo(target=target, speed=SPEED, nose=nose))
@@ -121,7 +121,7 @@ class MappingFlight:
 
 
 def as_navigation(solution: Solution) -> Navigation:
-    """The message that the simulator's node makes of a solution."""
+    """Navigation message for a solution, as the simulator's node publishes it."""
     return Navigation(
         t=solution.t,
         position=solution.position,
@@ -136,6 +136,6 @@ def as_navigation(solution: Solution) -> Navigation:
 
 
 def free_route(seed: int) -> World:
-    """A world whose planned route can be flown as it is."""
+    """World of a seed, without the obstacles on its planned route."""
     world = make_world(seed)
     return dataclasses.replace(world, obstacles=tuple(o for o in world.obstacles if o.leg is None))

@@ -1,6 +1,6 @@
-"""Courses with things in the way, and a drone that flies through them with one sensor.
+"""Obstacle courses, and flights through them with one sensor.
 
-The whole loop is the real one: physics, ray-cast sensors, obstacle detection, guidance and the mission's route planner;
+The loop is the real one: physics, ray-cast sensors, obstacle detection, guidance and the mission's route planner;
 only skills and resources are left out. One course and seed is one flight, bit for bit.
 """
 
@@ -36,13 +36,13 @@ from skillwing.sim_mujoco.world.world import World, make_world
 GOAL: Final = (26.0, 0.0, 4.0)
 AREA: Final = (-11.0, -11.0, 41.0, 31.0)
 PATIENCE: Final = 600.0
-"""Robot time that a flight may take [s]."""
+"""Longest robot time of a flight [s]."""
 SENSOR_OF: Final = {ObstacleSource.ZED: "zed", ObstacleSource.LIDAR: "lidar"}
 _HEIGHT = 7.0
 
 
 def poles(rng: np.random.Generator) -> list[Obstacle]:
-    """One pole on the way and others around, all with room to pass between them."""
+    """One pole on the way and others around it, with room to pass between them."""
     centres: list[Point] = [(float(rng.uniform(9.0, 17.0)), float(rng.uniform(-0.3, 0.3)))]
     while len(centres) < 6:
         place = float(rng.uniform(6.0, 22.0)), float(rng.uniform(-7.0, 9.0))
@@ -58,7 +58,7 @@ def wall(rng: np.random.Generator) -> list[Obstacle]:
 
 
 def corner(rng: np.random.Generator) -> list[Obstacle]:
-    """A wall across the way that ends in another one along it: round the wrong end it is farther."""
+    """A wall across the way, joined at one end to a wall along the way: one way round is longer."""
     x, half = float(rng.uniform(11.0, 14.0)), float(rng.uniform(2.5, 4.0))
     side = 1.0 if rng.random() < 0.5 else -1.0
     length = float(rng.uniform(2.0, 3.5))
@@ -99,7 +99,7 @@ COURSES: Final[dict[str, Callable[[np.random.Generator], list[Obstacle]]]] = {
 
 
 def make_course(kind: str, seed: int) -> World:
-    """The ground of the courtyard with nothing on it but this course."""
+    """Terrain of the courtyard, with this course only."""
     return dataclasses.replace(make_world(seed), obstacles=tuple(COURSES[kind](np.random.default_rng((seed, 77)))))
 
 
@@ -116,7 +116,7 @@ class Flown:
 
 
 class Pilot:
-    """Takes off and flies the planner's legs one after the other, as the mission and its skills would."""
+    """Node that takes off and flies the planner's legs one after the other, as the mission does."""
 
     name = "pilot"
     owns_clock = False
@@ -143,7 +143,7 @@ class Pilot:
         bus.after(1.5, lambda: self._fly(TakeOff(height=GOAL[2], speed=1.5)))
 
     def detach(self) -> None:
-        """Nothing outlives a flight."""
+        """Do nothing: the flight's network ends with it."""
 
     def _on_navigation(self, navigation: Navigation) -> None:
         self._position = navigation.position
@@ -202,7 +202,7 @@ def fly(
     wind: common.Vector3 = (0.0, 0.0, 0.0),
     route: tuple[common.Vector3, ...] = (GOAL,),
 ) -> Flown:
-    """Fly a route through a world with one sensor at most at this speed [m/s], without its reports if not `watch`."""
+    """Fly a route with one obstacle sensor. speed: the highest [m/s]. watch: guidance uses the obstacle reports."""
     network = InProcessNetwork()
     sensors = ("range", "imu", SENSOR_OF[source])
     network.attach(SimNode(Simulator(world, sensors=sensors, turbulence=turbulence, wind=wind)))

@@ -27,14 +27,14 @@ PAGE = Path(__file__).parents[1] / "docs" / "obstacles.md"
 SENSORS = {"camera": ObstacleSource.ZED, "LiDAR": ObstacleSource.LIDAR}
 SLOW, FAST = 2.0, 5.0
 GUSTY = 8.0
-"""Wind at a height of 6 m that stirs the air [m/s]."""
+"""Wind at a height of 6 m that causes the turbulence [m/s]."""
 WIND = (4.0, 3.0, 0.0)
-"""With it the stirred air drifts past, ENU [m/s]: without, a gust would not end."""
+"""Mean wind, ENU [m/s]. It moves the eddies past the drone: without it a gust would not end."""
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One flight: what in the way, of which seed, with which sensor, how fast [m/s], in which air, watched or not."""
+    """One flight. speed, turbulence [m/s]. watch: guidance uses the obstacle reports."""
 
     course: str
     sensor: str
@@ -45,7 +45,7 @@ class Trial:
 
 
 def trials(seeds: Sequence[int]) -> list[Trial]:
-    """All that the page tells of, the first seeds first."""
+    """All trials of the page, in the order of seeds."""
     return [
         trial
         for seed in seeds
@@ -59,7 +59,7 @@ def trials(seeds: Sequence[int]) -> list[Trial]:
 
 
 def flown(trial: Trial) -> Flown:
-    """Fly a trial: in a process of its own if there are several."""
+    """Fly a trial, in a worker process."""
     return fly(
         make_course(trial.course, trial.seed),
         SENSORS[trial.sensor],
@@ -71,7 +71,7 @@ def flown(trial: Trial) -> Flown:
 
 
 class FlightFile:
-    """The flights flown so far, in a file if one is given."""
+    """Finished flights, also in a file if one is given."""
 
     def __init__(self, file: Path | None) -> None:
         self.flights: dict[Trial, Flown] = {}
@@ -113,7 +113,7 @@ def row(name: str, sensor: str, flights: Sequence[Flown]) -> list[str]:
 
 
 def report(kept: FlightFile, wanted: Sequence[Trial], seeds: Sequence[int]) -> str:
-    """The section's text."""
+    """Text of the section."""
     names = {(SLOW, 0.0, True): "{}", (FAST, GUSTY, True): "{}, 5 m/s in gusts", (SLOW, 0.0, False): "{}, unwatched"}
     rows: list[list[str]] = []
     for (speed, turbulence, watch), name in names.items():

@@ -4,11 +4,11 @@
     python benchmarks/odometry.py --method small-gicp [--seeds 196:199] [--keep FILE] [--recorded FOLDER] [--write]
 
 Flies each seed's route with the whole simulator, once with the nose along the track and once across it, and compares
-with the true motion. On the way a copy of the odometry gets each fault of the two sensors, until it detects it or
-10 s are over. With `--keep` finished flights are remembered in a file, and not flown again.
+with the true motion. In flight a copy of the odometry gets each fault of the two sensors, until it detects the fault
+or 10 s are over. With `--keep` a file stores finished flights, which are not flown again.
 
-With another `--method` than ours both follow the same flights, without faults. Their measurements are kept in the
-folder `--recorded`, and not flown again.
+With another `--method` than ours both follow the same flights, without faults. The folder `--recorded` stores the
+measurements of flights, which are not flown again.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ DEMAND = 0.3
 """Largest permitted drift of a flight, RMS [m]."""
 NOSES = (("along the track", False), ("across it", True))
 SEEDS, SEEDS_TO_COMPARE = "196:212", "196:199"
-"""If nobody chooses any."""
+"""Default seeds: of flights, and of a comparison of methods."""
 LOOKED_AT = range(196)
 """Seeds on which constants were chosen, or that were examined during a fix."""
 FAULT_AT, TRIED_FOR = 30.0, 10.0
@@ -66,7 +66,7 @@ FAULTS: tuple[tuple[str, str, float | None], ...] = (
     ("imu", "blackout", None),
     ("imu", "dropout", 0.8),
 )
-"""Sensor, kind, magnitude in the sensor's units (m; m/s2 and rad/s alike)."""
+"""Faults: sensor, kind, magnitude in the sensor's units (m; m/s2 and rad/s)."""
 
 
 class Trial(msgspec.Struct, frozen=True):
@@ -80,9 +80,9 @@ class Trial(msgspec.Struct, frozen=True):
 
 
 class Result(msgspec.Struct, frozen=True):
-    """One flight. Errors [m] of the position in ENU as given out (`rms`, `worst`, `final`), and of its drift from the
-    first pose (`drift`: RMS, with that pose aligned); scans and of these the rejected ones; what of any scan came
-    nearest to being rejected (`divergence_monitor.py`); processor times [s]."""
+    """Figures of one flight. rms, worst, final: errors of the published ENU position [m]. drift: RMS of the drift from
+    the first pose, with that pose aligned [m]. nis, fitting, matched: least favourable values of a scan
+    (`divergence_monitor.py`). times, map_times: processor times [s]."""
 
     seed: int
     across: bool
@@ -141,7 +141,7 @@ class Try:
 
 
 def fly(job: tuple[int, bool]) -> Result:
-    """One flight with everything that is measured on it."""
+    """Fly a seed with the nose along or across the track, and measure everything in `Result`."""
     seed, across = job
     flight = MappingFlight(seed, across=across)
     low, high = BOUNDS.low, BOUNDS.high
@@ -220,7 +220,7 @@ def fly(job: tuple[int, bool]) -> Result:
     )
 
 
-# --- telling -------------------------------------------------------------------------------------------------
+# --- report --------------------------------------------------------------------------------------------------
 
 
 def report(results: Sequence[Result], seeds: str) -> str:
@@ -274,7 +274,7 @@ def past(results: Sequence[Result]) -> str:
 
 
 def verdict(results: Sequence[Result]) -> str:
-    """On how many flights the demand was kept, which missed it, and whether odometry noticed."""
+    """Sentence on the flights that met the demand, those that missed it, and those that odometry noticed."""
     told: list[str] = []
     for name, across in NOSES:
         group = [r for r in results if r.across is across]

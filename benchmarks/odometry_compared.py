@@ -1,4 +1,4 @@
-"""Our odometry beside others that may be chosen in its place, on the same measurements of the same flights."""
+"""Comparison of our odometry with alternatives, on the same measurements of the same flights."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 OURS, GICP = "ours", "small-gicp"
 _ABOVE = 1.0
-"""A map is begun once the drone is so high [m]."""
+"""Height of the drone at which the map begins [m]."""
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """Tracking of one flight by one method until it lost itself.
+    """Tracking of one flight by one method, until a divergence.
 
-    errors [m, degrees] as in `odometry.Result`; processor times of its scans [s]; time and reason of `lost`, empty if
-    it never was.
+    drift, rms, worst, final, heading: as in `odometry.Result` [m, degrees]. times: processor times of scans [s].
+    lost_at, lost: time and reason of a divergence; empty without one.
     """
 
     method: str
@@ -52,7 +52,7 @@ class Outcome(msgspec.Struct, frozen=True):
 
 
 class Follower:
-    """One method on its way through a flight."""
+    """One method that follows a flight."""
 
     def __init__(self, method: str, box: Box) -> None:
         self.method = method
@@ -65,7 +65,7 @@ class Follower:
         self._lost = ""
 
     def feed(self, moment: Moment) -> None:
-        """Take what was measured within a moment, until the method or its map has diverged."""
+        """Take the measurements of a moment, unless the method or its map has diverged."""
         if self._lost:
             return
         self._path.go_on(moment.truth)
@@ -114,10 +114,9 @@ def _matcher(method: str) -> MakeMatcher:
 def compare(
     method: str, flights: Sequence[tuple[int, bool]], processes: int, folder: Path | None, keep: Path | None
 ) -> list[Outcome]:
-    """Results of our method and of `method` on each flight, with `jobs` flights at once.
+    """Results of our method and of `method` on each flight, with `processes` flights at once.
 
-    Measurements come from `folder`, or are kept there. Results in the file `keep` are not computed again. Raises
-    MissingLibraryError.
+    folder: store of measurements. keep: file of results, which are not computed again. Raises MissingLibraryError.
     """
     _matcher(method)
     known = {(o.method, o.seed, o.across): o for o in _remembered(keep)}
@@ -136,7 +135,7 @@ def compare(
 
 
 def _followed(wanted: tuple[Sequence[str], int, bool, Path | None]) -> list[Outcome]:
-    """By these methods, the flight of a seed, with the nose across the track or not, recorded in a folder."""
+    """Results of methods on one flight. wanted: methods, seed, nose across the track, folder of recordings."""
     methods, seed, across, folder = wanted
     followers = [Follower(each, BOUNDS) for each in methods]
     for moment in moments(seed, across=across, folder=folder):

@@ -29,7 +29,7 @@ _AIMED: Final = 2000
 
 
 def places(world: World, count: int) -> Iterator[Motion]:
-    """The drone in flight somewhere along its route, clear of everything."""
+    """Random motions of the drone along its route, clear of obstacles."""
     rng = np.random.default_rng(world.seed)
     legs = [(a, b) for a, b in pairwise(world.route) if a != b]
     lengths = np.array([math.dist(a, b) for a, b in legs])
@@ -39,7 +39,7 @@ def places(world: World, count: int) -> Iterator[Motion]:
         half = (math.atan2(b[1] - a[1], b[0] - a[0]) + rng.uniform(-_TURN, _TURN)) / 2
         roll, pitch = rng.normal(0.0, _TILT / 2, 2)
         c, s = math.cos(half), math.sin(half)
-        attitude = np.array((c, c * roll - s * pitch, c * pitch + s * roll, s))  # the heading's, and then the tilt's
+        attitude = np.array((c, c * roll - s * pitch, c * pitch + s * roll, s))  # heading first, then tilt
         w, i, j, k = (attitude / np.linalg.norm(attitude)).tolist()
         if all(each.footprint.distance_to((x, y)) > _CLEAR for each in world.obstacles):
             count -= 1
@@ -47,13 +47,13 @@ def places(world: World, count: int) -> Iterator[Motion]:
 
 
 def picture_rays(motion: Motion) -> Rays:
-    """One for each pixel of the depth camera."""
+    """Rays of the depth camera, one for each pixel."""
     directions = depth_directions(depth_camera.depth_header(0.0)).reshape(-1, 3)
     return _from(motion, depth_camera.ZED_MOUNT, directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
 def scan_rays(motion: Motion) -> Rays:
-    """One revolution of the LiDAR, at rest."""
+    """Rays of one revolution of the LiDAR, at rest."""
     return _from(motion, lidar.LIDAR_MOUNT, lidar_directions(lidar.COLUMNS, lidar.BEAMS).reshape(-1, 3))
 
 
@@ -63,7 +63,7 @@ def _from(motion: Motion, mount: Vector, in_body: Floats) -> Rays:
 
 
 class Ground:
-    """The bare ground of a world, and how to aim at it. Its rim belongs to one triangle only and is no edge."""
+    """Bare ground of a world, and rays that aim at it. Sides of one triangle only are the rim, and no edges."""
 
     def __init__(self, world: World) -> None:
         whole, self._rng = world.triangles(), np.random.default_rng(world.seed)
@@ -75,17 +75,17 @@ class Ground:
         self._corners = whole.vertices[np.setdiff1d(edges, edges[owners == 1])]
 
     def anywhere(self, motion: Motion) -> Rays:
-        """From a place at points evenly spread."""
+        """Rays from a place to evenly spread points."""
         points, _ = self.triangles.sample(1.0, self._rng)
         return self._at(points[self._rng.integers(len(points), size=_AIMED)], motion)
 
     def edges(self, motion: Motion) -> Rays:
-        """From a place at points of edges between two triangles."""
+        """Rays from a place to points on edges between two triangles."""
         a, b = self._edges[self._rng.integers(len(self._edges), size=_AIMED)].transpose(1, 0, 2)
         return self._at(a + (b - a) * self._rng.random((_AIMED, 1), dtype=np.float32), motion)
 
     def corners(self) -> Rays:
-        """Straight down on each corner, from where the range-finder is when the drone stands there."""
+        """Rays straight down to each corner, from the height of the range-finder of a standing drone."""
         origins = self._corners.copy()
         origins[:, 2] += STANDING_RANGE
         return origins, np.tile(np.array((0.0, 0.0, -1.0), dtype=np.float32), (len(origins), 1))

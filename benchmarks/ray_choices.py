@@ -36,16 +36,16 @@ from skillwing.sim_mujoco.world.world import World, make_world
 
 SENSORS_PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
 PASSED: Final = 0.01
-"""A ray that ends so much farther away than another one has slipped through what that one hit [m]."""
+"""Difference in length to the reference ray from which a ray counts as slipped through a surface [m]."""
 FAR_OFF: Final = 5.0
-"""Times the camera's noise: a pixel that is off by so much shows something else than there is."""
+"""Multiple of the camera's noise from which a pixel's error counts as far off."""
 RULES: Final[dict[str, type[Infill]]] = {
     "both sides: as it is": Infill,
     "either side": EitherSide,
     "both sides, and every second row": EverySecondRow,
 }
 _BLOCKS, _BLOCK = 5, 2.0
-"""Flights, and how long each is [s]."""
+"""Number of flights, and duration of each [s]."""
 _EVERYWHERE = 1e4
 
 Counts = dict[str, list[list[float]]]
@@ -57,15 +57,15 @@ class Differences:
 
     def __init__(self) -> None:
         self.pictures: Counts = {}
-        """By rule: pixels, rays, pixels in reach, those of them that are off by more than the noise, and far off."""
+        """Counts by rule: pixels, rays, pixels in reach; of these, those off by more than the noise, and far off."""
         self.rays: Counts = {}
         """Counts by kind: rays, other end in robust mode, slipped through, slipped without a return, slipped in robust
         mode; and the largest other difference [m]."""
         self.unseen: Counts = {}
-        """By sensor: rays that hit something in reach, and those of them of which nothing is told."""
+        """Counts by sensor: rays that hit something in reach; of these, rays without a measurement."""
 
     def count(self, world: World, motions: Sequence[Motion]) -> None:
-        """Look at one more world."""
+        """Count the errors in one more world."""
         self._fill_pictures(world, motions)
         self._cast_robustly(world, motions)
         self._lose(world, motions)
@@ -200,7 +200,7 @@ def times_told(worlds: Sequence[World], count: int) -> str:
         }
         for name, calls in pairs.items():
             for call in calls:
-                call(motions[0])  # with the first ray Embree builds its tree
+                call(motions[0])  # Embree builds its tree with the first ray
             costs = [[_cost(partial(call, motion)) for call in calls] for motion in motions]
             blocks.setdefault(name, []).append(([other for other, _ in costs], [own for _, own in costs]))
         picture = camera_with(Infill, watched).picture

@@ -24,7 +24,7 @@ from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import DataReading, State
 
 BRANCHES = 33
-"""Of three nodes each, below one root."""
+"""Number of branches below the root, of three nodes each."""
 TICKS = 400
 BLOCKS = 7
 SKILLSET = parse(
@@ -36,7 +36,7 @@ SKILLSET = parse(
 
 
 class Flying:
-    """A robot on which every goal runs: what a tick reads is there already, as it is in flight."""
+    """A robot on which every goal runs. All data of a tick is already there, as in flight."""
 
     ready = True
     states: Mapping[str, str] = {"link": "UP"}
@@ -60,7 +60,7 @@ class Flying:
 
 
 def tree(leaves: Callable[[int], tuple[Behaviour, Behaviour]]) -> Behaviour:
-    """A root, and below it branches of a condition that holds and an action that runs."""
+    """Tree of a root with branches, each of a condition that holds and an action that runs."""
     root = Parallel("root", ParallelPolicy.SuccessOnAll())
     for index in range(BRANCHES):
         root.add_child(Sequence(f"branch {index}", memory=False, children=list(leaves(index))))

@@ -1,6 +1,6 @@
-"""One trial of the video: a drone that goes round the inspection building and streams over an emulated link.
+"""One trial of the video: a drone that circles the inspection building and streams over an emulated link.
 
-Everything but the flight is the real thing: camera, codec, link, ground, the skill's manager, the resource manager.
+Everything but the flight is the real code: camera, codec, link, ground, the skill's manager, the resource manager.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SKILLSET = ROBOT.load_skillset()
 
 
 class Album:
-    """A camera that remembers its pictures: all trials fly the same way, at the same times."""
+    """A camera that keeps its pictures, because all trials fly the same way at the same times."""
 
     def __init__(self, world: World) -> None:
         self._camera = Camera(world, RayScene(world.triangles()))
@@ -52,7 +52,7 @@ class Album:
 
 
 class Orbiter:
-    """In the simulator's place: a drone on the circle of the inspection, nose to the centre, at rest in the wind."""
+    """Stand-in for the simulator: a level drone on the inspection's circle, with its nose to the centre."""
 
     name = "orbiter"
     owns_clock = False
@@ -109,8 +109,8 @@ class Orbiter:
 
 @dataclass
 class Trial:
-    """Result of a trial. delays: of pictures, from capture to display [s]. ended: result of the skill. after: time from
-    its start to its end [s].
+    """Result of a trial. delays: time of display, and delay of the picture since its capture [s]. ended: result of the
+    skill. after: time from its start to its end [s].
     """
 
     seen: list[video.VideoStatus] = field(default_factory=list)
@@ -128,7 +128,7 @@ class Trial:
 def stream(
     world: World, album: Album, seconds: float, link: dict[str, Any], *, min_fps: float = 10.0, min_quality: float = 0.7
 ) -> Trial:
-    """Stream for so many seconds, or until the skill gives up. Link options as in docs/video.md."""
+    """Stream for `seconds`, or until the skill ends. link: options as in docs/video.md."""
     orbiter, trial = Orbiter(world, album), Trial()
     nodes = (RobotBridge(SKILLSET), orbiter, make_video({}), make_link(link), make_ground({}))
     with SkillsetInProcess(SKILLSET, hooks=[StreamManager], mocks=False, nodes=nodes) as drone:

@@ -1,4 +1,4 @@
-"""Processes among which a benchmark shares out its flights."""
+"""Worker processes of a benchmark."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ from skillwing.services.processes.child import SINGLE_THREADED
 
 
 def workers(count: int) -> ProcessPoolExecutor:
-    """So many at once, each a fresh interpreter on a core of its own."""
-    os.environ.update(SINGLE_THREADED)  # what they inherit; too late for this process, which computes nothing meanwhile
+    """Pool of `count` single-threaded processes, each a new interpreter."""
+    os.environ.update(SINGLE_THREADED)  # the workers inherit it; too late for this process, which only waits
     return ProcessPoolExecutor(count, mp_context=get_context("spawn"))

@@ -1,4 +1,4 @@
-"""docs/results.md: the tables between its markers, from the flights' results. What stands around them is by hand."""
+"""Tables of docs/results.md from the flights' results, written between its markers. The other text is handwritten."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from skillwing.services.terminal.doc_sections import Marks
 
 MARKS = Marks("<!-- figures: make paper -->", "<!-- end of figures -->")
 SHOWN_PICTURE = r"\(images/results/([^)]+)\)"
-"""A link of the page to one of its pictures."""
+"""Pattern of the page's links to its pictures."""
 NOMINAL, RECOVERY = "nominal", "recovery"
 BOTH = "map", "timeline"
 Figure: TypeAlias = Callable[[FlightResult], float | None]
@@ -30,7 +30,7 @@ Figure: TypeAlias = Callable[[FlightResult], float | None]
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One that a recorded flight of a mission under a policy left."""
+    """Picture from the recorded flight of a mission under a policy."""
 
     mission: str
     label: str
@@ -43,11 +43,11 @@ PICTURES = (
     Picture(INSPECTION, RECOVERY, "timeline.png"),
 )
 SHOWN = frozenset((picture.mission, picture.label) for picture in PICTURES)
-"""Missions and policies of which the page has pictures."""
+"""Missions and policies with pictures on the page."""
 
 
 def picture_name(picture: Picture) -> str:
-    """Beside the page, where there is one folder for all of them."""
+    """File name of a picture, unique in the folder beside the page."""
     return f"{picture.mission}-{picture.label}-{picture.file}"
 
 
@@ -60,7 +60,7 @@ class Unit:
     factor: float = 1.0
 
     def bare(self, value: float) -> str:
-        """Without the unit."""
+        """Number without the unit."""
         return f"{self.factor * value:{self.format}}"
 
     def show(self, value: float) -> str:
@@ -74,8 +74,8 @@ POINTS, RELATIVE, MORE_SECONDS = Unit("+z.0f", "points", 100.0), Unit("+z.0f", "
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A figure of each flight. change: the unit of what it differs from another flight of its seed, None where that
-    is not shown. relative: the difference is a share of that flight's figure."""
+    """A figure of each flight. change: unit of its difference from another flight of the seed, None if that is not
+    shown. relative: the difference is a share of that flight's figure."""
 
     heading: str
     figure: Figure
@@ -102,8 +102,8 @@ COLUMNS = {MAPPING: (MAPPED, TIME, BATTERY, CLEARANCE), INSPECTION: (CIRCLED, TI
 def write_page(
     page: Path, results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: str, drawn: Collection[str]
 ) -> None:
-    """Put the tables into the page, in place of those there. plans: what is to be flown. code: digest of what flew the
-    results. drawn: pictures that show these flights; the page's others are older.
+    """Replace the tables of the page. plans: all planned flights. code: digest of the code that flew the results.
+    drawn: pictures of these flights; the page's other pictures are older.
 
     Raises PageError.
     """
@@ -178,7 +178,7 @@ def _figures(mission: str, results: Sequence[FlightResult]) -> str:
 
 
 def _price(mission: str, results: Sequence[FlightResult]) -> str:
-    """The flights with recovery, each against those of its seed under the other policies."""
+    """Table of the cost of recovery: its flights against those of the same seed under the other policies."""
     recovered = {each.plan.seed: each for each in results if each.plan.label == RECOVERY}
     columns = [(column, column.change) for column in COLUMNS[mission] if column.change is not None]
     rows: list[list[str]] = []
@@ -200,7 +200,7 @@ def _change(column: Column, flight: FlightResult, other: FlightResult) -> float 
 
 
 def _by_seed(results: Sequence[FlightResult]) -> str:
-    """Coverage and collisions, seed by seed."""
+    """Coverage and collisions by seed."""
     flights = {(each.plan.seed, each.plan.label): each for each in results}
     policies = POLICIES[MAPPING]
     rows: list[list[str]] = []
@@ -223,7 +223,7 @@ def _by_policy(mission: str, results: Sequence[FlightResult]) -> list[tuple[Poli
 
 
 def _spread(values: Sequence[float | None], unit: Unit) -> str:
-    """Median, least and largest of what is known, and how many that are of how many if not all."""
+    """Median, minimum and maximum of the known values, with their number if some are unknown."""
     known = [value for value in values if value is not None]
     if not known:
         return "-"

@@ -1,4 +1,4 @@
-"""The price of recovery at a glance: each flight a dot, each policy a row, each figure of the tables a panel."""
+"""Picture of the cost of recovery: a dot for each flight, a row for each policy, a panel for each figure."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ PRICE_PICTURE = "price.png"
 COLOURS: Final = {NOMINAL: "#6b6b6b", RECOVERY: "#2e9e4f"}
 OTHER, CRASHED, INK = "#1756c4", "#d62728", "#1a1a1a"
 PANELS = 4
-"""So many of a mission's figures are drawn, the first ones."""
+"""Number of drawn figures of a mission, from the first one on."""
 SPREAD = 0.36
-"""Of the dots of one policy, in rows: seeds from top to bottom."""
+"""Height of one policy's dots [rows]; seeds are ordered from top to bottom."""
 
 
 def draw_price(file: Path, results: Sequence[FlightResult]) -> None:

@@ -1,4 +1,4 @@
-"""The inspections that lose their link, side by side from above: what each answer to that flies, and how it is seen."""
+"""Picture of the inspections that lose their link: the path and the link's state under each policy, from above."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from skillwing.sim_mujoco.world.world import make_world
 WAYS_PICTURE = "inspection-ways.png"
 LINK: Final = "link_status"
 COLOURS: Final = {"GOOD": "#2e9e4f", "DEGRADED": "#e69f00", "LOST": "#d62728"}
-"""Of the way, by the state of the link: as in the timelines."""
+"""Colours of the path by the state of the link, as in the timelines."""
 ZONES: Final = ("#f6e3b5", "#f3c6c1")
 INK, WALL = "#1a1a1a", "#5f6773"
 MARGIN = 6.0
 
 
 def flights_drawn() -> frozenset[tuple[str, str]]:
-    """Mission and policy of the flights that have to be recorded for it."""
+    """Mission and policy of the flights whose recordings the picture needs."""
     return frozenset((INSPECTION, policy.label) for policy in POLICIES[INSPECTION] if policy.label != NOMINAL)
 
 
@@ -55,7 +55,7 @@ def draw_ways(file: Path, plan: FlightPlan, runs: Mapping[str, Path]) -> None:
 
 
 def _draw_site(axes: Axes, plan: FlightPlan) -> None:
-    """Prior knowledge, and the zones of the bad link, which are not part of it."""
+    """Draw the site: prior knowledge, and the zones of the bad link, which the robot does not know."""
     world = make_world(plan.seed, plan.world)
     target = world.site.target
     assert target is not None, "an inspection has something to inspect"
@@ -81,7 +81,7 @@ def _draw_way(axes: Axes, run: Path) -> None:
     times = np.array([truth.t for truth in flight])
     places = np.array([truth.position for truth in flight])
     for span in history.lanes[LINK]:
-        # From the last sample of the stretch before, so that there is no gap.
+        # Begins at the last sample of the previous stretch, so that there is no gap.
         first = max(int(np.searchsorted(times, span.t_start)) - 1, 0)
         end = len(times) if span.t_end is None else int(np.searchsorted(times, span.t_end, side="right"))
         colour = COLOURS.get(span.state, INK)

@@ -1,6 +1,6 @@
 """Start a skill and follow it to its end, with nothing but Zenoh and MessagePack.
 
-This is what a client in another language has to do, written from docs/protocol.md alone: nothing of Skillwing is
+This is the work of a client in another language, written from docs/protocol.md alone: nothing of Skillwing is
 imported. Run the mocks of the rover in one terminal, and this in another one:
 
     $ skillwing mock examples/rover/rover.skillset
@@ -27,7 +27,7 @@ from msgspec import msgpack
 
 REFUSAL = "application/vnd.skillwing.refusal+msgpack"
 PATIENCE = 2.0
-"""Seconds without a message after which the client asks for the goal's state."""
+"""Time without a message after which the client asks for the goal's state [s]."""
 ATTEMPTS = 5
 """Consecutive requests without a reply after which the robot counts as gone."""
 
@@ -41,7 +41,7 @@ class RefusedError(Exception):
 
 
 class SilenceError(Exception):
-    """Nobody answers."""
+    """Error for a request without any reply."""
 
 
 def open_session(endpoint: str, robot: str) -> zenoh.Session:
@@ -57,7 +57,7 @@ def open_session(endpoint: str, robot: str) -> zenoh.Session:
 
 
 def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, Any]:
-    """The reply to a query. It is repeated without a reply, which is safe because the goal id stays the same."""
+    """Ask until a reply comes, and return it. Repetition is safe because the goal id stays the same."""
     for _ in range(ATTEMPTS):
         for reply in session.get(key, payload=msgpack.encode(request), timeout=PATIENCE):
             if reply.ok is not None:
@@ -75,7 +75,7 @@ class Skill:
         self._schema = schema
         self._prefix = f"{skillset}/skill/{skill}"
         self._news: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
-        # Before the start, so that nothing is missed.
+        # Declared before the start, so that no message is missed.
         self._subscribers = [self._subscribe("status"), self._subscribe("progress")]
 
     def start(self, inputs: dict[str, Any]) -> str:
@@ -98,10 +98,10 @@ class Skill:
             except queue.Empty:
                 news = ask(self._session, f"{self._prefix}/goal", {"goal_id": goal_id})
             if news is None:
-                # Asking is not stopping: the goal is over when its status says so.
+                # The goal is over when its status says so, not when it was asked to stop.
                 news = ask(self._session, f"{self._prefix}/interrupt", {"goal_id": goal_id, "client": "plain_client"})
             if news["goal_id"] == goal_id and news != said:
-                print(json.dumps(news), flush=True)  # noqa: T201 - this is what the program is for
+                print(json.dumps(news), flush=True)  # noqa: T201 - the output of the program
                 said = news
                 if news.get("terminal"):
                     return news["terminal"]

@@ -1,4 +1,4 @@
-"""The process of the vehicle, with the topics of docs/functional-layer.md for a vehicle under Skillwing's guidance."""
+"""Process of the vehicle, with the topics of docs/functional-layer.md for a vehicle under Skillwing's guidance."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class VehicleNode:
         bus.every(1.0, self._tell_battery)
 
     def detach(self) -> None:
-        """Called at the end."""
+        """Do nothing: the vehicle holds no resources."""
 
     def _advance(self) -> None:
         self._vehicle.advance(self._bus.now())
@@ -82,7 +82,7 @@ class VehicleNode:
         self._battery.put(encode(flight.Battery(t=self._bus.now(), percent=charge, voltage=21.0 + charge * 0.042)))
 
     def _hand_over(self, request: Request) -> None:
-        """The safety pilot's switch, which a real vehicle has on its remote control."""
+        """Answer the safety pilot's switch, which is on the remote control of a real vehicle."""
         try:
             wanted = decode(request.payload, flight.SetPilot)
         except ProtocolError as error:

@@ -1,4 +1,4 @@
-"""Library of missions: by name among those that are installed, or by file."""
+"""Library of missions: installed ones by name, others by file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENTRY_POINTS = "skillwing.missions"
 
 
 class UnknownMissionError(UnknownNameError):
-    """No mission of that name is installed. `str()` lists those that are, and mentions files."""
+    """Unknown name of a mission. `str()` lists the installed missions, and mentions files."""
 
     def __init__(self, name: str) -> None:
         super().__init__("mission", name, installed_missions())
@@ -42,7 +42,7 @@ def find_mission(name: str) -> Mission:
 
 
 def find_draft(name: str) -> Mission:
-    """As `find_mission`, but also tree files with problems, so that a check can list them. They have to be XML."""
+    """Find a mission as `find_mission` does, but accept tree files with problems, for checks. They have to be XML."""
     file = Path(name)
     if file.suffix == ".xml":
         return load_mission(file)
@@ -53,6 +53,6 @@ def find_draft(name: str) -> Mission:
         raise UnknownMissionError(name)
     try:
         return found[name].load()
-    except (Exception, SystemExit) as error:  # code of users may raise anything
+    except (Exception, SystemExit) as error:  # users' code may raise any exception
         reason = load_error_message(found[name].module, error)
         raise InvalidOptionError("mission", f"`{name}` is installed as `{found[name].value}`, but {reason}") from error

@@ -89,7 +89,7 @@ def sufficient_changes(guard: Expression, skillset: Skillset, states: Mapping[st
 
 
 def wanted_states(guard: Expression, skillset: Skillset, states: Mapping[str, str]) -> dict[str, list[str]]:
-    """As `sufficient_changes`; if more than one resource has to change, the states of all that have to."""
+    """Wanted states as in `sufficient_changes`, or of all resources that have to change if one is not enough."""
     names = sorted(names_used(guard, "resource"))
     every = {name: skillset.resource(name).states for name in names}
     alone = sufficient_changes(guard, skillset, states)

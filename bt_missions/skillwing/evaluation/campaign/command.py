@@ -34,9 +34,9 @@ from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.terminal.output import make_console
 
 SEEDS = "0:10"
-"""If nobody chooses any."""
+"""Default seeds."""
 MOST_FLIGHTS = 100_000
-"""Weeks of a core: who asks for more has mistyped."""
+"""Limit against typing errors: weeks of processor time."""
 MISSIONS = "skillwing.missions"
 
 
@@ -151,7 +151,7 @@ def make_plans(
     watched: bool = True,
     network: Network = Network.IN_PROCESS,
 ) -> list[FlightPlan]:
-    """All flights of a campaign, seed by seed, so that one that is cut short has flown all conditions alike.
+    """All flights of a campaign in the order of seeds: an interrupted one has flown all conditions equally often.
 
     Raises UnknownNameError and InvalidOptionError.
     """
@@ -177,7 +177,7 @@ def make_plans(
         for name in names
     ]
     for first in plans[: len(kinds) * len(names)]:
-        first.mission_options()  # where a mission has nothing to do is said before anything flies
+        first.mission_options()  # raises before the first flight if the mission has nothing to do at a site
     return plans
 
 
@@ -186,7 +186,7 @@ def parse_seeds(text: str) -> range:
     first, colon, end = text.partition(":")
     if not (first.isdecimal() and (end.isdecimal() if colon else not end)):
         raise InvalidOptionError("seeds", f"`{text}` are no seeds. Write `0:100` for 0 to 99, or one number.")
-    # Python reads numbers of some thousand digits only.
+    # By default Python reads numbers of at most 4300 digits.
     readable = max(len(number.lstrip("0")) for number in (first, end)) <= len(str(LARGEST_SEED))
     seeds = range(int(first), int(end) if colon else int(first) + 1) if readable else None
     if seeds is None or (seeds and seeds[-1] > LARGEST_SEED):
@@ -197,7 +197,7 @@ def parse_seeds(text: str) -> range:
 
 
 def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
-    """Names that commas separate, each once. Raises UnknownNameError."""
+    """Names separated by commas, each once. Raises UnknownNameError."""
     names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
     for name in names or [text]:
         if name not in known:
@@ -219,7 +219,7 @@ def _fly(
     console: Console,
     stop: StopSignal,
 ) -> None:
-    """Fly what has not been flown. What comes to no end is added to `lost`."""
+    """Fly all missing flights. A flight that does not end is added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
     console.print(f"{len(missing)} flights, {min(jobs, len(missing)) or 1} at once; results go to {ledger.folder}.")
@@ -248,7 +248,7 @@ def _record_worst(
     console: Console,
     stop: StopSignal,
 ) -> None:
-    """Fly the worst flights again with the recorder. `state` gets those that were not the same again, or are lost."""
+    """Fly the worst flights again with the recorder. Flights that differ or are lost are added to `state`."""
     chosen = worst_of(ledger.results, count)
     before = {each.plan.name: each for each in chosen if not is_recorded(ledger.folder, each.plan)}
     if not before:
@@ -270,11 +270,11 @@ def _record_worst(
             console.print(told, soft_wrap=True)
 
 
-# --- telling ---------------------------------------------------------------------------------------------------------
+# --- output ----------------------------------------------------------------------------------------------------------
 
 
 def _check_page(path: Path, title: str) -> None:
-    """Raises InvalidOptionError for a page that cannot take the section, before hours are flown for it."""
+    """Raise InvalidOptionError for a page that cannot hold the section, before flights that take hours."""
     try:
         page.check(path, title)
     except PageError as error:
@@ -282,7 +282,7 @@ def _check_page(path: Path, title: str) -> None:
 
 
 def _write_page(path: Path, title: str, state: CampaignState, code: str, console: Console) -> None:
-    """Write the section, unless flights are missing in it. code: digest of what flew."""
+    """Write the section, unless flights are missing. code: digest of the code that flew."""
     if state.lost:
         console.print(f"{path} is left as it was: the table would lack these.", style="red", soft_wrap=True)
         return

@@ -32,7 +32,7 @@ SHORT_HEADINGS = (
     *("world", "condition", "flew", "met", "done", "safe", "home", "else", "pilot", "up", "hit", "out"),
     *("near", "map", "time"),
 )
-"""The same for a terminal."""
+"""Short forms of `HEADINGS` for a terminal."""
 LEGEND = (
     "met: it befell the drone before it was down; done: the mission succeeded; safe: it failed and kept every promise. "
     "Landed at home or elsewhere, handed to the pilot, still up, hit something, out of the fence."
@@ -41,10 +41,10 @@ ALL = "all"
 
 
 class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
-    """Numbers of flights; least clearance of all [m], medians of coverage (a share) and time [robot s].
+    """Numbers of flights; least clearance [m], medians of coverage (a share) and time [robot s].
 
-    met: flights in which every planned fault began before the drone was down. failed_safe: flights without success in
-    which every promise was kept.
+    met: flights in which every planned fault began before the drone landed. failed_safe: flights without success that
+    kept every promise.
     """
 
     world: str
@@ -91,12 +91,12 @@ class Outcomes(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def worst_of(results: Iterable[FlightResult], count: int) -> list[FlightResult]:
-    """So many of the worst flights, the worst first."""
+    """The `count` worst flights, the worst first."""
     return sorted(results, key=lambda result: result.badness, reverse=True)[:count]
 
 
 def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
-    """One for each world and condition that were flown, and one for all of them together."""
+    """Outcomes of each flown world and condition, and of all flights together."""
     found = list(results)
     groups: dict[tuple[str, Condition], list[FlightResult]] = {}
     for world in dict.fromkeys(result.plan.world for result in found):
@@ -109,17 +109,17 @@ def outcomes(results: Iterable[FlightResult]) -> list[Outcomes]:
 
 
 def metres(distance: float | None) -> str:
-    """For a table."""
+    """Cell of a table for a distance [m]."""
     return "-" if distance is None else f"{distance:.2f} m"
 
 
 def share(coverage: float | None) -> str:
-    """For a table, in percent."""
+    """Cell of a table for a coverage, in percent."""
     return "-" if coverage is None else f"{100 * coverage:.0f} %"
 
 
 def outcome_table(rows: Sequence[Outcomes]) -> Table:
-    """The outcomes for the terminal: 80 columns hold those of one world."""
+    """Table of outcomes for a terminal. 80 columns are enough for one world."""
     several_worlds = len({row.world for row in rows} - {ALL}) > 1
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 1, 0, 0), caption=LEGEND)
     table.caption_justify = "left"

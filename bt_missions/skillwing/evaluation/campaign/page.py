@@ -17,13 +17,13 @@ from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
 
 NAMED = 3
-"""So many of the worst flights are named where none broke a promise."""
+"""Number of named worst flights, if none broke a promise."""
 CONFIDENCE = 0.95
-"""With which it is told how rare a broken promise is."""
+"""Confidence level of the upper bound for the rate of broken promises."""
 
 
 def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
-    """Title of a campaign's section: all its settings but the seeds. again: it repeats a sample of an earlier one."""
+    """Title of a campaign's section: its settings without the seeds. again: it repeats a sample of an earlier one."""
     first = plans[0]
     kinds, conditions = {plan.world for plan in plans}, {plan.condition for plan in plans}
     worlds = ", ".join(kind for kind in KINDS if kind in kinds)
@@ -49,8 +49,8 @@ def section(
 ) -> str:
     """A section in Markdown: what was flown, the table, and each flight that broke a promise.
 
-    title: with a small letter (`title_of`). words: of the command that flew the campaign. code: digest of the code
-    that flew. more: lines that come behind.
+    title: begins with a small letter (`title_of`). words: command line of the campaign. code: digest of the code that
+    flew. more: lines to append.
     """
     seeds = sorted({result.plan.seed for result in results})
     hours = sum(result.processor_time for result in results) / 3600.0
@@ -106,7 +106,7 @@ def _surely(results: Sequence[FlightResult]) -> str:
 
 
 def write(page: Path, title: str, text: str) -> None:
-    """Put a section into a page, in place of the one with the same title. Raises PageError."""
+    """Write a section into a page; it replaces the one with the same title. Raises PageError."""
     _marks(title).replace_or_append(page, text, title="Missions")
 
 
@@ -116,7 +116,7 @@ def read(page: Path, title: str) -> str:
 
 
 def check(page: Path, title: str) -> None:
-    """Raises PageError for a page that cannot take a section with this title."""
+    """Raises PageError for a page that cannot hold a section with this title."""
     _marks(title).check_place(page)
 
 

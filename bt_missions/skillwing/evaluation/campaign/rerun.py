@@ -1,4 +1,4 @@
-"""A sample of an earlier campaign, flown again on another network or by other code: do its flights end alike?"""
+"""Repetition of a sample of an earlier campaign, on another network or by other code, to compare the ends."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Sample:
         return [replace(flight.plan, network=network) for flight in self.flights]
 
     def pairs(self, results: Sequence[FlightResult]) -> list[tuple[FlightResult, FlightResult]]:
-        """Each flight that was flown again, with what became of it then."""
+        """Pairs of a flight and its repetition."""
         again = {_name(result.plan): result for result in results}
         return [(flight, again[name]) for flight in self.flights if (name := _name(flight.plan)) in again]
 
@@ -39,7 +39,7 @@ class Sample:
 def take_sample(folder: Path, mission: str, count: int) -> Sample:
     """So many of the flights of a mission in a campaign's folder.
 
-    Raises InvalidOptionError where no such campaign is, or its flights are too few.
+    Raises InvalidOptionError if the folder has no campaign, or too few flights.
     """
     path = folder / LEDGER_FILE
     if not path.exists():
@@ -52,7 +52,7 @@ def take_sample(folder: Path, mission: str, count: int) -> Sample:
 
 
 def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
-    """`count` of the flights: of all that differ in more than their seed as many, with seeds that are evenly spread."""
+    """Choose `count` flights: equally many of each group of plans that differ only in their seed, evenly spread."""
     groups: dict[str, list[FlightResult]] = {}
     for flight in sorted(flights, key=lambda each: each.plan.seed):
         groups.setdefault(replace(flight.plan, seed=0).name, []).append(flight)

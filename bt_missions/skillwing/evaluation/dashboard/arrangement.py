@@ -26,15 +26,15 @@ SERIES = {
     "video/fps": "#2e9e4f",
     "video/SSIM_tenths": "#e69f00",
 }
-"""Every curve, as `plot/curve`, with its colour. Ten tenths of SSIM are a perfect picture: counted so, it fits one plot
-with the frame rate."""
+"""Colours of the curves, by `plot/curve`. SSIM is shown in tenths to fit one plot with the frame rate: 10 is a perfect
+picture."""
 
 _WINDOW, _NARROW_WINDOW, _AHEAD = 60.0, 30.0, 2.0
 """Seconds of the plots before and after the cursor."""
 _DIRECTION = np.array((0.45, 0.7, -0.56))
-"""In which the overview looks: north-north-east, and down."""
+"""Direction of the overview: north-north-east, and down."""
 _HALF_WIDTH, _HALF_HEIGHT = 0.8, 0.46
-"""Tangents of the half angles that are filled: a bit less than those of the viewer, 55 degrees from top to bottom."""
+"""Tangents of the half angles that the site fills: less than those of the viewer, which shows 55 degrees upright."""
 
 
 class Front(Enum):
@@ -53,7 +53,7 @@ class Eye:
 
 
 def overview(site: Site) -> Eye:
-    """As near as it can be for the site's area, its way and what stands highest in its midst to be in view."""
+    """Nearest eye that has the site's area, its way and the ceiling above its middle in view."""
     west, south, east, north = site.area
     middle = (west + east) / 2, (south + north) / 2
     corners = [(x, y, 0.0) for x in (west, east) for y in (south, north)]
@@ -62,7 +62,7 @@ def overview(site: Site) -> Eye:
     right /= np.linalg.norm(right)
     up = np.cross(right, ahead)
     depth, aside, above = np.stack([ahead, right, up]) @ np.array([*corners, *site.way, (*middle, site.ceiling)]).T
-    # The sides of what is seen are planes through the eye: both of a pair shall touch the outermost place.
+    # The sides of the view are planes through the eye; both planes of a pair touch an outermost place.
     x, away_for_width = _between(aside, _HALF_WIDTH, depth)
     y, away_for_height = _between(above, _HALF_HEIGHT, depth)
     away = max(away_for_width, away_for_height)
@@ -77,7 +77,7 @@ def _between(across: NDArray[np.float64], slope: float, depth: NDArray[np.float6
 
 
 class Arrangement:
-    """The views, made once: an arrangement that is sent again shows the same ones, as far scrolled as they were."""
+    """Views of the dashboard, made once: a repeated arrangement keeps them and their scroll positions."""
 
     def __init__(self, panels: MissionPanels, eye: Eye) -> None:
         self._panels = panels
@@ -98,7 +98,7 @@ class Arrangement:
         self._quality = _plot("video", "Video", _lately(_NARROW_WINDOW), high=20.0)
 
     def blueprint(self, front: Front) -> rrb.Blueprint:
-        """The view in front also stands first, because tabs that do not fit are hidden."""
+        """Blueprint with the view of `front` as the first tab, because tabs that do not fit are hidden."""
         tabs = [(self._depth, self._video), (self._mapped, self._link), (self._battery, self._quality)]
         pictures, left, right = (rrb.Tabs(*(pair if front is Front.WORLD else reversed(pair))) for pair in tabs)
         plots = rrb.Horizontal(left, right)

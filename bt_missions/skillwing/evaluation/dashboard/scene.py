@@ -1,6 +1,6 @@
-"""The UAV's dashboard: where it is, where it goes, what it sees and what it has mapped.
+"""Dashboard of the UAV: its position, its target, its sensors and its map.
 
-The world is drawn as the robot knows it, from its own navigation, sensors and map, never from the simulator's truth.
+The world is drawn as the robot knows it, from its navigation, sensors and map, never from the simulator's truth.
 Streams are thinned on their way into the recording: five minutes of flight stay below 40 MB.
 """
 
@@ -42,25 +42,25 @@ from skillwing.sim_mujoco.world.site import Site
 M = TypeVar("M", bound=Message)
 
 SCAN_STRIDE = 12
-"""Every 12th column of a scan is drawn: 86 x 16 points, of which about half are returns."""
+"""Stride of the drawn columns of a scan: 86 x 16 points, about half of them returns."""
 PIECE_OF_PATH = 100
-"""Points after which the path goes on in a new strip, so that a long path is not logged again and again."""
+"""Number of points in a strip of the path. Strips are short because each new point logs its strip again."""
 
 PATH_COLOURS = {"ZED": "#ff5a4f", "LIDAR": "#4da3ff"}
-"""Path flown by the source of the depth map, as in the paper's Figure 1; without one it is grey."""
+"""Colours of the path by the source of the depth map, as in the paper's Figure 1; without one it is grey."""
 _BLIND = "#b8bec6"
 _TARGET = [255, 196, 61]
 
 SEEN_SIZE = 0.5
-"""Of the voxels that stand for the world where nobody maps it [m]."""
+"""Size of the voxels that show the world while no mapping runs [m]."""
 PIXEL_STRIDE, SURE_DEPTH = 8, 14.0
-"""Every 8th pixel and row of the depth camera is piled up, up to that depth [m]: farther, it errs by half a voxel."""
+"""Stride of the pixels used from the depth camera, and their largest depth [m]: its error there is half a voxel."""
 STEADY = 0.3
-"""Yaw rate above which scans are not accumulated: a tenth of a second displaces them too far [rad/s]."""
+"""Largest rotation rate at which scans are accumulated: a delay of 0.1 s would displace them too far [rad/s]."""
 
 
 class Dashboard:
-    """The scene of one UAV. `site` is what the overview shows; nothing of it is drawn that was not seen."""
+    """Scene of one UAV. `site` only sets the overview: obstacles are drawn once the robot has seen them."""
 
     def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site) -> None:
         self._recording = recording
@@ -90,7 +90,7 @@ class Dashboard:
         return self._arrangement.blueprint(self._front)
 
     def _bring_forward(self, front: Front) -> None:
-        """Once a run. Views that the user has rearranged since are reset."""
+        """Send a new arrangement, once in a run. It resets views that the user has rearranged."""
         if self._arrangement is None or front is self._front:
             return
         self._front = front
@@ -122,9 +122,9 @@ class Dashboard:
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
 
     def close(self) -> None:
-        """Nothing of the scene outlives its recording."""
+        """Do nothing: the scene ends with its recording."""
 
-    # --- where it is and where it goes ---------------------------------------------------------------------
+    # --- position and target -------------------------------------------------------------------------------
 
     def _on_navigation(self, pose: navigation.Navigation) -> None:
         self._pose = pose
@@ -175,7 +175,7 @@ class Dashboard:
         self._recording.log("world/waypoint", marker)
 
     def _on_record(self, record: Record) -> None:
-        """Another source of the depth map changes the colour of the path from there on."""
+        """Change the colour of the path at a change of the depth map's source."""
         if record.kind is RecordKind.RESOURCE and record.subject == "depthmap_source":
             self._next_strip()
             self._colour = PATH_COLOURS.get(record.after, _BLIND)
@@ -184,7 +184,7 @@ class Dashboard:
         if not self._free_due.due(status.t):
             return
         at(self._recording, status.t)
-        # A gap where the sensor does not look: not a number breaks the line.
+        # NaN makes a gap in the curve while the sensor does not look along the way.
         self._scalar("motion/free_distance", math.nan if status.free_distance is None else status.free_distance)
 
     def _on_battery(self, battery: flight.Battery) -> None:
@@ -194,7 +194,7 @@ class Dashboard:
     def _scalar(self, name: str, value: float) -> None:
         self._recording.log(f"plots/{name}", rr.Scalars(value))
 
-    # --- what it sees --------------------------------------------------------------------------------------
+    # --- sensors -------------------------------------------------------------------------------------------
 
     def _on_scan(self, header: sensors.LidarHeader, payload: bytes) -> None:
         if self._pose is None or not self._scan_due.due(header.t1):
@@ -206,7 +206,7 @@ class Dashboard:
         self._pile_up(points, self._pose, header.t1)
 
     def _pile_up(self, points: NDArray[np.float32], pose: navigation.Navigation, t: float) -> None:
-        """Accumulated scans stand for the world if no mapping runs."""
+        """Accumulate a scan, to show the world while no mapping runs."""
         if self._seen is None or math.hypot(*pose.angular_velocity) > STEADY:
             return
         self._seen_lately.append(points)
@@ -238,7 +238,7 @@ class Dashboard:
             self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
 
     def _on_video(self, header: video.VideoShown, payload: bytes) -> None:
-        """Video as the ground station receives it. From the first picture on, video is the subject of the flight."""
+        """Show the video as the ground station receives it. The first picture brings the video to the front."""
         at(self._recording, header.t)
         self._recording.log("video/ground", rr.EncodedImage(contents=payload, media_type="image/jpeg"))
         self._bring_forward(Front.VIDEO)
@@ -255,16 +255,16 @@ class Dashboard:
         self._scalar("video/SSIM_tenths", math.nan if status.quality is None else 10.0 * status.quality)
 
     def _on_health(self, health: sensors.Health) -> None:
-        """A failed camera shows nothing, instead of its last picture."""
+        """Remove the last picture of a failed camera."""
         if health.sensor == "zed" and health.status is sensors.SensorStatus.FAILED:
             at(self._recording, health.t)
             self._recording.log("world/drone/camera/depth", rr.EncodedDepthImage.cleared())
 
-    # --- what it has mapped --------------------------------------------------------------------------------
+    # --- map -----------------------------------------------------------------------------------------------
 
     def _on_map(self, header: mapping.MapHeader, payload: bytes) -> None:
-        """Draw the pieces of the map that changed. A whole map comes when something turned out to be free: that is
-        worth a look every few seconds only. The first map takes the place of what was only seen, for good."""
+        """Draw the changed pieces of the map. A whole map shows voxels that became free: they are removed only every
+        few seconds. The first map replaces the accumulated scans for good."""
         at(self._recording, header.t)
         centres = np.frombuffer(payload, np.float32).reshape(-1, 3)
         if self._voxels is None:
@@ -286,7 +286,7 @@ class Dashboard:
 
 
 class SceneOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """site: what the overview shows, the usual courtyard if nothing is said."""
+    """Options of `make_scene`. site: of the overview; default: the usual courtyard."""
 
     skillset: str = "m600"
     site: SiteOptions = SiteOptions()
@@ -303,7 +303,7 @@ def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> Non
 
 
 def _draw_drone(recording: rr.RecordingStream) -> None:
-    """Six arms and rotors, a nose, and a dot that can be seen from everywhere."""
+    """Draw six arms and rotors, a nose, and a dot that is visible at any distance."""
     tips = [(0.6 * math.cos(a), 0.6 * math.sin(a), 0.1) for a in np.arange(6) * math.pi / 3 + math.pi / 6]
     arms = rr.LineStrips3D([[(0, 0, 0.05), tip] for tip in tips], colors=[[230, 232, 235]], radii=0.04)
     recording.log("world/drone/arms", arms, static=True)
@@ -318,7 +318,7 @@ def _draw_drone(recording: rr.RecordingStream) -> None:
 
 
 def _draw_camera(recording: rr.RecordingStream, header: sensors.DepthHeader) -> None:
-    """The pinhole of the halved picture."""
+    """Log the pinhole model of the halved picture."""
     pinhole = rr.Pinhole(
         resolution=(header.width / 2, header.height / 2),
         focal_length=(header.fx / 2, header.fy / 2),

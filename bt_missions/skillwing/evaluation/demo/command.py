@@ -1,4 +1,4 @@
-"""`skillwing demo`: fly a mission in simulation, with what goes wrong in the paper, and judge it."""
+"""`skillwing demo`: fly a mission in simulation, with the failure of the paper, and judge it."""
 
 from __future__ import annotations
 
@@ -47,9 +47,9 @@ from skillwing.services.terminal.system_runner import opened_viewer
 from skillwing.services.viewer.viewer import Viewer, ViewerKind, has_screen
 
 CLOCK_TIMEOUT = 5.0
-"""Wall seconds in which the simulator's first clock tick is awaited."""
+"""Longest wait for the simulator's first clock tick [wall s]."""
 FEWER_LAST_WORDS = 0.5
-"""Wall seconds that the recorder gets for the last records of a flight that was cut short."""
+"""Time for the recorder's last records after an interrupted flight [wall s]."""
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
 IN_AIR = "The drone was in the air; simulated, it is gone with its simulator."
@@ -58,7 +58,7 @@ UNREAD = "Called off, for nobody reads what it prints."
 
 @dataclass
 class Flight:
-    """Facts of a flight that its recording does not hold.
+    """Facts of a flight that its recording does not contain.
 
     wall_time: seconds from the beginning of robot time to the mission's end; None if it was cut short. ended_by: the
     reason for that as a sentence, empty if the mission ended by itself. started: names of the started processes. deck:
@@ -74,7 +74,7 @@ class Flight:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the processes, some of which may host several nodes."""
+        """Names of the processes, some of which may host several nodes."""
         return (ROUTER, *(each.name for each in process_groups(self.processes)))
 
     @property
@@ -83,7 +83,7 @@ class Flight:
 
     @property
     def hosts(self) -> dict[str, str]:
-        """Of each node that shares a process, the name of that."""
+        """Names of the hosting processes, by node that shares a process."""
         return {spec.name: spec.host for spec in self.processes if spec.host is not None}
 
     def entries(self) -> list[ProcessEntry]:
@@ -184,7 +184,7 @@ def demo(
 
 
 def _make_run_dir(path: Path) -> Path:
-    """A directory for one run, absolute; raises InvalidOptionError if it cannot be one."""
+    """Make the directory of one run; return its absolute path. Raises InvalidOptionError."""
     directory = path.absolute()
     if any((directory / name).exists() for name in (TIMELINE_FILE, REPORT_FILE)):
         raise InvalidOptionError("run_dir", f"{path} holds a run already. Choose another directory with --run-dir.")
@@ -198,7 +198,7 @@ def _make_run_dir(path: Path) -> Path:
 
 
 def _facts(story: Story, seed: int) -> RunFacts:
-    """For `skillwing report`, which judges as the demo does."""
+    """Facts of the run for `skillwing report`, which judges as the demo does."""
     return RunFacts(
         robot=ROBOT.name,
         skillset=str(ROBOT.skillset),
@@ -215,7 +215,7 @@ def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]
         "skillwing.bt_missions.running.runner:make_mission",
         {"mission": story.mission, "skillset": str(ROBOT.skillset), **story.options},
         extra="missions",
-        # A new mission would begin with a takeoff, in the air.
+        # A restarted mission would begin with a takeoff, although the drone is in the air.
         restart="never",
     )
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
@@ -255,14 +255,14 @@ def _follow(
     speed: float,
     stop: StopSignal,
 ) -> None:
-    """Start robot and mission, and show what they do until the mission is over or cannot go on."""
+    """Start robot and mission, and show their events until the mission is over or cannot go on."""
     *robot, mission = flight.processes
     clock = FollowedClock()
     with closing(ZenohBus("demo", ROBOT.name, launcher.endpoint, clock)) as bus:
         with _busy(console, f"Starting {len(process_groups(flight.processes))} processes ..."):
             launcher.start(robot)
         stop.wait(bus, clock.has_started, CLOCK_TIMEOUT)
-        # Robot time began before anybody looked, and nothing has slowed it down by now.
+        # Robot time began before this subscription, and has run at full pace since.
         begun = time.monotonic() - (clock.now() / speed if speed > 0.0 else 0.0)
         deck = flight.deck = FlightDeck(bus, skillset, console, title)
         watch = FlightWatch(bus, Keys(skillset.name), deck, flight.exits, flight.essential, stop, hosts=flight.hosts)
@@ -276,14 +276,14 @@ def _follow(
 
 @contextmanager
 def _ending_well(flight: Flight) -> Iterator[None]:
-    """Turn everything that ends a flight early into `ended_by`, so that the report is written all the same."""
+    """Note the reason for an early end in `ended_by`, so that the report is still written."""
     try:
         yield
     except KeyboardInterrupt:
         in_air = flight.deck is not None and flight.deck.in_air
         flight.ended_by = f"{CALLED_OFF} {IN_AIR}" if in_air else CALLED_OFF
     except SystemExit:
-        # Rich raises it where standard output is closed, and from then on prints nowhere.
+        # Rich raises it when standard output is closed, and prints nothing afterwards.
         flight.ended_by = UNREAD
     except StartError as error:
         told = [str(exit_) for exit_ in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
@@ -329,7 +329,7 @@ def _judge(flight: Flight, story: Story, run_dir: Path, seed: int, console: Cons
 
 
 def _busy(console: Console, text: str) -> AbstractContextManager[object]:
-    """Say what takes a while: turning on a terminal, as a line in a pipe."""
+    """Announce a long step: a spinner on a terminal, a line in a pipe."""
     if console.is_terminal:
         return console.status(text)
     console.print(text)

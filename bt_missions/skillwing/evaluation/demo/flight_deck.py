@@ -1,4 +1,4 @@
-"""The demo in the terminal: what the drone does, why, and what has happened so far.
+"""Display of the demo in the terminal: actions of the drone, their reasons, and events so far.
 
 On a terminal one panel is kept up to date; in a pipe each event is a line.
 """
@@ -26,19 +26,19 @@ from skillwing.services.protocol import GoalStatus, Keys, M, Message, MissionSta
 from skillwing.services.recording.palette import NEUTRAL, OUTCOME_COLOURS, state_colours
 
 REFRESH = 0.25
-"""Wall seconds between two pictures of the panel."""
+"""Period of the panel's updates [wall s]."""
 TOLD = frozenset({RecordKind.HEALTH, RecordKind.FAULT, RecordKind.MISSION, RecordKind.PROCESS})
-"""Records worth a line of their own; goals are told from their bars, and resources follow from both."""
+"""Kinds of records that get a line. Lines of goals come from their bars; resources follow from both."""
 QUIET = frozenset({"rotate_head", "lock_head"})
-"""Skills that turn the nose between two legs: they are in the timeline, and would bury everything else here."""
+"""Skills that turn the nose between two legs. They are left out, because their many lines would hide the others."""
 TIME_WIDTH = 10
 GAP = "   "
 LARGEST_PANEL = 40
-"""Lines; on a screen higher than that the panel does not grow further."""
+"""Largest height of the panel [lines]."""
 
 
 class FlightDeck:
-    """Follows a flight on the bus and shows it. `mission` is the mission's latest word, None before the first."""
+    """Display that follows a flight on the bus. mission: the mission's latest status, None before the first."""
 
     def __init__(self, bus: Bus, skillset: Skillset, console: Console, title: str) -> None:
         self.mission: MissionStatus | None = None
@@ -82,12 +82,12 @@ class FlightDeck:
             self._console.print(Text.assemble((f"{t:7.1f} s  ", "dim"), (text, style)))
 
     def complete_journal(self, run_dir: Path) -> None:
-        """Write down what the run's recorder did not live to write."""
+        """Write the records that the run's recorder missed because it ended early."""
         recorded, goals = read_records(run_dir), read_goals(run_dir)
         _complete(run_dir / TIMELINE_FILE, recorded, self._history.records)
         _complete(run_dir / GOALS_FILE, goals, self._goals)
 
-    # --- what comes in -----------------------------------------------------------------------------------------------
+    # --- input -------------------------------------------------------------------------------------------------------
 
     def _on_mission(self, status: MissionStatus) -> None:
         self.mission = status
@@ -111,7 +111,7 @@ class FlightDeck:
             bar = self._history.bar(status.goal_id)
             self.tell(f"{bar.skill} {bar.terminal}  {bar.reason}", OUTCOME_COLOURS[bar.outcome], bar.t_end)
 
-    # --- what is shown -----------------------------------------------------------------------------------------------
+    # --- output ------------------------------------------------------------------------------------------------------
 
     def _refresh(self) -> None:
         assert self._live is not None
@@ -119,7 +119,7 @@ class FlightDeck:
         self._bus.after(REFRESH, self._refresh, wall=True)
 
     def picture(self) -> RenderableType:
-        """The panel. It is never higher than the screen, for what scrolls away cannot be kept up to date."""
+        """Panel of the flight, at most as high as the screen: lines that have scrolled away cannot be updated."""
         width = self._console.width
         head = [
             Text(self._title, "bold", no_wrap=True, overflow="ellipsis"),
@@ -145,14 +145,14 @@ class FlightDeck:
         return Text.assemble((f"{bar.skill} ", OUTCOME_COLOURS[bar.outcome]), (f"{seconds:.0f} s", "dim"))
 
     def _states_worth_a_look(self) -> Iterable[Text]:
-        """Resources that are not at rest."""
+        """Resources in a state other than neutral."""
         for name, state in self._states.items():
             colour = self._colours.get(name, {}).get(state, "")
             if colour != NEUTRAL:
                 yield Text.assemble((f"{name} ", "dim"), (state, colour))
 
     def _events(self, width: int, room: int) -> RenderableType:
-        """As many of the latest events as there is room for."""
+        """Table of the latest events, as many as fit into `room` lines."""
         shown: deque[tuple[float, Text]] = deque()
         for t, text in reversed(self._told):
             room -= len(text.wrap(self._console, width))
@@ -168,7 +168,7 @@ class FlightDeck:
 
 
 def _lines_of(chips: Sequence[Text], width: int) -> list[Text]:
-    """Chips one after another, broken only between them."""
+    """Lines of chips, broken only between chips."""
     lines: list[Text] = []
     for chip in chips:
         if lines and lines[-1].cell_len + len(GAP) + chip.cell_len <= width:

@@ -16,9 +16,9 @@ SIZES = {
     "imu": {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
     "range": {"noise": (0.02, 20.0), "bias": (0.02, 20.0)},
 }
-"""Least and largest of each sensor, in its units (docs/sensors.md): from what no detector sees to what none misses."""
+"""Least and largest magnitudes by sensor, in its units (docs/sensors.md): from never detected to always detected."""
 EARLIEST = 2.0
-"""Robot time at which the mission is about to take off [s]."""
+"""Robot time shortly before takeoff [s]."""
 SHORTEST, LONGEST = 2.0, 3.5
 """Duration of a flight without faults, as a multiple of its route's time at cruise speed.
 
@@ -28,7 +28,7 @@ these values, most near the lower one. The drawn end of a flight lies between th
 
 
 class Condition(StrEnum):
-    """By the names that the command line knows."""
+    """Conditions of flights, by their names in the command line."""
 
     NONE = "none"
     CAMERA = "camera"
@@ -69,12 +69,12 @@ _UNNOTICED = {
     "mapping": frozenset({Condition.LINK}),
     "inspection": frozenset({Condition.CAMERA, Condition.IMU}),
 }
-"""Conditions that a mission does not notice: it needs no link; or no map, and no depth camera as long as the LiDAR is
-well."""
+"""Conditions without effect on a mission: mapping needs no link; inspection needs no map, and no depth camera while the
+LiDAR works."""
 
 
 def conditions_of(mission: str) -> list[Condition]:
-    """Everything that may matter to a mission."""
+    """Conditions that may affect a mission."""
     return [condition for condition in Condition if condition not in _UNNOTICED.get(mission, frozenset())]
 
 
@@ -82,7 +82,7 @@ def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
     """Faults of a flight whose route takes `way_time` seconds at cruise speed, as options of the functional layer.
 
     They follow from condition, seed and route alone; conditions with the same seed are independent. A fault begins at
-    any time of the flight, return and landing included. One drawn after the end of a short flight never begins.
+    any time of the flight, return and landing included. A fault drawn after the end of a short flight never begins.
     """
     chance = random.Random(f"{condition} {seed}")
     flight_time = way_time * chance.triangular(SHORTEST, LONGEST, SHORTEST)
@@ -126,9 +126,9 @@ def draw(condition: Condition, seed: int, way_time: float) -> dict[str, Any]:
 
 
 def met_from(happens: dict[str, Any]) -> float | None:
-    """Robot time from which on these options of the functional layer have befallen the drone [s]: of each kind, as of a
-    sensor's failures or of gusts, one at least. None where there are none. What lasts from the start on, such as wind,
-    counts only by what is added to it."""
+    """Robot time at which at least one fault of each kind in these options has begun [s]; None without faults.
+
+    A kind is a sensor, the link, gusts, the pilot, or battery packs. Steady conditions, such as wind, do not count."""
     faults = [*happens.get("faults", ()), *happens.get("link", {}).get("faults", ())]
     kinds = [(fault.get("sensor", "link"), fault["at"]) for fault in faults]
     kinds += [(name, event["at"]) for name in ("gusts", "pilot", "packs_fail") for event in happens.get(name, ())]
@@ -139,7 +139,7 @@ def met_from(happens: dict[str, Any]) -> float | None:
 
 
 def _wind(chance: random.Random, least: float, most: float) -> list[float]:
-    """Level wind of such a speed, to anywhere [m/s, ENU]."""
+    """Level wind of random speed and direction [m/s, ENU]."""
     speed, bearing = chance.uniform(least, most), chance.uniform(0.0, 2.0 * math.pi)
     return [round(speed * math.cos(bearing), 2), round(speed * math.sin(bearing), 2), 0.0]
 
@@ -153,7 +153,7 @@ def _sensor_fault(chance: random.Random, sensor: str, at: float) -> dict[str, An
 
 
 def _magnitude(chance: random.Random, sensor: str, kind: str) -> float | None:
-    """None for what is there or not."""
+    """Magnitude of a sensor's fault; None for kinds that are either on or off."""
     match kind:
         case "noise":
             return _small_or_large(chance, *SIZES[sensor][kind])
@@ -168,7 +168,7 @@ def _magnitude(chance: random.Random, sensor: str, kind: str) -> float | None:
 
 
 def _rotor_fault(chance: random.Random, at: float) -> dict[str, Any]:
-    """A stopped rotor stays so. A weak one may recover, as after its regulator had overheated."""
+    """Fault of a rotor: stopped for good, or weak. A weak rotor may recover, as when its regulator cools down."""
     fault: dict[str, Any] = {"sensor": f"rotor/{chance.randint(1, ROTORS)}", "at": at}
     if chance.random() < 0.5:
         return fault | {"kind": "stopped"}
@@ -176,12 +176,12 @@ def _rotor_fault(chance: random.Random, at: float) -> dict[str, Any]:
 
 
 def _passing(chance: random.Random) -> dict[str, float]:
-    """For how long, half of the time; for good otherwise [s]."""
+    """Duration of a fault [s], drawn with probability 1/2; else empty, for a permanent fault."""
     return {"for": round(chance.uniform(3.0, 30.0), 2)} if chance.random() < 0.5 else {}
 
 
 def _small_or_large(chance: random.Random, least: float, most: float) -> float:
-    """Each order of magnitude as often as any other."""
+    """Number with a log-uniform distribution between the limits."""
     return round(math.exp(chance.uniform(math.log(least), math.log(most))), 3)
 
 

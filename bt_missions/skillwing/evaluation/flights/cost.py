@@ -1,4 +1,4 @@
-"""Costs of a flight, and the share of an inspection that was seen: measured on the ground truth, to compare missions.
+"""Costs of a flight, and the share of an inspection with live video, measured on the ground truth.
 
 The observer of a flight carries the meter. The robot does not see it.
 """
@@ -18,20 +18,20 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 
 LIVE_FPS, LIVE_QUALITY = 10.0, 0.7
-"""Pictures a second and SSIM of a video that who flies out of sight can use: what the inspection asks for."""
+"""Least frame rate [1/s] and SSIM of a video for flight out of sight, as demanded by the inspection."""
 LIVE_FOR = 1.0
-"""A report of the ground station speaks for so long [s]; it comes four times a second."""
+"""Time for which a report of the ground station counts [s]; reports come four times a second."""
 PASSED_WITHIN = 3.0
-"""So near to a corner of the planned circle the drone has been there [m]."""
+"""Largest distance at which a corner of the planned circle counts as passed [m]."""
 AWAY = 5.0
-"""Farther than this from home over the ground the drone is out on its mission [m]."""
+"""Horizontal distance from home beyond which the drone counts as away [m]."""
 
 
 class Cost(msgspec.Struct, frozen=True, kw_only=True):
-    """charge: taken from the battery [% of its capacity], None if it never told. circled, circled_live: shares of the
-    corners of the planned circle that the drone passed, and passed with live video; None without a circle. unseen:
-    seconds of robot time in the air and away from home without live video, counted from the first picture; None for a
-    flight that never had any."""
+    """Costs of a flight. charge: taken from the battery [% of its capacity], None without reports. circled,
+    circled_live: shares of the corners of the planned circle passed, and passed with live video; None without a circle.
+    unseen: robot time in the air and away from home without live video [s]. It counts from the first live video on, and
+    is None without any."""
 
     charge: float | None = None
     circled: float | None = None
@@ -40,7 +40,7 @@ class Cost(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class CostMeter:
-    """Sum of the costs so far. circle: corners of the planned circle, ENU metres."""
+    """Meter of the costs so far. circle: corners of the planned circle, ENU [m]."""
 
     def __init__(self, circle: Sequence[Vector3] = ()) -> None:
         self._circle = circle
@@ -61,7 +61,7 @@ class CostMeter:
 
     @property
     def cost(self) -> Cost:
-        """As of now."""
+        """Costs so far."""
         count = len(self._circle)
         return Cost(
             charge=None if self._full is None else round(self._full - self._left, 3),

@@ -1,6 +1,6 @@
-"""One flight of the robot's whole process table, physics and sensors among them, and the judgement of it.
+"""One flight of the robot's whole process table, with physics and sensors, and its evaluation.
 
-In one process and virtual time the same plan is the same flight, bit by bit, and takes what its callbacks take.
+In one process and virtual time a repeated plan gives the same flight, bit by bit. It takes the time of its callbacks.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import make_world
 
 MAPPING = "mapping"
-"""The mission whose map is judged."""
+"""Name of the mission whose map is evaluated."""
 LONGEST = 1200.0
-"""Robot seconds after which a flight that does not end is given up."""
+"""Longest flight; after it the flight is broken off [robot s]."""
 
 
 def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGEST) -> FlightResult:
-    """Fly a plan to its end and judge it.
+    """Fly a plan to its end and evaluate the flight.
 
-    run_dir: an empty directory, in which the flight is recorded and its report written, as `skillwing demo` does.
-    longest: robot seconds after which it is given up. What breaks the flight off is told in the result.
+    run_dir: an empty directory for recording and report, as of `skillwing demo`. longest: limit of the flight [robot
+    s]. The result has the reason if the flight is broken off.
     """
     begun = _processor_time()
     meter = CostMeter(planned_circle(plan.site(), plan.mission))
@@ -67,7 +67,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
 
 
 def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The robot's processes and the mission's; who only looks on comes first, and the mission last."""
+    """Processes of the robot and the mission: observers first, the mission last."""
     mission = ProcessSpec(
         "mission",
         "skillwing.bt_missions.running.runner:make_mission",
@@ -79,9 +79,9 @@ def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, .
 
 
 def _coverage(plan: FlightPlan, observer: FlightObserver, run_dir: Path | None) -> float | None:
-    """The share that was mapped of what can be seen from the route, after a flight that came to its end.
+    """Mapped share of the surfaces visible from the route, after a complete flight.
 
-    With a run directory the report is written as well.
+    With a run directory the report is written, too.
     """
     if run_dir is not None:
         from skillwing.evaluation.judge.evaluation import evaluate  # noqa: PLC0415 - loads what draws pictures
@@ -97,5 +97,5 @@ def _coverage(plan: FlightPlan, observer: FlightObserver, run_dir: Path | None) 
 
 
 def _processor_time() -> float:
-    """Of this process and of those that it has started and that have ended [s]."""
+    """Processor time of this process and of its ended child processes [s]."""
     return sum(os.times()[:4])

@@ -1,4 +1,4 @@
-"""Observer of a campaign's flight: it knows the ground truth and decides when the flight is over."""
+"""Observer of a campaign's flight: it reads the ground truth and detects the end of the flight."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record,
 from skillwing.sim_mujoco.world.terrain import Terrain
 
 AT_HOME = 2.0
-"""A drone this near to the home point is at home [m]."""
+"""Largest horizontal distance from the home point for a landing at home [m]."""
 AT_REST = 0.1
-"""A drone that stands is not faster [m/s]."""
+"""Highest speed of a drone at rest [m/s]."""
 HELD_FOR = 5.0
-"""So long a drone in the pilot's hands has to hold its place, from the mission's end on if he took it before [s]."""
+"""Time that a drone under the pilot's authority has to hold its position, after the mission's end [s]."""
 HELD_WITHIN = 2.0
-"""And so near to where it was [m]."""
+"""Largest distance from that position [m]."""
 
 
 class FlightObserver:
-    """A node that sees what the robot does not know: the truth.
+    """Node that receives the ground truth, which the robot does not know.
 
-    terrain: the ground of its world. pilot_returns: the safety pilot gives the authority back, so that a drone in his
-    hands is not handed over for good. meter: adds up what the flight costs.
+    terrain: of the world. pilot_returns: the safety pilot returns the authority, so that the drone is never handed
+    over for good. meter: sums the costs of the flight.
     """
 
     name = "witness"
@@ -71,13 +71,13 @@ class FlightObserver:
         self.meter.attach(bus)
 
     def detach(self) -> None:
-        """It only looks on."""
+        """Do nothing: the observer holds no resources."""
 
-    # --- what it concludes -------------------------------------------------------------------------------------------
+    # --- results ----------------------------------------------------------------------------------------------------
 
     @property
     def over(self) -> bool:
-        """The mission is over, and the drone stands, or holds its place for a pilot who has the authority."""
+        """True if the mission is over, and the drone stands or holds its position under the pilot's authority."""
         return self._mission_over and self.end is not End.FLYING
 
     @property
@@ -86,7 +86,7 @@ class FlightObserver:
 
     @property
     def end(self) -> End:
-        """End of the flight as of now. `HANDED_OVER` counts only after the mission's end."""
+        """End of the flight so far. `HANDED_OVER` counts only after the mission's end."""
         state, truth = self._state, self._truth
         if state is None or truth is None:
             return End.FLYING
@@ -97,12 +97,12 @@ class FlightObserver:
         return End.HANDED_OVER if handed_over else End.FLYING
 
     def _landed(self, truth: Truth) -> End:
-        """True end of a flight whose drone has landed by the autopilot's word."""
+        """True end of a flight whose landing the autopilot reports."""
         x, y, z = truth.position
         if math.hypot(*truth.velocity) > AT_REST:
             return End.FLYING
         if z - self._terrain.height(x, y) > TIP_RADIUS:
-            return End.NOT_LANDED  # nothing of it reaches the ground, be it toppled
+            return End.NOT_LANDED  # too high to touch the ground, even when toppled
         return End.HOME if math.hypot(x, y) <= AT_HOME else End.ELSEWHERE
 
     @property
@@ -111,14 +111,14 @@ class FlightObserver:
 
     @property
     def digest(self) -> str:
-        """Of every record of the timeline and every change of a goal so far, in the order in which they came."""
+        """Digest of all timeline records and changes of goals so far, in the order of their arrival."""
         return self._digest.hexdigest()
 
     def ask_for_map(self) -> None:
-        """Fetch the map; `map` has it once it has come."""
+        """Request the map. `map` holds it after the answer."""
         self._bus.ask(MAP_SNAPSHOT, encode(Empty()), self._on_snapshot)
 
-    # --- what it sees ------------------------------------------------------------------------------------------------
+    # --- input ------------------------------------------------------------------------------------------------------
 
     def _on_truth(self, truth: Truth) -> None:
         self._truth = truth

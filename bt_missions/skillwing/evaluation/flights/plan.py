@@ -1,4 +1,4 @@
-"""One flight of a campaign, before it is flown: everything about it follows from its plan."""
+"""Plan of one campaign flight: it determines the whole flight."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 
 CRUISE_SPEED = 2.0
-"""At which missions fly if nobody says otherwise [m/s]."""
+"""Default cruise speed of missions [m/s]."""
 
 CORNERS = 48
-"""Of a circle as a way of straight legs."""
+"""Number of corners of a circle that is flown in straight legs."""
 PILOT_PATIENCE = 30.0
-"""For how long missions wait for a drone that the safety pilot has taken [s of robot time]; he returns it within 15."""
+"""Time that missions wait for the authority while the safety pilot has it [robot s]; he returns it within 15 s."""
 
 ALTERNATIVES = Path(__file__).parent / "alternatives"
 
 Place: TypeAlias = tuple[float, float, float]
-"""ENU, home at the origin [m]."""
+"""Position in ENU, with home at the origin [m]."""
 
 
 class Network(StrEnum):
@@ -40,11 +40,11 @@ class Network(StrEnum):
 
 
 class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """world: the kind of world. watched: obstacle detection watches the way; without it drones collide.
+    """Plan of a flight. world: kind of world. watched: obstacle detection runs; without it drones collide.
 
-    What follows is for comparisons. happens: options of the functional layer in place of what `condition` makes of the
-    seed. alternative: the mission of the same name in `alternatives/` flies, with `options` beside those of the site.
-    label: distinguishes such flights.
+    The other fields are for comparisons. happens: options of the functional layer, instead of those that `condition`
+    draws from the seed. alternative: fly the mission of the same name in `alternatives/`. options: of the mission, in
+    addition to those of the site. label: distinguishes such flights.
     """
 
     mission: str
@@ -60,12 +60,12 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def flown(self) -> str:
-        """The mission that is flown: its name, or the path of its file."""
+        """Name of the flown mission, or the path of its file."""
         return str(ALTERNATIVES / f"{self.mission}.py") if self.alternative else self.mission
 
     @property
     def name(self) -> str:
-        """Unique within a campaign, and fit for a file name."""
+        """Name of the flight, unique within a campaign and valid as a file name."""
         kind = ("" if self.watched else "-unwatched") + (
             "" if self.network is Network.IN_PROCESS else f"-{self.network}"
         )
@@ -85,7 +85,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def site(self) -> Site:
-        """Prior knowledge of its world."""
+        """Prior knowledge of the flight's world."""
         return make_site(self.seed, self.world)
 
     def circumstances(self) -> dict[str, Any]:
@@ -113,7 +113,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def usual_world(mission: str) -> str:
-    """The kind of world in which a mission has something to do."""
+    """Usual kind of world for a mission."""
     return "inspection" if mission == "inspection" else "courtyard"
 
 
@@ -138,7 +138,7 @@ def planned_way(site: Site, mission: str) -> tuple[Place, ...]:
 
 
 def planned_circle(site: Site, mission: str) -> tuple[Place, ...]:
-    """Corners of the way round the building, beginning with the one next to home; none for any other mission."""
+    """Corners of the circle round the building, from the one next to home on; none for other missions."""
     if mission != "inspection" or site.target is None:
         return ()
     (x, y), radius, height = site.target.centre, site.target.radius, site.target.height

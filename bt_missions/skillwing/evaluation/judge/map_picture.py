@@ -1,4 +1,4 @@
-"""The map of a run as a picture, as in the paper's Figures 8 and 9: from above, and in perspective."""
+"""Picture of a run's map, as in the paper's Figures 8 and 9: from above, and in perspective."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ _BRANCH_NAMES: Final = {
 }
 _ELSEWHERE, _ROUTE, _INK = "#3d3d3d", "#6b6b6b", "#1a1a1a"
 END: Final = "#19a974"
-"""Of the place where the flight ended."""
+"""Colour of the position at the end of the flight."""
 TROUBLE: Final = "#d5008f"
-"""Of places where something failed or was lost."""
+"""Colour of positions at failures and losses."""
 FENCE: Final = "#c77700"
 _HEIGHTS = LinearSegmentedColormap.from_list("heights", ["#ece7dc", "#c3cfae", "#82ab96", "#4c7485", "#2b3350"])
 UNSEEN: Final = "#ccd3dd"
@@ -46,13 +46,13 @@ _HATCHING = "#7d8794"
 _MARGIN = 8.0
 _BEYOND_FENCE = 1.0
 _MOST_SWITCHES = 4
-"""So many are told in words."""
+"""Largest number of switches listed in words."""
 _LETTERS = 100
-"""Of a line over the map."""
+"""Length of a line of text above the map [characters]."""
 _MOST_CUBES = 60_000
-"""Of more every second one is left out, or more, which looks like stripes on the walls."""
+"""Largest number of drawn cubes; larger maps are thinned, which shows as stripes on the walls."""
 _STAYED = 0.5
-"""A drone that moved less than this along each axis was not flown: it settles on its skids [m]."""
+"""Least motion along an axis that counts as flight [m]; less may be a drone that settles on its skids."""
 _BADGE: Final[dict[str, Any]] = {
     "color": "white",
     "fontsize": 10,
@@ -63,7 +63,7 @@ _BADGE: Final[dict[str, Any]] = {
 }
 _POINTER: Final = {"arrowstyle": "-", "color": _INK, "shrinkA": 0.0, "shrinkB": 0.0}
 _PADDING = 0.14
-"""Above and below what is drawn, so that the axis label stands clear of the legend [inch]."""
+"""Margin above and below the axes, so that the axis label does not touch the legend [inch]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +86,9 @@ class Happening:
 class MapScene:
     """Content of the picture in the world frame [m].
 
-    centres: (N, 3) of the occupied voxels. route: as planned. flown: stretches of the flown path. obstacles_met: places
-    where the drone stopped. ended: label of the path's end. switches: of the mission, in order. troubles: failures and
-    losses. standing: true obstacles, drawn only if no map was built.
+    centres: of the occupied voxels (N, 3). route: the planned one. flown: stretches of the flown path. obstacles_met:
+    positions of stops for obstacles. ended: label of the path's end. switches: of the mission, in order. troubles:
+    failures and losses. standing: true obstacles, drawn only without a map.
     """
 
     centres: NDArray[np.float32]
@@ -144,9 +144,9 @@ def draw_map(file: Path, scene: MapScene, title: str) -> None:
 
 
 def _frame(scene: MapScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The corners (2,) of what is shown: all that was planned and flown, with a margin, and the fence, in whole voxels.
+    """Corners (2,) of the picture, in whole voxels: route and flown path with a margin, and the fence.
 
-    Pixels that were not voxels would leave stripes of which nothing seems to be known.
+    Pixels of another size than voxels would leave stripes that look like unknown places.
     """
     shown = np.concatenate([np.array([scene.home, *scene.route]), *(stretch.path for stretch in scene.flown)])[:, :2]
     low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
@@ -225,7 +225,7 @@ def _draw_happenings(axes: Axes, scene: MapScene) -> None:
 
 
 def _draw_in_perspective(
-    axes: Any,  # matplotlib's types know nothing of the third dimension
+    axes: Any,  # matplotlib's types do not cover 3D axes
     scene: MapScene,
     centres: NDArray[np.float32],
     heights: Normalize,
@@ -285,7 +285,7 @@ def _highest(
 
 
 def _pieces(route: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """The route (N, D) without legs that it has had already, there or back: the dashes of two make a solid line."""
+    """The route (N, D) without repeated legs in either direction, because dashes drawn twice look like a solid line."""
     had, pieces = set[frozenset[tuple[float, ...]]](), list[list[tuple[float, ...]]]()
     for start, end in pairwise(tuple(place) for place in np.round(route, 3).tolist()):
         if (leg := frozenset((start, end))) in had:

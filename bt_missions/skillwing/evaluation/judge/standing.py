@@ -17,7 +17,7 @@ from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 STANDING: Final = "#cfc6b8"
 _EDGE = "#5b5348"
 _ARC = np.linspace(0.0, 0.5 * np.pi, 7)
-"""Of a rounded corner."""
+"""Angles along the arc of a rounded corner [rad]."""
 
 
 def stand_in_plan(axes: Axes, standing: Sequence[Obstacle]) -> None:
@@ -28,12 +28,12 @@ def stand_in_plan(axes: Axes, standing: Sequence[Obstacle]) -> None:
 
 
 def stand_in_perspective(
-    axes: Any,  # matplotlib's types know nothing of the third dimension
+    axes: Any,  # matplotlib's types do not cover 3D axes
     standing: Sequence[Obstacle],
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> None:
-    """Walls and roofs of what stands wholly between the corners `low` and `high` (2,); nothing would cut it off."""
+    """Draw walls and roofs of obstacles wholly between the corners `low` and `high` (2,): 3D axes do not clip."""
     faces: list[NDArray[np.float64]] = []
     for obstacle in standing:
         outline = _outline(obstacle.footprint)
@@ -48,7 +48,7 @@ def stand_in_perspective(
 
 
 def _outline(footprint: Footprint) -> NDArray[np.float64]:
-    """Its corners (N, 2), counter-clockwise, rounded by its radius."""
+    """Outline (N, 2) of a footprint, counter-clockwise, with corners rounded by its radius."""
     corners = np.array(footprint.corners())
     if footprint.radius == 0.0:
         return corners

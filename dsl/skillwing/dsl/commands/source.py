@@ -34,7 +34,7 @@ class UnreadableError(Exception):
 
 
 def read(file: Path) -> str:
-    """The text of a file, or of standard input for `-`, with line feeds for line ends. Ends the command if it fails."""
+    """Read a file, or standard input for `-`, with line feeds as line ends. End the command on an error."""
     try:
         return text_of(file)
     except UnreadableError as error:
@@ -42,7 +42,7 @@ def read(file: Path) -> str:
 
 
 def text_of(file: Path) -> str:
-    """As `read`, for a command that continues with other files. Raises UnreadableError."""
+    """Read a file as `read` does, for commands that continue with other files. Raises UnreadableError."""
     try:
         return text_in(sys.stdin.buffer.read() if file == STANDARD_INPUT else file.read_bytes())
     except ValueError as error:
@@ -66,7 +66,7 @@ def show(outcome: Checked, source: str) -> None:
 
 
 def write(path: Path, text: str, *, make_folder: bool = False) -> None:
-    """Write a file. Ends the command if it fails."""
+    """Write a file. End the command on an error."""
     try:
         if make_folder:
             path.parent.mkdir(parents=True, exist_ok=True)

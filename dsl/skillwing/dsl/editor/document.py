@@ -45,7 +45,7 @@ class Document:
 
     @cached_property
     def root(self) -> syntax.SkillsetSyntax | None:
-        """The syntax tree, as far as it was read; None if nothing was."""
+        """Syntax tree of the readable part; None if nothing is readable."""
         return parse_file(self.text, self.file).root
 
     @cached_property
@@ -63,7 +63,7 @@ class Document:
 
     @cached_property
     def blocks(self) -> Mapping[int, int]:
-        """For the offset of every `{`, the offset behind its `}`, or the end of the text if that is missing."""
+        """Blocks: by the offset of each `{`, the offset behind its `}`. Without a `}` it is the end of the text."""
         blocks: dict[int, int] = {}
         opened: list[int] = []
         for word in self.words:

@@ -28,7 +28,7 @@ SymbolKind: TypeAlias = OneOf[
     "result",
 ]
 
-# Of what kind the owner of a name is; the owner of all others is the skillset.
+# Kinds of the owners of names; the owner of all others is the skillset.
 _OWNERS: Mapping[SymbolKind, SymbolKind] = {
     "field": "type",
     "value": "type",
@@ -67,7 +67,7 @@ class Symbol:
 
     @property
     def title(self) -> str:
-        """In words: "state `OK` of `camera`"."""
+        """Description: "state `OK` of `camera`"."""
         owner = f" of `{self.scope.owner}`" if self.scope.owner else ""
         return f"{self.kind} `{self.name}`{owner}"
 
@@ -78,7 +78,7 @@ class Symbol:
         return None if kind is None else Symbol(NameScope(kind), self.scope.owner)
 
     def after_renaming(self, renamed: Symbol, name: str) -> Symbol:
-        """This symbol after `renamed` is called `name`. It changes if it is that symbol or belongs to it."""
+        """Symbol after a renaming of `renamed` to `name`: changed if it is that symbol or belongs to it."""
         if self == renamed:
             return replace(self, name=name)
         if self.owner == renamed:

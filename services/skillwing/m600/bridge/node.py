@@ -33,7 +33,7 @@ RESEND_PERIOD = 0.5
 FLIGHT_SILENCE = 2.0
 """Time without a flight state after which the authority is UNAVAILABLE [s]."""
 SECOND_CHECK = 0.5
-"""Delay of a second check: a bridge that was suspended itself first receives the messages it missed [s]."""
+"""Delay of a second check [s]. After a suspension of the bridge itself, the missed messages arrive first."""
 SENSOR_RESOURCES = {"zed": "zed_status", "lidar": "lidar_status"}
 """Resources that mirror the health of a sensor; the health of other sensors goes to the timeline only."""
 _log = logging.getLogger(__name__)
@@ -79,7 +79,7 @@ class RobotBridge:
         bus.every(RESEND_PERIOD, self._follow)
 
     def detach(self) -> None:
-        """Nothing to release: the next bridge reads the robot's state from the start."""
+        """Do nothing: the next bridge reads the robot's state from the start."""
 
     # --- from the robot -----------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class RobotBridge:
             self._bus.after(SECOND_CHECK, self._lose_vehicle)
 
     def _lose_vehicle(self) -> None:
-        """Withdraw the authority over a silent vehicle: skills that need it end, and none of them starts."""
+        """Withdraw the authority over a silent vehicle: skills that need it end, and cannot start."""
         if self._is_silent:
             self._want(
                 "SDK_authority", "UNAVAILABLE", "vehicle", f"its flight state is silent for {FLIGHT_SILENCE:g} s"

@@ -1,4 +1,4 @@
-"""Timers that tell a failure from a short disturbance."""
+"""Timers that distinguish a failure from a short disturbance."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class LeakyTimer:
     def __init__(self, t: float) -> None:
         self._t = t
         self.total = 0.0
-        """Never below 0 [s]."""
+        """Present total, at least 0 [s]."""
 
     def observe(self, t: float, *, good: bool) -> float:
         """Add the time since the last observation, all of it good or bad; return the total at `t`."""

@@ -60,7 +60,7 @@ class GuidanceNode:
         bus.every(STATUS_PERIOD, self._publish_status)
 
     def detach(self) -> None:
-        """Nothing to release: the autopilot detects the end of setpoints by itself."""
+        """Do nothing: the autopilot detects the end of setpoints by itself."""
 
     def _follow(self, key: str, kind: type[M], use: Callable[[M], object]) -> None:
         assert self._bus is not None
@@ -82,8 +82,7 @@ class GuidanceNode:
 
 
 class GuidanceOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_guidance`: the box in which the drone may be. `watch` False flies without regard to obstacles:
-    a test switch."""
+    """Options of `make_guidance`: the box in which the drone may be. `watch` False ignores obstacles, for tests."""
 
     geofence: FenceOptions
     watch: bool = True

@@ -13,7 +13,7 @@ from skillwing.onboard.topics.obstacles import ObstacleSource, ObstacleStatus
 from skillwing.services.protocol import ErrorCode
 
 MARGIN = TIP_RADIUS + 1.2
-"""Distance of the drone's centre from an obstacle after a stop for it [m]."""
+"""Distance between the drone's centre and an obstacle after a stop for it [m]."""
 LEAST_MARGIN = TIP_RADIUS + 0.5
 """The same for an obstacle that appears only at the horizon: the drone, drift and noise [m]."""
 ROOM_AT_THE_END = TIP_RADIUS + 0.4
@@ -33,16 +33,16 @@ the autopilot's tilt."""
 SETTLING = 0.25
 """Time after the start of a way in which a report may still be about the previous way [s]."""
 GONE = 3.0
-"""Time without a report after which there is no depth map any more [s]."""
+"""Time without a report after which the depth map counts as ended [s]."""
 MIN_SPEED = 0.3
-"""Speed that is permitted however short the view [m/s]."""
+"""Speed that is permitted for any view, even the shortest [m/s]."""
 TOLERANCE = 0.1
 """Permitted excess over the speed limit of the view, because the horizon of a bent way varies a little [m/s]."""
 STEEPEST = math.radians(20.0)
 """Steepest way that a source along the nose sees, with the nose along the way [rad]. The camera sees 27 degrees up and
 down, and the drone tilts to accelerate."""
 STEP = 0.5
-"""Difference in height up to which the end of a way is in view, however near [m]."""
+"""Difference in height up to which the end of a way is in view at any distance [m]."""
 
 
 def stopping_distance(speed: float, margin: float = MARGIN, latency: float = LATENCY) -> float:
@@ -65,11 +65,11 @@ class PathVisibility(Enum):
     """Visibility of the way ahead."""
 
     UNWATCHED = auto()
-    """There is no depth map, or its sensor is not meant to look along this way."""
+    """No depth map, or one whose sensor is not meant to look along this way."""
     CLEAR = auto()
     BLOCKED = auto()
     BLIND = auto()
-    """The way is out of view, and was in view or should be."""
+    """Way out of view, although it was in view or should be."""
     TOO_FAST = auto()
     """Clear, but the view is too short for the speed."""
 
@@ -88,8 +88,8 @@ class PathMonitor:
         self._report = status
 
     def begin(self, t: float, *, across: bool | None = None) -> None:
-        """Begin a new way at `t`. A depth map is expected to report on it, however old its last measurement: a sensor
-        that is silent just now must not let the drone fly unwatched.
+        """Begin a new way at `t`. A depth map is expected to report on it, even if its last measurement is old: a short
+        silence of its sensor must not let the drone fly unwatched.
 
         `across`: the side (True) or the nose (False) that the drone has turned along the way; None if others command
         the heading. A source that looks there must see the way.
@@ -103,7 +103,7 @@ class PathMonitor:
 
     @property
     def looks_across(self) -> bool:
-        """The depth map's sensor looks to the sides of the nose."""
+        """True if the depth map's sensor looks to the sides of the nose."""
         return self._report is not None and self._report.across
 
     def require_in_view(self, start: Vector, end: Vector, t: float) -> None:
@@ -119,7 +119,7 @@ class PathMonitor:
         )
 
     def has_depth_map(self, t: float) -> bool:
-        """Test for a depth map, whatever its direction and age."""
+        """Test for a depth map of any direction and age."""
         report = self._report
         return report is not None and report.source is not ObstacleSource.NONE and t - report.t <= GONE
 

@@ -1,4 +1,4 @@
-"""Straight segments with a trapezoidal speed profile, which end at rest and can be broken off early."""
+"""Straight segments with a trapezoidal speed profile, which end at rest and can be stopped early."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skillwing.onboard.frames.vectors import Vector, add, norm, scale, subtract
 ACCELERATION = 0.8
 """Acceleration at both ends of a segment [m/s2]."""
 BRAKING = 1.2
-"""Deceleration when a segment is broken off [m/s2]."""
+"""Deceleration of an early stop [m/s2]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Profile:
 
     @property
     def distance(self) -> float:
-        """Distance covered in all."""
+        """Total distance [m]."""
         return self.at(math.inf)[0]
 
     def at(self, t: float) -> tuple[float, float, float]:
@@ -43,7 +43,7 @@ class Profile:
 
 
 def trapezoid(distance: float, speed: float, acceleration: float = ACCELERATION) -> Profile:
-    """From rest to rest over `distance`, no faster than `speed`; a triangle where the distance is too short for it."""
+    """Profile from rest to rest over `distance`, at most at `speed`; a triangle if the distance is too short for it."""
     top = min(speed, math.sqrt(distance * acceleration))
     if top <= 0.0:
         return Profile(0.0, ())
@@ -53,7 +53,7 @@ def trapezoid(distance: float, speed: float, acceleration: float = ACCELERATION)
 
 
 def braking(speed: float, deceleration: float = BRAKING) -> Profile:
-    """From `speed` to rest at constant deceleration."""
+    """Profile from `speed` to rest at constant deceleration."""
     return Profile(speed, ((speed / deceleration, -deceleration),))
 
 

@@ -93,7 +93,7 @@ class ByNavigation:
         return self._place()
 
     def check(self, t: float) -> None:
-        """Nothing to detect: navigation marks invalid solutions itself."""
+        """Do nothing: navigation itself marks invalid solutions."""
 
     def _place(self) -> Placement | None:
         """Place the waiting scan once the drone's pose is known up to its end."""

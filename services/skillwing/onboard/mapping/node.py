@@ -82,7 +82,7 @@ class MappingNode:
         bus.every(MAP_PERIOD, self._publish_map)
 
     def detach(self) -> None:
-        """Nothing to release: the map lives as long as this process."""
+        """Do nothing: the map ends with this process."""
 
     # --- commands --------------------------------------------------------------------------------------------
 

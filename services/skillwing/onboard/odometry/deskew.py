@@ -1,4 +1,4 @@
-"""Deskewing: a scan as if all of it had been measured at its end."""
+"""Deskewing: correction of a scan for the drone's motion, to the time of its end."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def deskew(scan: LidarScan, track: Track, reach: float) -> StillScan:
 
 
 def thinned(points: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """At most one of the points (N, 3) in each cube of side `cell` [m].
+    """Points thinned to at most one of (N, 3) in each cube of side `cell` [m].
 
-    Cubes are found by a hash of their indices. Where two share a hash one loses its point, which does no harm.
+    Cubes are identified by a hash of their indices. Of two cubes with the same hash one loses its point, without harm.
     """
     across = np.ascontiguousarray(points.T)
     cells = np.floor(across * np.float32(1.0 / cell)).astype(np.int32).view(np.uint32)

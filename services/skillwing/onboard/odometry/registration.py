@@ -32,8 +32,8 @@ _LEAST = 1e-9
 """Least share of all information in any direction, for numerical stability."""
 _CLOSE = 0.15
 _GATES = (0.3, 0.3, _CLOSE, _CLOSE)
-"""Largest distance of a point from its plane in each iteration [m]; points within the last gate count as close, however
-soon the filter converged. Both are widened by three standard deviations of the plane's roughness."""
+"""Largest distance of a point from its plane in each iteration [m]. Points within the last gate count as close in any
+iteration. Gates are widened by three standard deviations of the plane's roughness."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Registration:
         self.agreement = Agreement(len(points), 0, 0)
         self.met: NDArray[np.int32] = np.empty(0, dtype=np.int32)
         self.close: NDArray[np.bool_] = np.empty(0, dtype=np.bool_)
-        """At the last call: planes (N,) with points in their voxels, and points close to their plane (N,)."""
+        """Results of the last call: planes (N,) with points in their voxels, and points close to their plane (N,)."""
 
     def __call__(self, state: State, iteration: int) -> Evidence:
         """The evidence at a state; sets `agreement`."""

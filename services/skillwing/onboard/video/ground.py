@@ -49,7 +49,7 @@ class GroundNode:
         bus.subscribe(video.VIDEO_RECEIVED, stream_reader(video.VideoPacket, self._on_packet))
 
     def detach(self) -> None:
-        """Nothing to release: the drone detects the end of reports by itself."""
+        """Do nothing: the drone detects the end of reports by itself."""
 
     def _on_original(self, header: video.CameraHeader, payload: bytes) -> None:
         self._originals[header.t] = (header.height, header.width, 3), payload

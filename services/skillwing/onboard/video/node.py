@@ -61,7 +61,7 @@ class VideoNode:
         bus.serve(video.VIDEO_COMMAND, answer_with(video.ControlVideo, self._on_command))
 
     def detach(self) -> None:
-        """Nothing to release: the camera stops without new requests for pictures."""
+        """Do nothing: the camera stops without new requests for pictures."""
 
     # --- commands --------------------------------------------------------------------------------------------
 

@@ -22,11 +22,11 @@ from skillwing.onboard.video.packets import parts_of
 
 USUAL_FPS, HIGHEST_FPS = 15.0, 30.0
 SPARE_FPS = 1.2
-"""Factor on the demanded frame rate: some pictures are late or lost."""
+"""Factor on the demanded frame rate, because some pictures are late or lost."""
 ENOUGH_FPS, NEARLY_ALL = 1.1, 0.95
-"""Too few pictures arrive below this factor on the demand, and below this share of the frame rate sent."""
+"""Limits for too few pictures: factor on the demanded frame rate, and share of the sent frame rate."""
 SHARE = 0.75
-"""Share of the bandwidth for the stream: sizes of pictures vary, and keyframes have to get through."""
+"""Share of the bandwidth for the stream, because sizes of pictures vary and keyframes are large."""
 PICTURE_COST = 8.0 * 120
 """Overhead of a picture: headers of about two packets [bit]."""
 PARITY_COST = 8.0 * 60
@@ -43,7 +43,7 @@ BEGINNING = 1.0
 HELD = 60.0
 """Time without failure, at least as long as the wait before, after which a step back is final [s]."""
 ANOTHER, ANOTHER_AIR = 1.5, 2.0
-"""Factors on bandwidth and on loss from which the link counts as a different one, on which old trials mean nothing."""
+"""Factors on bandwidth and on loss from which the link counts as a different one, for which old trials do not count."""
 TOO_POOR, GOOD_ENOUGH = 0.02, 0.05
 """Margins on the demanded quality: below the first the frame rate falls, above the second it may rise."""
 WARIER, WARIEST = 2.0, 3
@@ -143,7 +143,7 @@ class RateController:
         return self._fps[-1]
 
     def parity(self, size: int) -> int:
-        """Number of parity packets for a picture of so many bytes."""
+        """Number of parity packets for a picture of `size` bytes."""
         return parity_against(self._loss, parts_of(size))
 
     def link(self, t: float, status: LinkStatus) -> None:

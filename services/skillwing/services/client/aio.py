@@ -4,7 +4,7 @@ async with connect("m600") as client:
     outcome = await client.start(TAKEOFF, {"height": 3.0})
 
 The network has a thread of its own. Requests are posted to that thread. Messages come back with
-`call_soon_threadsafe`, and wake those who wait. Everything here is for the thread of the event loop.
+`call_soon_threadsafe`, and wake all waiters. Everything here is for the thread of the event loop.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Client:
         return goal
 
     async def until(self, condition: Callable[[], bool]) -> None:
-        """Wait until a condition holds on what is known here of goals, resources and data.
+        """Wait until a condition on the known goals, resources and data holds.
 
         Raises SkillwingError when the connection is closed.
         """
@@ -143,12 +143,12 @@ class Client:
         await self.answer(self.keys.event(event), lambda take: self.interface.fire(event, take))
 
     def reading(self, datum: str) -> DataReading | None:
-        """The latest value of a datum that came in; None before the first."""
+        """The latest received value of a datum; None before the first."""
         return self._readings.get(datum)
 
     def on_loop(self, action: Callable[[], None]) -> None:
-        """From the bus's thread: run an action on the event loop's, and wake all who wait there."""
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody waits for anything
+        """Run an action on the event loop's thread, and wake all waiters there. Call it on the bus's thread."""
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nothing waits
             self._loop.call_soon_threadsafe(self._take_in, action)
 
     def close(self) -> None:
@@ -209,14 +209,14 @@ class Goal(Generic[R, O, F]):
 
     @property
     def done(self) -> bool:
-        """The goal has got its one terminal answer, or could not be sent."""
+        """True if the goal has its terminal answer, or could not be sent."""
         return self._terminal is not None or self._error is not None
 
     def __await__(self) -> Generator[Any, None, Outcome[R, O]]:
         return self.wait().__await__()
 
     async def wait(self) -> Outcome[R, O]:
-        """Wait for the end of the goal, whatever it is. Raises ProtocolError for inputs too large to be sent.
+        """Wait for any end of the goal. Raises ProtocolError for inputs too large to be sent.
 
         A task that is cancelled here, also by `asyncio.timeout`, interrupts the goal. It ends when the goal has
         stopped, so that its resources are free. A second cancellation leaves the goal alone. If several tasks wait and
@@ -252,13 +252,13 @@ class Goal(Generic[R, O, F]):
                     yield feedback
 
     def begin(self, handle: GoalHandle) -> None:
-        """On the bus's thread: follow the goal that was started."""
+        """Follow the started goal. Call it on the bus's thread."""
         self._handle = handle
         handle.on_change(self._copy)
         self._copy(handle)
 
     def fail(self, error: Exception) -> None:
-        """On the bus's thread: the goal cannot be started."""
+        """Fail the goal, which cannot be started. Call it on the bus's thread."""
 
         def take() -> None:
             self._error = error
@@ -323,7 +323,7 @@ class Datum(Generic[T]):
         raise AssertionError("unreachable")
 
     async def values(self) -> AsyncIterator[T]:
-        """The value now, and each new one, without end. Between two iterations only the latest is kept."""
+        """The present value and each new one, without end. Between two iterations only the latest is kept."""
         seen: DataReading | None = None
         while True:
             await self._client.until(lambda latest=seen: self._client.reading(self.name) is not latest)

@@ -16,7 +16,7 @@ A = TypeVarTuple("A")
 
 
 class NetworkThread:
-    """The thread of a connection, as the event loop uses it."""
+    """Thread of a connection, for use by the event loop."""
 
     def __init__(self) -> None:
         loop = asyncio.get_running_loop()
@@ -27,12 +27,12 @@ class NetworkThread:
         self._stopping = False
 
     async def start(self, live: Callable[[], None]) -> tuple[RunnableBus, SkillsetInterface]:
-        """Run `live`, which has to call `serve`, on the thread. Raises what it raises before that."""
+        """Run `live`, which has to call `serve`, on the thread. Raises the exceptions of `live` before `serve`."""
 
         def run() -> None:
             try:
                 live()
-            except Exception as error:  # noqa: BLE001 - it is raised on the loop's side
+            except Exception as error:  # noqa: BLE001 - it is raised in the event loop
                 self._post(self._fail, error)
             else:
                 self._post(self._settle, self.ended, None)
@@ -41,13 +41,13 @@ class NetworkThread:
         return await self._opened
 
     def serve(self, bus: RunnableBus, interface: SkillsetInterface) -> None:
-        """On the thread: run the bus until `stop`."""
+        """Run the bus until `stop`. Call it on the network thread."""
         self._bus = bus
         self._post(self._settle, self._opened, (bus, interface))
         bus.run_until(lambda: self._stopping)
 
     async def stop(self) -> None:
-        """Close the connection; returns when the thread is done with it."""
+        """Close the connection; returns when the thread has closed it."""
         self._stopping = True
         if self._bus is not None:
             self._bus.post(_nothing)

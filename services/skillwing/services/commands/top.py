@@ -43,10 +43,10 @@ from skillwing.services.terminal.output import (
 from skillwing.services.terminal.process_table import duration, process_facts, process_table
 
 PERIOD = 1.0
-"""Wall seconds between two pictures, over which the load of a process is measured."""
+"""Period of the display, and time over which the load of a process is measured [wall s]."""
 QUIT = "q"
 FRAME = 7
-"""Lines of the picture without rows: title, headings, and empty lines."""
+"""Lines of the display without rows: title, headings, and empty lines."""
 FEWEST = 3
 """Number of processes on the smallest screen."""
 
@@ -68,7 +68,7 @@ def top(
         system.bus.run_until(lambda: False, PERIOD)
         watch.update()
         if as_json or once or not console.is_terminal:
-            # Only the end of the question's patience shows whether a process hangs or is slow.
+            # Only the timeout of a query distinguishes a process that hangs from a slow one.
             system.bus.run_until(lambda: watch.heard_all)
         if as_json:
             print_json(watch.facts())
@@ -91,7 +91,7 @@ def _stay(system: System, watch: SystemTop, console: Console) -> None:
 
 
 class SystemTop:
-    """Follows a system on the bus of a connection, which must run between updates."""
+    """Monitor of a system on the bus of a connection, which must run between updates."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -138,7 +138,7 @@ class SystemTop:
 
     @property
     def heard_all(self) -> bool:
-        """True if every question has its answer, or has waited long enough for it."""
+        """True if every query has its answer, or has timed out."""
         return self._unheard == 0
 
     def _on_states(self, answer: Answer) -> None:
@@ -237,7 +237,7 @@ class SystemTop:
 
 
 def busiest(entries: Sequence[ProcessStatus], cpu: Mapping[str, float], room: int) -> list[ProcessStatus]:
-    """As many processes as fit, in their order: those with a problem first, then those with the highest load."""
+    """Processes that fit into `room` rows, in their order: those with a problem, then those with the highest load."""
 
     def rank(entry: ProcessStatus) -> tuple[bool, float]:
         return entry.condition is ProcessCondition.RUNS, -cpu.get(entry.state.name, 0.0)

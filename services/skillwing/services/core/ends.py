@@ -1,4 +1,4 @@
-"""Rules of ends: what a manager may end, with which effect, and what stays on record."""
+"""Rules of ends: goals that a manager may end, the effects, and the records."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from skillwing.services.protocol import (
 
 LOCAL_OUTCOMES = (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR)
 LONGEST_LOCAL_OUTCOME = 1 << 14
-"""Bytes of a terminal answer that is stored for a manager; those of our own managers are shorter."""
+"""Largest terminal answer that is stored for a manager [bytes]. Answers of our own managers are shorter."""
 
 
 def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
@@ -64,7 +64,7 @@ def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
 
 
 def record_outcome(state: ManagerState, request: RecordOutcome, now: float) -> GoalVerdict:
-    """Commit the outcome of a goal without a grant, unless another process has done something with the goal.
+    """Commit the outcome of a goal without a grant, unless another process has handled the goal.
 
     A successor that is asked for the goal gives the same answer, and does not run it.
     """
@@ -92,7 +92,7 @@ def record_outcome(state: ManagerState, request: RecordOutcome, now: float) -> G
 
 
 def abandons_unknown_grant(request: EndGoal) -> bool:
-    """The manager ends a goal without knowing whether it was granted, so that it has no token."""
+    """True if the manager ends a goal without its token, because it does not know of a grant."""
     return request.how is EndKind.ERROR and request.token == NO_TOKEN
 
 
@@ -119,7 +119,7 @@ def _end_without_grant(
         return known
     if not abandoned:
         raise unknown_goal(request.goal_id)
-    # Its begin may still be on the way. The goal must not take anything when that arrives.
+    # Its begin may still arrive. The goal must not take any resource then.
     text = "The manager gave the goal up before it was granted."
     record = state.record_goal(skill, "ENDED", now, request.goal_id, request.cause, text)
     ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=state.table.revision, record=record)
@@ -167,5 +167,5 @@ def _check_local_outcome(request: RecordOutcome) -> None:
 
 
 def _needs_a_run(terminal: Terminal) -> bool:
-    """Only a goal that has run can have these fields."""
+    """True for a terminal answer with fields that only an executed goal can have."""
     return terminal.result is not None or terminal.success or terminal.output is not None or terminal.forced

@@ -1,6 +1,6 @@
-"""States of a goal in its skill's manager: Figure 5 of the paper, made exact.
+"""States of a goal in its skill's manager: an exact form of Figure 5 of the paper.
 
-Each state is a type that has the fields which exist in it. Its method `on` takes an event and returns a reaction, or
+Each state is a type with the fields that exist in it. Its method `on` takes an event and returns a reaction, or
 None for an event that changes nothing there. `docs/semantics.md` holds the table of all reactions.
 """
 
@@ -95,12 +95,12 @@ class GoalState(msgspec.Struct, frozen=True):
         return ""
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
-        """The reaction that an event leads to at robot time `now`; None if the event changes nothing."""
+        """The reaction to an event at robot time `now`; None if the event changes nothing."""
         raise NotImplementedError
 
 
 class Idle(GoalState, frozen=True):
-    """Before the start."""
+    """State before the start."""
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
@@ -322,7 +322,7 @@ class Unstopped(Executing, frozen=True):
                 return self.end(event, skill)
 
     def count_silence(self, event: RenewalAnswered, skill: Skill, now: float) -> Reaction | None:
-        """Interrupt a goal whose invariants are not watched. One silence proves nothing."""
+        """Count unanswered renewals. After too many in a row the goal's invariants are not watched: interrupt it."""
         if not (event.answer is None or isinstance(event.answer, ErrorReply)):
             return None
         if self.silences + 1 >= RENEWALS_UNTIL_UNWATCHED:

@@ -37,7 +37,7 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
     granted = Granted(goal_id=request.goal_id, token=token, revision=state.table.revision, record=record)
     state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted))
     enforce_invariants(state, now)
-    # An invariant may be false from the start, say for want of data: then the goal is finished already.
+    # An invariant may be false from the start, for instance without data: then the goal is finished already.
     return state.ledger.verdict(request.goal_id, skill.name) or granted
 
 
@@ -54,7 +54,7 @@ def renew(state: ManagerState, request: RenewGoal, now: float) -> GoalVerdict:
 
 
 def _is_of_predecessor(grant: Grant, request: BeginGoal) -> bool:
-    """Another process of the same name holds the grant of the requested goal."""
+    """True if an earlier process of the same name holds the grant of the requested goal."""
     return grant.manager == request.manager and request.incarnation not in ("", grant.incarnation)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from skillwing.services.journal.errors import JournalRefusedError
 
 FORMAT = 3
-"""Raised with every change that another version cannot read, and with the protocol version."""
+"""Format version. Increase it with the protocol version, and for each change that another version cannot read."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`: type of the file, for tools."""
 ELSEWHERE = "Name another file, or move this one away to start afresh."
@@ -31,7 +31,7 @@ CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Owner of a journal: the robot's name, the skillset's name and its schema hash."""
+    """Owner of a journal: name of the robot, name of the skillset, and schema hash."""
 
     robot: str
     skillset: str

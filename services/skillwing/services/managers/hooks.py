@@ -1,4 +1,4 @@
-"""Hooks: the code that the developer of a skill writes, and that the skill's manager calls."""
+"""Hooks: code by the developer of a skill, called by the skill's manager."""
 
 from __future__ import annotations
 
@@ -57,17 +57,17 @@ class SkillHooks(Generic[I, O, F]):
     _control: GoalControl
 
     def bind(self, bus: Bus, control: GoalControl) -> None:
-        """Called by the manager before `setup`; not for developers."""
+        """Connect the hooks to the manager, which calls this before `setup`. Developers do not call it."""
         self.bus = bus
         self._control = control
 
     # --- to override -----------------------------------------------------------------------------------------------
 
     def setup(self) -> None:
-        """Runs once, before any goal. Subscribe to the functional layer here."""
+        """Subscribe to the functional layer. The manager calls it once, before any goal."""
 
     def validate(self, goal: Goal[I]) -> str | None:
-        """Return None to accept the goal, or a sentence that says what is wrong with it. The goal then ends NV.
+        """Return None to accept the goal, or a sentence on its problem. The goal then ends NV.
 
         Types and ranges of the model are checked before. Move nothing here: preconditions are checked afterwards.
         """
@@ -78,19 +78,19 @@ class SkillHooks(Generic[I, O, F]):
         """Start the functional layer. The goal holds its grant; it is RUNNING when this returns."""
 
     def progress(self, goal: Goal[I]) -> F | None:
-        """Called at each progress period while the goal is RUNNING; None publishes nothing."""
+        """Return feedback, or None to publish nothing. Called at each progress period while the goal is RUNNING."""
         del goal
         return None
 
     def on_interrupt(self, goal: Goal[I]) -> None:
         """Ask the functional layer to stop, and return. Call `interrupted` when it has stopped.
 
-        By default there is nothing to stop: it confirms at once.
+        The default has nothing to stop and confirms at once.
         """
         self.interrupted(goal.id)
 
     def on_ended(self, goal: Goal[I], terminal: Terminal) -> None:
-        """The goal is over, for any reason. Forget it, and stop everything that still runs for it.
+        """Clean up after a goal that has ended for any reason: stop everything that still runs for it.
 
         It is called once for every dispatched goal, after its terminal answer.
         """

@@ -117,7 +117,7 @@ class SkillManagerNode:
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
-        # The resource manager must not take this process for a predecessor whose token was away for a moment.
+        # The resource manager must not mistake this process for a predecessor whose token was briefly missing.
         attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
         self._registration = Registration(bus, keys, attach, self._on_replaced)
         self._registration.ask()
@@ -134,7 +134,7 @@ class SkillManagerNode:
         self._registration.give_up()
         self._alive.cancel()
 
-    # --- what comes in -----------------------------------------------------------------------------------------------
+    # --- input ------------------------------------------------------------------------------------------------------
 
     def _answer_start(self, request: StartGoal, key: str) -> GoalStatus:
         del key
@@ -171,13 +171,13 @@ class SkillManagerNode:
         self._bus.close()
 
     def _check_replaced(self, answer: GoalVerdict | ErrorReply | None) -> None:
-        """After `STALE_TOKEN` or `Lost`, attach again now: if this process was replaced, the reply says so."""
+        """Attach again at once after `STALE_TOKEN` or `Lost`: if this process was replaced, the reply says so."""
         if isinstance(answer, Lost) or (isinstance(answer, ErrorReply) and answer.code is ErrorCode.STALE_TOKEN):
             self._registration.ask()
 
     def _on_resources_answer(self, asked: AskResources, answer: Answer) -> None:
         if isinstance(answer, NoReply) and not self._bus.connected:
-            # This process is cut off; the resource manager may be well.
+            # This process is cut off; the resource manager may work.
             self._bus.after(CUT_OFF_DELAY, lambda: self._ask(asked), wall=True)
             return
         verdict = _verdict(answer)
@@ -188,7 +188,7 @@ class SkillManagerNode:
         self._step(QuestionAnswered(asked, verdict))
         self._check_replaced(verdict)
 
-    # --- what the hooks ask for --------------------------------------------------------------------------------------
+    # --- requests of hooks -------------------------------------------------------------------------------------------
 
     def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
         fields = None if output is None else msgspec.to_builtins(output)
@@ -232,7 +232,7 @@ class SkillManagerNode:
             case AskResources(silences=0):
                 self._ask(action)
             case AskResources():
-                # Wall time, since a robot clock that stands still is no reason to keep resources.
+                # Wall time, because a stopped robot clock is no reason to keep resources.
                 self._bus.after(retry_delay(action.silences), lambda: self._ask(action), wall=True)
             case CallHook():
                 self._call(action)
@@ -309,11 +309,11 @@ class SkillManagerNode:
 
     def _guarded(self, hook: str, goal_id: str, body: Callable[[], T]) -> tuple[T | None, bool]:
         """Run a hook. Returns what it returned and True, or None and False if it raised."""
-        # How long a hook blocks this thread is a matter of wall time, not of robot time.
+        # The time for which a hook blocks this thread is wall time, not robot time.
         started = self._bus.wall()
         try:
             return body(), True
-        except Exception as error:  # noqa: BLE001 - whatever a developer's code raises ends its goal, not this process
+        except Exception as error:  # noqa: BLE001 - any exception of a developer's code ends its goal, not this process
             self._report(hook, goal_id, error)
             return None, False
         finally:
@@ -340,7 +340,7 @@ class SkillManagerNode:
     # --- progress ----------------------------------------------------------------------------------------------------
 
     def _keep_progress_timer(self) -> None:
-        """The timer runs exactly while a goal is RUNNING."""
+        """Start or cancel the timer, so that it runs exactly while a goal is RUNNING."""
         run, period = self._core.current, self._model.progress_period
         running = run is not None and run.phase is State.RUNNING and period is not None
         if running and self._progress_timer is None and period is not None:
@@ -370,7 +370,7 @@ class SkillManagerNode:
         feedback, problems = fit_fields(self._model.feedback, given)
         wrong = [problem.sentence for problem in problems if problem.kind != "range"]
         if wrong:
-            # No reason to end a flight.
+            # Wrong feedback is no reason to end a flight.
             log.warning("dropped a feedback of %s: %s", self.name, " ".join(wrong))
             return None
         return feedback

@@ -117,7 +117,7 @@ class MockedRobot(Robot):
     """A robot with the managers of another one, mocked skills, and a mocked world."""
 
     def managers(self, run: Mapping[str, Any] = MappingProxyType({})) -> tuple[ProcessSpec, ...]:
-        """As `mock_processes`, with the script beside the skillset and the seed of the run."""
+        """Processes as of `mock_processes`, with the script beside the skillset and the seed of the run."""
         robot = Robot(self.name, self.skillset, self.hooks, clock=self.clock)
         return mock_processes(robot, scripts=scripts_for(self.skillset), seed=run.get("seed"), run=run)
 

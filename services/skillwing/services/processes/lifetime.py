@@ -12,23 +12,23 @@ from queue import SimpleQueue
 
 EXIT_OK = 0
 EXIT_UNREACHABLE = 69
-"""No router answers at the given address, or the router's port is taken."""
+"""Exit code: no router answers at the given address, or the router's port is taken."""
 EXIT_CRASHED = 70
-"""An unexpected exception; the log has its traceback."""
+"""Exit code: an unexpected exception; the log has its traceback."""
 EXIT_PASSING = 74
-"""A file cannot be read or written now; another try may succeed."""
+"""Exit code: a file cannot be read or written now; another attempt may succeed."""
 EXIT_REPLACED = 76
-"""Another process of its name has taken its place."""
+"""Exit code: a successor of the same name has replaced this process."""
 EXIT_CONFIGURATION = 78
-"""The options of the process are wrong; it has printed which."""
+"""Exit code: the options of the process are wrong; it has printed which."""
 EXIT_ORPHANED = 75
-"""The parent is gone, and the process did not end in time."""
+"""Exit code: the parent is gone, and the process did not end in time."""
 ORPHAN_GRACE = 5.0
-"""Seconds that an orphan has to end in order."""
+"""Longest time for an orderly end after the parent is gone [s]."""
 
 
 class Lifetime:
-    """Handles the signals that end a process. Make it once, on the main thread, before anything that takes time.
+    """Handler of the signals that end a process. Make it once, on the main thread, before any long operation.
 
     parent_pipe: also end when standard input closes. A killed parent cannot signal, but its end of the pipe closes.
     """

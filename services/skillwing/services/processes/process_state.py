@@ -11,14 +11,14 @@ import msgspec
 from skillwing.services.processes.proc_files import Usage
 
 STARTING_TIME = 10.0
-"""Seconds from the start of a process to its alive token; after that it counts as silent."""
+"""Longest time from the start of a process to its alive token; later it counts as silent [s]."""
 
 
 class ProcessState(msgspec.Struct, frozen=True, kw_only=True):
-    """One process. pid: None if only its alive token is known.
+    """State of one process. pid: None if only its alive token is known.
 
     life: it runs, waits for its restart, or is given up. restarts: their number. last_words: sentences on its last
-    exit, if it had one. talks: it holds an alive token while it is well; only the router does not. nodes: those that
+    exit, if it had one. talks: it holds an alive token while it works; only the router does not. nodes: those that
     share it, each with an alive token; empty for a process of one node, which has its name.
     """
 
@@ -43,7 +43,7 @@ class ProcessCondition(StrEnum):
     RUNS = "runs"
     STARTS = "starts"
     SILENT = "silent"
-    """It lives without one of its alive tokens: stopped, hung or cut off."""
+    """Process that lives without one of its alive tokens: stopped, hung or cut off."""
     RESTARTS = "restarts"
     DOWN = "down"
 
@@ -68,6 +68,6 @@ def condition(state: ProcessState, used: Usage | None, alive: Collection[str] | 
 
 
 def running_count(conditions: Iterable[ProcessCondition]) -> str:
-    """`3 of 4 processes run, not counting the router.`"""
+    """Sentence such as `3 of 4 processes run, not counting the router.`"""
     found = list(conditions)
     return f"{found.count(ProcessCondition.RUNS)} of {len(found)} processes run, not counting the router."

@@ -1,6 +1,6 @@
-"""Steps of a resource manager in the form in which they are recorded.
+"""Recorded form of the steps of a resource manager.
 
-A file holds a head, then cores that were made, each followed by the steps that it took.
+A file holds a head, then created cores, each followed by its steps.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import ErrorReply
 
 FORMAT = 3
-"""Raised with every change of what this module defines, and with the protocol version."""
+"""Format version. Increase it with the protocol version, and for each change of this module's types."""
 
 
 class Head(msgspec.Struct, frozen=True):

@@ -1,6 +1,6 @@
 """Report and pictures of one flight, made from the files of its run.
 
-They are the same for `demo` and campaigns, which fly one mission, and for `up`, to which missions come and go. Facts
+They are the same for `demo` and campaigns, which fly one mission, and for `up`, where missions come and go. Facts
 that need the true world, such as collisions, come from the robot's own judge.
 """
 
@@ -56,7 +56,7 @@ class Verdict:
 
 
 Judge: TypeAlias = Callable[[FlownMission, History, str], Verdict]
-"""Called with the flight, its history since its begin, and a title for pictures in the folder."""
+"""Judge of a flight. Arguments: the flight, its history from the begin on, a title for pictures in the folder."""
 
 
 def read_history(run_dir: Path, skillset: Skillset) -> History:

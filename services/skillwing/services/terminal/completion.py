@@ -1,7 +1,7 @@
 """Shell completion: names of the running skillset, or else of the robot that `up` starts by default.
 
-They come from the skillset's file, without a question to the system. For a file that cannot be read nothing is offered:
-a shell shows no errors while it completes.
+Names come from the skillset's file, without a query to the system. A file that cannot be read gives no names, because a
+shell shows no errors during completion.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from skillwing.services.robot import ROBOTS, find_robot
 MISSIONS = "skillwing.missions"
 
 Complete: TypeAlias = Callable[[typer.Context, str], list[str]]
-"""From the words before it, and the beginning of a word, to its completions."""
+"""Function from the earlier words of the line and the beginning of a word to the word's completions."""
 
 
 def one_of(names: Callable[[], Iterable[str]]) -> Complete:
@@ -54,7 +54,7 @@ def _input_words(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
 
 
 def _states(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
-    """States that an operator may give the resource, from some state."""
+    """States to which an operator may switch the resource from at least one state."""
     resource = skillset.resource(ctx.params.get("resource") or "")
     return dict.fromkeys(edge.target for edge in resource.transitions if edge.extern)
 

@@ -16,15 +16,15 @@ from skillwing.services.protocol import Ending, Terminal
 
 OK = 0
 FAILED = 1
-"""Done without success: a goal ended in failure, a process died, no process answered."""
+"""Exit code: done without success. A goal ended in failure, a process died, or no process answered."""
 USAGE = 2
-"""Not done: an unknown name, a malformed value, a broken file, a directory that is not writable."""
+"""Exit code: not done. An unknown name, a malformed value, a broken file, or a directory that is not writable."""
 NO_SYSTEM = 3
-"""No running system."""
+"""Exit code: no running system."""
 REFUSED = 4
-"""Refused by the robot: not validated, not ready, busy, or a transition that is not allowed."""
+"""Exit code: refused by the robot. Not validated, not ready, busy, or a transition that is not allowed."""
 INTERRUPTED = 130
-"""Ended by Ctrl-C or `kill`, as shells expect."""
+"""Exit code: ended by Ctrl-C or `kill`, as shells expect."""
 
 _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
 

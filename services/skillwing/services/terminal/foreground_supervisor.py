@@ -30,7 +30,7 @@ PERIOD = 0.5
 
 
 class ForegroundSupervisor:
-    """Watches a launcher's processes, prints their events, and keeps the system's announcement up to date.
+    """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
     exits: filled by the launcher. stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system.
     active_work: goals and mission under way. Use it as a context manager, in which the table is shown.
@@ -60,7 +60,7 @@ class ForegroundSupervisor:
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
 
     def __enter__(self) -> Self:
-        # A second Ctrl-C may come before this returns. Then nobody calls `__exit__`.
+        # A second Ctrl-C may come before this returns. Then `__exit__` is not called.
         with ExitStack() as stack:
             bus = ZenohBus("supervisor", self._launcher.robot, self._launcher.endpoint)
             self._bus = stack.enter_context(closing(bus))
@@ -82,7 +82,7 @@ class ForegroundSupervisor:
         self._stack.close()
 
     def follow(self) -> int:
-        """Stay until an essential process is given up; returns the exit code of that."""
+        """Supervise until an essential process is given up; return the exit code for that."""
         self._check_processes()
         while True:
             self._stop.wait(self._bus, lambda: not self._exits.empty(), PERIOD)
@@ -114,7 +114,7 @@ class ForegroundSupervisor:
             self._live.update(process_table(statuses), refresh=True)
 
     def _announce(self, states: tuple[ProcessState, ...]) -> None:
-        """Called between two checks, too, when other work begins: `down` prints what it cuts short."""
+        """Update the announcement, at each check and when other work begins: `down` prints the work that it ends."""
         self._announcement.update(states, "" if self._active_work is None else self._active_work.text)
 
     def _print(self, sentence: str, style: str = "") -> None:

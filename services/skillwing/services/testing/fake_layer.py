@@ -40,9 +40,9 @@ class _Answer:
 class FakeLayer:
     """A layer that publishes, answers requests, and records what it receives.
 
-    A test can use it directly, or derive a robot's own layer and declare its answers in `setup`. Two switches cause
-    faults. `refusal` is a sentence with which it refuses every request while it is set. `deaf` is the number of next
-    requests that it does not receive.
+    A test can use it directly, or derive a robot's own layer and declare its answers in `setup`. Two fields cause
+    faults. `refusal`: a sentence that refuses every request while it is set. `deaf`: number of next requests that are
+    not received.
     """
 
     name = "functional_layer"
@@ -62,7 +62,7 @@ class FakeLayer:
     # --- to override -------------------------------------------------------------------------------------------------
 
     def setup(self) -> None:
-        """Called once on the bus, to `answer` requests, subscribe and start timers."""
+        """Declare answers with `answer`, subscribe, and start timers. Called once, on the bus."""
 
     # --- the node ----------------------------------------------------------------------------------------------------
 
@@ -82,7 +82,7 @@ class FakeLayer:
         self.setup()
 
     def detach(self) -> None:
-        """Called at the end."""
+        """Do nothing: the layer holds no resources."""
 
     # --- publishing --------------------------------------------------------------------------------------------------
 

@@ -32,7 +32,7 @@ class SkillsetInProcess(Bench):
     skillset: the model, or the path of its file. hooks: classes or functions that make them, of any skills. mocks:
     False leaves the other skills without a manager; script: of the mocks (docs/mocks.md). states: initial states of
     resources, set directly, also those that only skills may change. data: values that are published from the start,
-    each at its promised period. layer: the fake functional layer. nodes: further nodes of the robot. seed, jitter: of
+    each at its declared period. layer: the fake functional layer. nodes: further nodes of the robot. seed, jitter: of
     the transport delay; with the same values a run repeats exactly.
 
     Raises SkillsetError for a file with errors, ContextError for a context that does not fit the model, TypeError for
@@ -59,7 +59,7 @@ class SkillsetInProcess(Bench):
         journal = Journal(None, Identity("", model.name, model.schema_hash))
         self.network = InProcessNetwork(seed=seed, jitter=jitter)
         self.hooks: dict[str, SkillHooks[Any, Any, Any]] = {}
-        """By skill: the hooks of its manager."""
+        """Hooks of the managers, by skill."""
         self._running: dict[str, tuple[Node, Bus]] = {}
         self._makers: dict[str, Callable[[], Node]] = {
             DATA_MANAGER: lambda: DataManagerNode(model),

@@ -36,7 +36,7 @@ class Mode(StrEnum):
 
 LANDING = (Mode.ROTOR, Mode.NAVIGATION, Mode.BATTERY, Mode.LAND)
 OVERRULING = (Mode.ROTOR, Mode.NAVIGATION, Mode.BATTERY, Mode.FENCE)
-"""In these modes setpoints are ignored, however fresh."""
+"""Modes in which all setpoints are ignored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +54,12 @@ class Emergencies:
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self.rotor: int | None = None
-        """The rotor that has failed (0 to 5)."""
+        """Number of the failed rotor (0 to 5)."""
         self._critical = False
         self._voltage: float | None = None
         self._lost, self._good_since = False, 0.0
         self.blind = False
-        """Navigation is lost, and the velocity is not valid either."""
+        """True if navigation is lost and the velocity is not valid either."""
 
     def navigation(self, t: float, *, valid: bool, velocity_valid: bool) -> None:
         """Take the validity of position and velocity at `t`."""

@@ -1,6 +1,6 @@
 """The fence guard: it detects that the drone could soon no longer stop inside the fence.
 
-Guidance keeps its setpoints inside. The guard watches the motion itself, whatever causes it: setpoints or wind.
+Guidance keeps its setpoints inside. The guard watches the motion itself, caused by setpoints or wind.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ LEVEL_BRAKING, UPRIGHT_BRAKING = 3.5, 3.0
 MARGIN = 0.2
 """Distance from the fence at which the drone comes to rest [m]."""
 _DRIFTING = 0.2
-"""Below this speed the margin shrinks in proportion, so that a hover within it is allowed [m/s]."""
+"""Speed below which the margin shrinks in proportion, so that a hover inside the margin is allowed [m/s]."""
 _WALLS = (("west", "east"), ("south", "north"), ("lower", "upper"))
 
 
@@ -26,7 +26,7 @@ class FenceGuard:
         self._fence = fence
 
     def threatened(self, position: Vector, velocity: Vector) -> str | None:
-        """The wall that this motion would break unless the drone brakes now: "east", "upper", ...; None if none."""
+        """The wall that this motion would cross unless the drone brakes now: "east", "upper", ...; None if none."""
         for axis, (low_name, high_name) in enumerate(_WALLS):
             x, v = position[axis], velocity[axis]
             if self._breaks(self._fence.high[axis] - x, v, axis):

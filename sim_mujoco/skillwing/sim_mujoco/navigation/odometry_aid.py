@@ -2,7 +2,7 @@
 
 Its reports are gated as fixes are, but without fixes there is no absolute reference: navigation and its gate would
 follow an error that grows slowly. So odometry has to qualify beforehand, by agreement with navigation that has fixes.
-It loses that by contradicting the inertial measurements, until there are fixes again.
+It loses this status by contradictions to the inertial measurements, until there are fixes again.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ CONTRADICTIONS = 5
 class OdometryReport:
     """A report of odometry for the time `t`: the `velocity` in body axes, FLU [m/s].
 
-    The drift of odometry's frame does not show in these axes. `since` is the start of this odometry; `good` is its own
-    opinion of its tracking.
+    The drift of odometry's frame has no effect in these axes. `since` is the start of this odometry; `good` is its own
+    assessment of its tracking.
     """
 
     t: float
@@ -42,7 +42,7 @@ class Reputation:
 
     def __init__(self) -> None:
         self.earned = False
-        """This odometry may aid navigation."""
+        """True if this odometry may aid navigation."""
         self._since = math.nan
         self._agreed = self._contradicted = 0
 

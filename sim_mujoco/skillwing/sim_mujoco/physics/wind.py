@@ -19,7 +19,7 @@ FOOT = 0.3048
 _LOWEST, _HIGHEST = 10.0, 1000.0
 """Heights between which the low-altitude model holds [ft]."""
 _SLOWEST = 1.0
-"""Least speed at which eddies pass: without wind they drift by themselves [m/s]."""
+"""Least speed at which eddies pass the drone: without wind they drift by themselves [m/s]."""
 _BLOCK = 1024
 
 
@@ -44,7 +44,7 @@ class Gust:
 
 @dataclass(frozen=True, slots=True)
 class Eddies:
-    """Strength [m/s] and length [m] of the eddies along the wind (the same across it), and upright."""
+    """Strength [m/s] and length [m] of eddies: level, the same along and across the wind, and upright."""
 
     level: float
     upright: float
@@ -53,7 +53,7 @@ class Eddies:
 
     @classmethod
     def at(cls, height: float, strength: float) -> Eddies:
-        """At a height above the ground [m], where the wind at 6 m is of this strength [m/s]."""
+        """Eddies at a height above the ground [m]. strength: wind at a height of 6 m [m/s]."""
         h = clamp(height / FOOT, _LOWEST, _HIGHEST)
         shape = 0.177 + 0.000823 * h
         upright = 0.1 * strength
@@ -112,7 +112,7 @@ class Wind:
 
     @property
     def is_steady(self) -> bool:
-        """The wind never changes."""
+        """True if the wind never changes."""
         return self._turbulence is None and not self.gusts
 
     def advance(self, t: float, dt: float, height: float, velocity: Vector) -> Vector:

@@ -27,18 +27,18 @@ _REMEMBERED = round((IMU_BATCH + 0.1) / IMU_PERIOD)
 
 
 class ImuCrossCheck:
-    """The computer's IMU compared with the autopilot's. Both measure the same, but for noise, biases and 2 ms."""
+    """Comparison of the computer's IMU with the autopilot's. They differ by noise, biases and 2 ms in time."""
 
     def __init__(self) -> None:
         self._difference = [0.0] * len(_LIMITS)
 
     def residual(self, batch: Data, own: Sequence[tuple[float, ...]]) -> str | None:
-        """The difference that speaks against a batch (n, 6), in words. `own`: the autopilot's samples of that time."""
+        """Description of a difference that refutes a batch (n, 6), or None. own: the autopilot's samples meanwhile."""
         if not np.isfinite(batch).all():
-            return NOT_FINITE  # The mean would not be finite any more, now or later.
+            return NOT_FINITE  # The mean would stay infinite or NaN.
         for k, limit in enumerate(_LIMITS):
             apart = abs(fmean(batch[:, k].tolist()) - fmean([sample[k] for sample in own]))
-            # An impact lasts one sample, and perhaps only one of the two IMUs has it.
+            # An impact lasts one sample, and may be in the data of only one of the two IMUs.
             self._difference[k] += _SMOOTHING * (min(apart, 3.0 * limit) - self._difference[k])
         excess = [difference / limit for difference, limit in zip(self._difference, _LIMITS, strict=True)]
         worst = excess.index(max(excess))
@@ -49,7 +49,7 @@ class ImuCrossCheck:
 
 
 class GroundCrossCheck:
-    """The range-finder compared with the LiDAR's beams that point down, and with its value on the ground."""
+    """Comparison of the range-finder with the LiDAR's beams that point down, and with its value on the ground."""
 
     _DOWN = 3 / 4
     """Part of a revolution after which the ring looks down."""
@@ -72,7 +72,7 @@ class GroundCrossCheck:
         self._seen = (t, float(down.min()), float(down.max())) if down.size else None
 
     def residual(self, t: float, distance: float, *, standing: bool) -> str | None:
-        """The difference that speaks against a distance [m], 0 for none, measured at `t`; in words."""
+        """Description of a difference that refutes a distance measured at `t` [m; 0: no return], or None."""
         expected = (self._standing, self._standing) if standing else self._below(t)
         if expected is None:
             return None

@@ -57,8 +57,8 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One kind of fault of one sensor: wanted from `at` on (robot time), for `duration` seconds or for good. With a
-    `zone` it is on only while the drone is inside."""
+    """One kind of fault of one sensor, from `at` on (robot time), for `duration` seconds or for good. With a `zone` it
+    is on only while the drone is inside."""
 
     sensor: str
     kind: str
@@ -68,7 +68,7 @@ class Fault:
     zone: Zone | None = None
 
     def is_wanted(self, t: float, position: Vector) -> bool:
-        """The fault should be on at `t`, with the drone at `position`."""
+        """True if the fault should be on at `t`, with the drone at `position`."""
         early = t < self.at - 1e-9
         late = self.duration is not None and t >= self.at + self.duration - 1e-9
         return not early and not late and (self.zone is None or self.zone.contains(position))
@@ -144,7 +144,7 @@ def check_kind(kind: str, magnitude: float | None = None, largest: float = LARGE
 
 
 class FaultSchedule:
-    """Faults that come and go with time and place. It leaves faults alone that were switched by hand meanwhile."""
+    """Schedule of faults by time and place. It does not change faults that were switched by hand meanwhile."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
         self._faults = tuple(faults)
@@ -152,7 +152,7 @@ class FaultSchedule:
 
     @property
     def is_empty(self) -> bool:
-        """Nothing will ever be switched."""
+        """True if the schedule has no faults."""
         return not self._faults
 
     def switches(self, t: float, position: Vector) -> Iterator[tuple[Fault, bool]]:

@@ -1,4 +1,4 @@
-"""Classes of satellite receivers. Needs no numpy, so that the format of scenarios is light."""
+"""Classes of satellite receivers. Needs no numpy, so that the format of scenarios is quick to import."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RECEIVERS: dict[ReceiverName, Receiver] = {
     "rtk": Receiver(0.02, 0.03, 30.0, 0.005, 0.03, math.radians(0.2), 1.0),
     "standalone": Receiver(1.0, 1.8, 100.0, 0.1, 0.08, math.radians(0.5), 4.0),
 }
-"""With fixed carrier-phase ambiguities (data sheets: 1 cm + 1 ppm), and without corrections (1.5 to 2.5 m)."""
+"""Receivers with fixed carrier-phase ambiguities (data sheets: 1 cm + 1 ppm), or no corrections (1.5 to 2.5 m)."""
 
 
 def receiver_class(name: str) -> Receiver:

@@ -65,7 +65,7 @@ class SimNode:
             self._out[key] = bus.advertise(key)
         for key in map(health_key, SENSORS):
             self._out[key] = bus.advertise(key, events=True)
-        # An unreadable setpoint is ignored; without others the failsafe acts.
+        # An unreadable setpoint is ignored; without any other setpoint the failsafe acts.
         setpoints = message_reader(flight.AutopilotSetpoint, self._on_setpoint)
         bus.subscribe(flight.AUTOPILOT_SETPOINT, setpoints, latest_only=True)
         bus.subscribe(odometry.SLAM_ODOMETRY, message_reader(odometry.Odometry, self._on_odometry))
@@ -78,7 +78,7 @@ class SimNode:
     def detach(self) -> None:
         """Do nothing: no state outlives this process."""
 
-    # --- time passes -----------------------------------------------------------------------------------------
+    # --- time ------------------------------------------------------------------------------------------------
 
     def _advance(self) -> None:
         happened = self._sim.advance(self._sim.t + SLICE)
@@ -228,13 +228,13 @@ def odometry_report(message: odometry.Odometry, epoch: float = 0.0) -> OdometryR
 
 
 def _differs(one: flight.FlightState, other: flight.FlightState) -> bool:
-    """Anything but the time has changed."""
+    """True if the states differ in a field other than the time."""
     names = ("on_ground", "rotors_on", "home_valid", "authority", "failsafe", "follows", "holds_heading")
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
 class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A failure of so many packs of the battery: `{"at": 40.0, "packs": 3}`."""
+    """A failure of a number of battery packs: `{"at": 40.0, "packs": 3}`."""
 
     at: Seconds
     packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]

@@ -20,11 +20,11 @@ from skillwing.dsl.model import Skill
 from skillwing.dsl.queries import named_by
 
 MOST_SKILLS = 16
-"""Skills of one group that change something."""
+"""Largest number of skills in one group that change something."""
 MOST_STATES = 8192
-"""Combinations of the declared states of the resources of one group."""
+"""Largest number of combinations of the resources' states in one group."""
 MOST_SITUATIONS = 4000
-"""Situations of a whole file, so that an editor can check it at every keystroke."""
+"""Largest number of situations of a file: an editor checks the file at every keystroke."""
 _MOST_OUTCOMES = 40_000
 
 
@@ -34,8 +34,8 @@ class PartByPart:
     def __init__(self, space: StateSpace) -> None:
         self._budget = Budget(MOST_SITUATIONS, _MOST_OUTCOMES)
         self._of: dict[str, tuple[Knowledge, Skill]] = {}
-        """By skill, its knowledge, with that skill or another one of equal behaviour."""
-        # The small ones first: a large one may spend all that is left.
+        """Knowledge by skill, each with that skill or with another one of equal behaviour."""
+        # Small parts first: a large part may use up the budget.
         parts = sorted(_parts(space), key=lambda part: len(part.skillset.skills))
         known = [self._understand(part) for part in parts]
         self.exact = all(each.exact for each in (*known, *(each for each, _ in self._of.values())))
@@ -51,7 +51,7 @@ class PartByPart:
         return known.stuck(like, name, origins)
 
     def _understand(self, part: StateSpace) -> Knowledge:
-        """The knowledge of the resources of a part. Also notes the knowledge of each of its skills."""
+        """Compute the knowledge of the resources of a part. Stores the knowledge of each of its skills."""
         movers = [skill for skill in part.skillset.skills if not part.behaviour(skill).changes_nothing]
         played = self._played(part, movers) if _may_be_played(part, len(movers)) else None
         roughly = cache(lambda: Approximation(part))

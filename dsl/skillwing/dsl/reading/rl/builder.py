@@ -33,7 +33,7 @@ _Kind = TypeVar("_Kind")
 
 
 class RlBuilder(NodeBuilder):
-    """Adds the rules that only this dialect has. The node of the whole file is a `SkillsetSyntax`."""
+    """Builder that adds the rules of this dialect. The node of the whole file is a `SkillsetSyntax`."""
 
     post = PostNode
 
@@ -102,7 +102,7 @@ class RlBuilder(NodeBuilder):
         return InterruptNode(keyword, _changes(items), _only(items, PostNode))
 
     def interrupting(self, _value: Lexeme) -> None:
-        """Nothing: a skill that stops at once confirms at once, as the base class of managers does (docs/onera.md)."""
+        """Ignore the value: a skill that stops at once confirms at once, by default of the managers (docs/onera.md)."""
 
     def results(self, keyword: Lexeme, *results: ResultNode) -> ResultsNode:
         return ResultsNode(keyword, results)

@@ -105,7 +105,7 @@ class _Village:
         plot.add(church(self._named(ObstacleKind.BUILDING), outline, plot.between(20.0, CEILING)))
 
     def _houses(self, leg: Leg, side: int) -> None:
-        """Houses along one side of a lane, each with its garden."""
+        """Add houses along one side of a lane, each with a garden."""
         plot = self._plot
         (ax, ay), (bx, by) = leg
         length, yaw = math.dist(*leg), math.atan2(by - ay, bx - ax)
@@ -133,11 +133,11 @@ class _Village:
         return plot.add(house(self._named(ObstacleKind.BUILDING), outline, eaves, rise, walls, roof), spacing=2.0)
 
     def _garden(self, house_at: Point, yaw: float, side: int, aside: float) -> None:
-        """A wall or a hedge towards the lane, with a gate left open, a tree, now and then a car."""
+        """Add a garden: walls or hedges with an opening towards the lane, a tree, and sometimes a car."""
         plot = self._plot
 
         def beside(forward: float, outward: float) -> Point:
-            """A place beside the house, so far along the lane and so far from its middle."""
+            """Position near the house: `forward` along the lane, `outward` from its middle [m]."""
             off = side * (outward - aside)
             return (
                 house_at[0] + forward * math.cos(yaw) - off * math.sin(yaw),
@@ -175,7 +175,7 @@ class _Village:
             self._plot.add(lamp(self._named(ObstacleKind.POLE), foot, yaw + math.pi / 2, 5.5, 1.0), spacing=0.3)
 
     def _farms(self) -> None:
-        """More houses away from the lanes."""
+        """Scatter more houses away from the lanes."""
         west, south, east, north = self._borders
         plot = self._plot
 
