@@ -12,7 +12,7 @@ from typing import NamedTuple
 from skillwing.dsl import parse
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.goal_states import (
-    ASK,
+    Ask,
     Asking,
     AskingCancelled,
     Committing,
@@ -171,8 +171,8 @@ _QUESTIONS = {"BeginGoal": "ask for the grant", "EndGoal": "ask for the end", "R
 def edge_of(state: GoalState, event: GoalEvent, reaction: Reaction) -> Edge:
     """The edge that a reaction takes."""
     after, action, _ = reaction
-    assert after.question is not None or action != ASK
-    doing = _QUESTIONS[after.question.__name__] if after.question and action == ASK else _ACTIONS[action]  # pyright: ignore[reportArgumentType]
+    assert after.question is not None or action is not Ask.RESOURCES
+    doing = _QUESTIONS[after.question.__name__] if after.question and action is Ask.RESOURCES else _ACTIONS[action]  # pyright: ignore[reportArgumentType]
     return Edge(type(state).__name__, _event_in(state, event, after), state_name(after), doing)
 
 

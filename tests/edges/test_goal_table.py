@@ -10,7 +10,7 @@ import edges_run
 import pytest
 from goal_table import AFTER, BEFORE, SKILL, Edge, all_edges, example_events, example_states, page_text
 
-from skillwing.services.core.goal_states import ASK, Asking, Finished, GivingBack, Holding
+from skillwing.services.core.goal_states import Ask, Asking, Finished, GivingBack, Holding
 from skillwing.services.core.skill_actions import Hook
 from skillwing.services.core.skill_events import Reply
 from skillwing.services.protocol import Granted, State
@@ -47,7 +47,7 @@ def test_on_ended_runs_for_dispatched_goals_and_no_others() -> None:
 def test_a_question_is_put_once_when_its_state_begins() -> None:
     for state, event, (after, action, _) in REACTIONS:
         asks = after.question is not None and after.question is not state.question
-        assert (action == ASK) == asks, (state, event)
+        assert (action is Ask.RESOURCES) == asks, (state, event)
 
 
 def test_a_grant_is_kept_until_the_goal_is_over() -> None:

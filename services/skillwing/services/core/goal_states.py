@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final, Literal, TypeAlias
+from enum import Enum, auto
+from typing import Any, ClassVar, TypeAlias
 
 import msgspec
 from msgspec.structs import replace
@@ -65,9 +66,13 @@ RENEWALS_UNTIL_UNWATCHED = 20
 watched. A resource manager that is started again is back long before that."""
 
 
-ASK: Final = "ask"
-"""Action of a reaction: put the question of the new state to the resource manager."""
-Reaction: TypeAlias = "tuple[GoalState, Hook | Literal['ask'] | None, str | None]"
+class Ask(Enum):
+    """Action of a reaction: put the question of the new state to the resource manager."""
+
+    RESOURCES = auto()
+
+
+Reaction: TypeAlias = "tuple[GoalState, Hook | Ask | None, str | None]"
 """Effect of an event on a goal: the next state, the action, and the timeline record behind it.
 
 A change of the phase is published before the action. The record is None for the goal's own last one.
@@ -107,7 +112,7 @@ class Idle(GoalState, frozen=True):
             case Accepted():
                 return Validating(), Hook.VALIDATE, None
             case Rejected(terminal=terminal):
-                return Committing(terminal, State.VALIDATING), ASK, None
+                return Committing(terminal, State.VALIDATING), Ask.RESOURCES, None
             case _:
                 return None
 
@@ -118,7 +123,7 @@ class Validating(GoalState, frozen=True):
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Validated(problem=None):
-                return Asking(), ASK, None
+                return Asking(), Ask.RESOURCES, None
             case StopRequested(reason=reason, cause=cause):
                 return ValidatingCancelled(reason), None, cause
             case _:
@@ -137,7 +142,7 @@ class Validating(GoalState, frozen=True):
                 return None
 
     def commit(self, terminal: Terminal) -> Reaction:
-        return Committing(terminal, self.phase), ASK, None
+        return Committing(terminal, self.phase), Ask.RESOURCES, None
 
 
 class ValidatingCancelled(Validating, frozen=True):
@@ -218,7 +223,7 @@ class AskingCancelled(Asking, frozen=True):
         match event:
             case Reply(answer=Granted(token=token)):
                 state = GivingBack(token, EndKind.INTERRUPT, self.reason, State.INTERRUPTING)
-                return state, ASK, None
+                return state, Ask.RESOURCES, None
             case _:
                 return self.fail(event, skill)
 
@@ -298,7 +303,7 @@ class Executing(Holding, frozen=True):
         state = Finishing(self.token, how, sendable_text(reason), self.phase, result, output, forced)
         if cause is not None:
             cause = sendable_text(cause)[:LONGEST_LABEL]
-        return state, ASK, cause
+        return state, Ask.RESOURCES, cause
 
 
 class Unstopped(Executing, frozen=True):

@@ -15,7 +15,7 @@ from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.goal_states import (
-    ASK,
+    Ask,
     Executing,
     GoalRun,
     GoalState,
@@ -233,7 +233,7 @@ class SkillCore:
             self._current = None
         if action is None:
             return True
-        if action == ASK:
+        if action is Ask.RESOURCES:
             self._delivery.ask(run)
         else:
             token = state.token or before.token
