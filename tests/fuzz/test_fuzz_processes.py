@@ -19,9 +19,9 @@ def test_processes_live_on_and_answer(tmp_path: Path) -> None:
         thrower.flood(150)
 
     outcome = fuzz(managers_and_guidance(), tmp_path, act, seed=1)
-    assert not outcome.died
-    assert not outcome.deaf
-    assert not outcome.silent
-    assert not outcome.internal
+    assert not outcome.died, "these processes exited; their logs in the run directory have the payload"
+    assert not outcome.deaf, "these processes do not answer any more"
+    assert not outcome.silent, "these keys were not answered: refuse with a typed error"
+    assert not outcome.internal, "these keys answered INTERNAL: refuse with a typed error"
     assert outcome.refused > 100
     assert outcome.growth < ROOM, outcome.memory

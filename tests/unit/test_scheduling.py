@@ -25,16 +25,18 @@ def starts_processes(file: Path, seen: set[Path]) -> bool:
     )
 
 
-def test_whoever_starts_processes_is_in_a_group() -> None:
+def test_every_file_that_starts_processes_is_in_a_group() -> None:
     files = [file for folder in FOLDERS for file in (TESTS / folder).glob("test_*.py")]
     starting = {str(file.relative_to(TESTS)) for file in files if starts_processes(file, set())}
     assert starting, "the words to look for are not those of today"
-    assert starting <= GROUP_OF.keys(), "name them in tests/scheduling.py"
+    missing = starting - GROUP_OF.keys()
+    assert not missing, f"Add {sorted(missing)} to a group in tests/scheduling.py."
 
 
 def test_every_file_of_a_group_is_there_and_in_no_other() -> None:
-    assert [file for file in GROUP_OF if not (TESTS / file).is_file()] == []
-    assert len(GROUP_OF) == sum(len(files) for files in GROUPS.values())
+    missing = [file for file in GROUP_OF if not (TESTS / file).is_file()]
+    assert not missing, f"Remove {missing} from tests/scheduling.py."
+    assert len(GROUP_OF) == sum(map(len, GROUPS.values())), "A file is in two groups of tests/scheduling.py."
 
 
 def test_a_group_stays_together_and_every_other_file_by_itself() -> None:
