@@ -1,4 +1,4 @@
-"""The m600 flies its mission, and in the air one of its processes is killed or stopped: what becomes of the drone?"""
+"""Mission flights of the m600 in which one process is killed or stopped in the air, and their outcomes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TO_THE_MOMENT = 120.0
 TO_THE_GROUND = 240.0
 """Wall seconds after the fault in which the drone has to be on the ground."""
 LAST_WORDS = 20.0
-"""Wall seconds that the mission has to say how it ended, once the drone stands."""
+"""Wall seconds that the mission has for its last status after the landing."""
 SIMULATOR = "sim"
 MISSION_PROCESS = "mission"
 
@@ -55,10 +55,10 @@ class FlightCell:
 class FlightResult:
     """Outcome of a flight.
 
-    noticed: the first sign of the fault. lost: goals that ended LOST or ERROR, as `skill LABEL`. mission: how it ended,
-    in its own words. landed: wall seconds from the fault to standing still on the ground, None if it never did.
-    from_home: horizontal distance in m. failsafe: the autopilot had to help itself. collisions, left_fence: as the
-    physics knows. world_ended: the simulator was killed, and the world with it.
+    noticed: first sign of the fault. lost: goals that ended LOST or ERROR, as `skill LABEL`. mission: its last status,
+    or that it is dead. landed: wall seconds from the fault to standing still on the ground; None without a landing.
+    from_home: horizontal distance in m. failsafe: True if a failsafe of the autopilot acted. collisions, left_fence:
+    ground truth of the physics. world_ended: True if the simulator was killed, and the world with it.
     """
 
     cell: FlightCell
@@ -74,7 +74,7 @@ class FlightResult:
 
     @property
     def kept(self) -> bool:
-        """The promise: nothing was hit, the fence was kept, and the drone stands."""
+        """True if the drone hit nothing, stayed in the fence and landed. A world that ended needs no landing."""
         safe = not self.collisions and not self.left_fence
         return safe and (self.world_ended or self.landed is not None)
 
@@ -91,7 +91,7 @@ class FlightResult:
 
 
 def flight_cells() -> Iterator[FlightCell]:
-    """Those that are flown: each process killed in cruise, those that fly the drone also stopped and at take-off."""
+    """Cells to fly: each process killed in cruise, some also stopped there, and three killed at take-off."""
     everybody = (
         ROUTER,
         RESOURCE_MANAGER,
@@ -115,7 +115,7 @@ def flight_cells() -> Iterator[FlightCell]:
 
 
 def fly(cell: FlightCell) -> FlightResult:
-    """Fly, harm, and watch the drone until it stands. Raises StartError, and RuntimeError if there was no flight."""
+    """Fly, inject the fault and wait for the landing. Raises StartError, and RuntimeError if there was no flight."""
     with tempfile.TemporaryDirectory(prefix="chaos-") as folder:
         run_dir = Path(folder)
         skillset = ROBOT.load_skillset()

@@ -43,20 +43,20 @@ PROCESSES = (
 STAY = 2.0
 """Wall seconds for which a goal stays in the state in which the fault comes."""
 RUNS_FOR = 6.0
-"""The same for RUNNING, in which there is time to notice that the mission was stopped."""
+"""Wall seconds for RUNNING, which leave time to notice that the mission was stopped."""
 INTO_STATE = 0.2
-"""Wall seconds after which it comes."""
+"""Wall seconds from the start of that state to the fault."""
 STOPPED_FOR = 4.0
 """Wall seconds between SIGSTOP and SIGCONT: longer than every lease."""
 PATIENCE = 30.0
-"""Wall seconds within which everything has to be well again."""
+"""Longest wait for a state of a goal or for recovery, in wall seconds."""
 BETWEEN_ATTEMPTS = 0.05
 NOTICED_WITHIN = 4.0
-"""Wall seconds: a lease of 2 s, and as much again for a busy machine."""
+"""Wall seconds to the first sign of a fault: a lease of 2 s, and as much again for a busy machine."""
 OVER_WITHIN = 10.0
-"""Wall seconds from the end of a fault: the answer of a goal that was harmed, its tool free; and a new goal done."""
+"""Wall seconds from the end of a fault to the answer of a harmed goal, its free tool, and the success of a new goal."""
 HUNG_FOR = 25.0
-"""Wall seconds at most that a process hangs, until somebody kills it: skills have to stop before that by themselves."""
+"""Most wall seconds before a hung process is killed. Skills have to stop before that by themselves."""
 
 
 @dataclass(frozen=True)
@@ -64,21 +64,21 @@ class Cell:
     process: str
     fault: Fault
     state: str
-    """Of the goal when the fault comes: a `State`, or idle."""
+    """State of the goal when the fault comes: a `State`, or idle."""
 
     @property
     def expected(self) -> frozenset[str]:
-        """Permitted ends of its goal. Processes without a part in the goal cost it nothing."""
+        """Permitted ends of the goal. Faults in processes without a part in the goal do not change its end."""
         usual = "IT" if self.state == State.INTERRUPTING else "S_DONE"
         if self.process == skill_process(SKILL):
             lost = frozenset({"LOST by client", "LOST by resource_manager"})
-            # Nothing was granted yet, and the start has had no answer: sent again, it may reach the next process.
+            # The goal has no grant, and its start no answer yet: a repeated start may reach the next process.
             repeated = self.fault is Fault.KILL and self.state == State.VALIDATING
             return lost | {usual} if repeated else lost
         if self.process == MISSION or self.fault is Fault.HANG:
             return frozenset({"IT"})
         if self.process == ROUTER and self.fault is Fault.STOP and self.state == State.VALIDATING:
-            # It has kept the robot's data from the resource manager: the precondition on them is false while stale.
+            # The stopped router holds back the robot's data: the precondition on them is false while they are stale.
             return frozenset({usual, "NR"})
         return frozenset({usual})
 
@@ -87,10 +87,10 @@ class Cell:
 class Result:
     """Outcome of a cell, in wall seconds.
 
-    answer: how the goal ended and who said so; None if there was no goal. answered, free: seconds from the fault to
-    that answer, and until the tool was free for good. again: time until a new goal succeeded, from the fault, the
-    wake-up or the end of an unharmed goal. None: it did not happen. harmed: the end differs from the faultless
-    one. lasted: duration of the fault.
+    answer: end of the goal and its source; None without a goal. answered, free: time from the fault to that answer, and
+    to the final release of the tool. again: time to the success of a new goal, from the fault, the wake-up or the end
+    of an unharmed goal. None: it did not happen. harmed: True if the end differs from the faultless one. lasted:
+    duration of the fault.
     """
 
     cell: Cell
@@ -104,13 +104,13 @@ class Result:
 
     @property
     def as_promised(self) -> bool:
-        """The goal has the answer that it should, the tool is free, and the system works: however long it took."""
+        """True if the goal has a permitted end, the tool is free and the system works, after any time."""
         goal_is_over = self.cell.state == IDLE or (self.answered is not None and self.answer in self.cell.expected)
         return goal_is_over and self.free is not None and self.again is not None
 
     @property
     def in_time(self) -> bool:
-        """The fault was noticed, and what it has done was over, within the limits."""
+        """True if the fault was noticed, and its effects were over, within the limits."""
         noticed = self.noticed is not None and self.noticed.after <= NOTICED_WITHIN
         over = [each for each in (self.answered, self.free) if self.harmed and each is not None]
         again = self.again is not None and self.again <= OVER_WITHIN
@@ -118,12 +118,12 @@ class Result:
 
     @property
     def kept(self) -> bool:
-        """The promise."""
+        """True if the cell is as promised, and in time."""
         return self.as_promised and self.in_time
 
 
 def cells() -> Iterator[Cell]:
-    """All of them; each process gets some time between its deaths, for the launcher's patience is bounded."""
+    """All cells. Each process runs for a while between its kills, as the launcher limits exits in a row."""
     for state in (IDLE, *STATES):
         for fault in (Fault.KILL, Fault.STOP):
             for process in PROCESSES:
@@ -132,7 +132,7 @@ def cells() -> Iterator[Cell]:
 
 
 class Stand:
-    """The system, and a client of it. To be used as a context manager; raises StartError."""
+    """The system and a client of it, as a context manager. Raises StartError."""
 
     def __init__(self, run_dir: Path) -> None:
         skillset = load(STAND)
@@ -160,13 +160,13 @@ class Stand:
         self._undoing.close()
 
     def make_sound(self) -> bool:
-        """Start what nobody starts again, and tell whether goals succeed and every process lives."""
+        """Start ended processes without automatic restart. True if goals succeed and every process lives."""
         missing = [spec for spec in self._specs if not self.launcher.running(spec.name) and spec.restart == "never"]
         self.launcher.start(missing)
         return self._until_a_goal_succeeds() and all(self.launcher.running(name) for name in PROCESSES)
 
     def suffer(self, cell: Cell) -> Result:
-        """Bring a goal into its state, do the bad thing, and watch until everything is well again."""
+        """Bring a goal into its state, inject the fault, and watch until the system has recovered."""
         goal = None if cell.state == IDLE else self._goal_in(cell)
         signs = self.signs
         signs.harm(cell.process, cell.fault)
@@ -195,7 +195,7 @@ class Stand:
         recovered = signs.run_until(well, PATIENCE)
         terminal = None if goal is None else self._terminal(goal)
         harmed = terminal is not None and not _as_usual(terminal, cell.state)
-        # The time in which an unharmed goal goes its way is none of recovery.
+        # The remaining time of an unharmed goal is no part of recovery.
         since = lasted if harmed or answered is None else max(lasted, answered)
         works = recovered and self._until_a_goal_succeeds()
         return Result(
@@ -210,9 +210,9 @@ class Stand:
         )
 
     def _goal_in(self, cell: Cell) -> GoalHandle | str:
-        """A goal that has just come into a cell's state: its handle, or its id if the mission has started it."""
+        """Bring a goal into the cell's state. Returns its handle, or its id if the mission has started it."""
         state, by_mission = State(cell.state), cell.process == MISSION
-        # What happens to a mission's goals takes effect when the hook that blocks has returned.
+        # A fault of the mission takes effect on its goal when the blocking hook has returned.
         afterwards = STAY if by_mission else Stages().run
         stay = {
             State.VALIDATING: Stages(validate=STAY, run=afterwards),

@@ -31,7 +31,7 @@ class Stages(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class WorkManager(SkillHooks[Stages, None, None]):
-    """Blocks in the two hooks during which a goal is VALIDATING and DISPATCHING, for there is no other way to stay."""
+    """Hooks of `work`, which block in `validate` and `on_dispatch` to keep a goal VALIDATING or DISPATCHING."""
 
     skill = SKILL
     Inputs = Stages
@@ -48,7 +48,7 @@ class WorkManager(SkillHooks[Stages, None, None]):
 
 
 class Mission:
-    """Starts and owns the goals that it is ordered to start."""
+    """Mission that starts and owns the goals in its orders."""
 
     name = MISSION
     owns_clock = False
@@ -58,7 +58,7 @@ class Mission:
         bus.subscribe(ORDERS, self._on_order)
 
     def detach(self) -> None:
-        """Its alive token goes with it."""
+        """Do nothing: the alive token ends with the bus."""
 
     def _on_order(self, sample: Sample) -> None:
         order = decode(sample.payload, StartGoal)

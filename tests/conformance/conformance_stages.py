@@ -1,4 +1,4 @@
-"""The workbench, thrice: managers around a developer's hooks, mocks, and mocks as real processes over Zenoh."""
+"""Three stages of the workbench: managers around a developer's hooks, mocks, and mocks as processes over Zenoh."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from skillwing.services.testing.context import model_of
 WORKBENCH = Path(__file__).with_name("workbench.skillset")
 SCRIPT = WORKBENCH.with_suffix(".mock.toml")
 ATTEMPTS = 50
-"""Questions to a mock after which it counts as deaf."""
+"""Calls after which a mock counts as unreachable."""
 
 
 class PlannedHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
-    """Does what is planned, and is as careless as a developer may be: it raises, and its timers outlive its goals."""
+    """Hooks that follow a plan, with a developer's mistakes: they raise, and their timers outlive their goals."""
 
     def __init__(self, skill: str) -> None:
         self.skill = skill  # pyright: ignore[reportAttributeAccessIssue]
@@ -75,7 +75,7 @@ class PlannedHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
 
 
 class InProcessStage:
-    """Real managers in virtual time. mocked: mocks play the skills, instead of hooks that are written by hand."""
+    """Real managers in virtual time. mocked: True for mocks as skills, instead of hooks written by hand."""
 
     apart = True
 
@@ -146,7 +146,7 @@ class InProcessStage:
                 self.restart(process)
 
     def close(self) -> None:
-        """Nothing outlives the test."""
+        """Do nothing: the stage has no processes and no sessions."""
 
     def _node(self, process: str) -> Node:
         match process:
@@ -165,8 +165,8 @@ class InProcessStage:
 class ProcessStage:
     """Mocks as processes over Zenoh, in wall time. One system serves all cases.
 
-    layout: `own` process for each manager; `colocated`, all but the resource manager in one; `mesh`, own ones that talk
-    directly.
+    layout: `own`, a process for each manager; `colocated`, one for all but the resource manager; `mesh`, a process for
+    each manager, with direct connections.
     """
 
     def __init__(self, run_dir: Path, layout: str = "own") -> None:
@@ -230,7 +230,7 @@ class ProcessStage:
         self._system.close()
 
     def _host(self, node: str) -> str:
-        """The process that a node lives in."""
+        """Process that hosts a node."""
         shared = not self.apart and (node == DATA_MANAGER or node.startswith(skill_process("")))
         return MANAGERS if shared else node
 
@@ -244,13 +244,13 @@ def direction(run: MockRun, when: Any) -> DirectMock:
 
 
 def direct(bus: RunnableBus, keys: Keys, skill: str, call: MockCall) -> None:
-    """Tell a mock something by a connection made for it."""
+    """Send a mock one call, and close the connection."""
     ask_mock(bus, keys, skill, call)
     bus.close()
 
 
 def ask_mock(bus: RunnableBus, keys: Keys, skill: str, call: MockCall) -> None:
-    """Tell a mock something, again and again until it listens."""
+    """Send a mock one call, repeated until it answers."""
     answers: list[Answer] = []
     for _ in range(ATTEMPTS):
         asked = len(answers)
@@ -258,6 +258,6 @@ def ask_mock(bus: RunnableBus, keys: Keys, skill: str, call: MockCall) -> None:
         bus.run_until(lambda asked=asked: len(answers) > asked, 5.0)
         if answers and isinstance(answers[-1], Answered):
             return
-        # One that has just been started may be alive before it can be reached.
+        # A mock that was just started may be alive before it is reachable.
         bus.run_until(lambda: False, 0.1)
     raise AssertionError(f"The mock of `{skill}` does not listen: {answers}")

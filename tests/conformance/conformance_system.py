@@ -1,7 +1,7 @@
-"""A system under test as any client sees it, and the little of it that a client cannot do.
+"""A system under test as any client sees it, and a `Stage` for what a client cannot do.
 
-The cases speak the wire protocol (docs/protocol.md) and nothing else, so that an implementation in any language can be
-put in the place of ours: give it a `Stage`.
+The cases use only the wire protocol (docs/protocol.md). An implementation in any other language can be tested with a
+`Stage` of its own.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from skillwing.services.testing.data_feed import DataFeed
 
 CLIENT = "suite"
 PATIENCE = 15.0
-"""Seconds for what takes a moment, on a machine that is busy."""
+"""Longest wait on a busy machine [s]."""
 SILENT = 0.5
 """Seconds after which a question counts as unanswered."""
 PRESSURE = 4.0
@@ -53,53 +53,53 @@ Told: TypeAlias = GoalStatus | ErrorReply | None
 
 
 class Stage(Protocol):
-    """A system of the workbench, running, in the hands of the suite."""
+    """A running system of the workbench, and its controls."""
 
     skillset: Skillset
     apart: bool
-    """Each manager lives and dies for itself: none of them shares its process with another."""
+    """True if each manager has a process of its own."""
 
     def bus(self, name: str) -> RunnableBus:
-        """Another client's connection."""
+        """Open the connection of another client."""
         ...
 
     def plan(self, skill: str, run: MockRun) -> None:
-        """Plan the next goal that the skill dispatches. Without a plan it runs until it is interrupted."""
+        """Plan the next goal that the skill dispatches. A goal without a plan runs until it is interrupted."""
         ...
 
     def end_now(self, skill: str, result: str) -> None:
-        """Have the skill report a result for its goal at once, in whatever state that is."""
+        """Have the skill report a result for its goal at once, in any state of the goal."""
         ...
 
     def kill(self, process: str) -> None:
-        """As kill -9."""
+        """Kill a process as `kill -9` does."""
         ...
 
     def restart(self, process: str) -> None:
-        """Start a process again that was killed."""
+        """Start a killed process again."""
         ...
 
     def freeze(self, process: str) -> None:
-        """As SIGSTOP."""
+        """Stop a process as SIGSTOP does."""
         ...
 
     def thaw(self, process: str) -> None:
-        """As SIGCONT."""
+        """Continue a process as SIGCONT does."""
         ...
 
     def hang(self, skill: str) -> None:
-        """Have the manager of a skill do nothing any more, although its process and its session live."""
+        """Hang the manager of a skill: its process and its session live, but it does nothing."""
         ...
 
     def tidy(self) -> None:
-        """Have everything running as at the beginning."""
+        """Bring back the initial state: frozen processes continue, hung and killed ones start again."""
         ...
 
     def close(self) -> None: ...
 
 
 class System:
-    """One client of the workbench, which writes down all that it is told."""
+    """Client of the workbench, which stores all messages to it."""
 
     def __init__(self, stage: Stage) -> None:
         self.stage = stage
@@ -120,7 +120,7 @@ class System:
         )
         self._feed = DataFeed(self.bus, stage.skillset)
         self.set_pressure(PRESSURE)
-        # An answer, be it a refusal, says that somebody listens.
+        # Any answer shows that a manager is there, even a refusal.
         assert self.asked_states() is not None
         assert all(self.goal(skill.name, "none") is not None for skill in stage.skillset.skills)
 
@@ -135,18 +135,18 @@ class System:
         patience: float = PATIENCE,
         **said: Any,
     ) -> tuple[str, Told]:
-        """Ask for a goal. said: fields of `StartGoal` that are not as usual. Returns its id and the answer."""
+        """Request a goal. said: fields of `StartGoal` with unusual values. Returns the goal's id and the answer."""
         goal_id = goal_id or new_goal_id()
         return goal_id, self._about(self.keys.start(skill), self.start_of(skill, goal_id, inputs, **said), patience)
 
     def start_of(self, skill: str, goal_id: str, inputs: dict[str, Any] | None = None, **said: Any) -> StartGoal:
-        """The message that asks for a goal."""
+        """Message that requests a goal."""
         self._asked_for[goal_id] = skill
         usual: dict[str, Any] = {"client": CLIENT, "schema": self.skillset.schema_hash}
         return StartGoal(goal_id=goal_id, inputs=inputs or {}, **(usual | said))
 
     def run(self, skill: str, inputs: dict[str, Any] | None = None, **plan: Any) -> str:
-        """Start a goal that goes as planned, and wait until it runs or is over. Returns its id."""
+        """Start a planned goal, and wait until it runs or has ended. Returns its id."""
         self.stage.plan(skill, MockRun(**plan))
         goal_id, _ = self.start(skill, inputs=inputs)
         self.until(lambda: self.state(goal_id) in (State.RUNNING, State.TERMINATED), f"the goal of {skill} to run")
@@ -159,19 +159,19 @@ class System:
         return self._about(self.keys.goal(skill), QueryGoal(goal_id=goal_id))
 
     def replace(self, skill: str) -> None:
-        """Kill a skill's manager, and have another process of its name take its place."""
+        """Kill a skill's manager, and start another process under its name."""
         self._replaced[skill] += 1
         self.stage.kill(f"skill/{skill}")
         self.stage.restart(f"skill/{skill}")
 
-    # --- what was told -----------------------------------------------------------------------------------------------
+    # --- published messages ------------------------------------------------------------------------------------------
 
     def story(self, goal_id: str) -> list[State]:
-        """The states that the goal's manager has published, in order."""
+        """Published states of the goal, in order."""
         return [status.state for status in self.statuses if status.goal_id == goal_id]
 
     def state(self, goal_id: str) -> State | None:
-        """The state that was published last."""
+        """State of the goal that was published last."""
         return next(reversed(self.story(goal_id)), None)
 
     def terminals(self, goal_id: str) -> list[Terminal]:
@@ -202,35 +202,35 @@ class System:
 
     @property
     def states(self) -> dict[str, str]:
-        """The resources, as the resource manager answers now."""
+        """Current states of the resources, from the resource manager."""
         asked = self.asked_states()
         return {} if asked is None else asked.states
 
     def asked_states(self, patience: float = PATIENCE) -> ResourceStates | None:
-        """All resources with the revision; None if nobody answers."""
+        """States of all resources, with the revision; None without an answer."""
         answer = self.ask(self.keys.resource_states, encode(QueryStates()), patience)
         return decode(answer.payload, ResourceStates) if isinstance(answer, Answered) else None
 
     def trigger(self, resource: str, target: str) -> ResourceStates | ErrorReply:
-        """Report a transition of the robot. The answer holds the states after everything that it broke."""
+        """Report a transition of the robot. The answer holds the states after all its consequences."""
         return self._fired(self.keys.resource_extern, FireExtern(resource=resource, target=target, source=CLIENT))
 
     def fire(self, event: str) -> ResourceStates | ErrorReply:
         return self._fired(self.keys.event(event), FireEvent(event=event, source=CLIENT))
 
     def set_pressure(self, value: float) -> None:
-        """Publish it from now on, and see it arrive."""
+        """Publish the pressure from now on, and wait until the data manager has it."""
         self._feed.set({"pressure": value})
         self.until(lambda: self.reading().value == value, "the data manager to have the pressure")
 
     def reading(self) -> DataReading:
-        """The pressure, as the data manager answers now."""
+        """Current pressure, from the data manager."""
         answer = self.ask(self.keys.data("pressure"), encode(QueryData()))
         assert isinstance(answer, Answered)
         return decode(answer.payload, DataReading)
 
     def stop_pressure(self) -> None:
-        """Publish it no longer: after three periods it is stale."""
+        """Stop the publication of the pressure: it is stale after three periods."""
         self._feed.stop("pressure")
 
     # --- time --------------------------------------------------------------------------------------------------------
@@ -253,7 +253,7 @@ class System:
     # --- asking ------------------------------------------------------------------------------------------------------
 
     def ask(self, key: str, payload: bytes, patience: float = PATIENCE) -> Answer:
-        """Send any bytes anywhere. After silence the same again, which has to be harmless, until patience is over."""
+        """Send any bytes to any key, again after each silence until `patience` is over. Repeats have to be harmless."""
         give_up = self.bus.wall() + patience
         while True:
             answers: list[Answer] = []
@@ -280,12 +280,12 @@ class System:
     # --- afterwards --------------------------------------------------------------------------------------------------
 
     def leave(self) -> None:
-        """End what still runs, and check what holds after every case: one end per goal, and every resource free."""
+        """End all goals, and check the laws of every case: one end per goal, and every resource free."""
         try:
             self.stage.tidy()
             self.set_pressure(PRESSURE)
             for goal_id, skill in self._asked_for.items():
-                # A manager that was started again does not know the goals of the old one, which are lost.
+                # A manager that was started again does not know the goals of the killed one, which are lost.
                 if not self.terminals(goal_id) and isinstance(self.interrupt(skill, goal_id), GoalStatus):
                     self.end(goal_id)
             for resource, state in AT_REST.items():

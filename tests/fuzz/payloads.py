@@ -1,7 +1,7 @@
 """Bad payloads, and some valid ones, for every key.
 
-A payload begins as a valid message, made from the types of its fields, and is then spoilt in one of many ways. All
-choices are a `random.Random`'s, so that hypothesis can play them as well as a seed.
+A payload begins as a valid message, made from the types of its fields, and is then corrupted in one of many ways. A
+`random.Random` makes all choices, so that they come from hypothesis or from a seed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ FLOATS = (0.0, 1.0, -1.0, 0.1, 1e308, -1e308, 5e-324)
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 FOREIGN = (b"", b"\xc1", b"null", b"{}", b"\x00", b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n")
 MANY = 10_000
-"""Elements of a message that is as large as permitted, without a large part."""
+"""Number of small elements that make a message as large as permitted."""
 LONG_INTEGER = struct.pack(">BQ", 0xCF, 2**64 - 1)
 
 
@@ -46,7 +46,7 @@ LONG_INTEGER = struct.pack(">BQ", 0xCF, 2**64 - 1)
 
 
 def valid(random: Random, kind: Any, words: Sequence[str] = TEXTS) -> dict[str, Value]:
-    """The fields of a message of the kind: right types, senseless values. words: texts that may mean something."""
+    """Fields of a message of the kind: right types, senseless values. words: texts that may mean something."""
     return _value(random, msgspec.inspect.type_info(kind), words)
 
 
@@ -152,7 +152,7 @@ def wide(random: Random, fields: dict[str, Value]) -> object:
     """A map with too many names, each of which may produce a sentence."""
     maps = [name for name, value in fields.items() if isinstance(value, dict)] or list(fields)
     names = [f"name{number}" for number in range(random.choice([2, 100, MANY]))]
-    # One value for all: a single one among them that is not finite would have the rest never looked at.
+    # All names have one value: a single value that is not finite would keep the others from being checked.
     return {**fields, random.choice(maps): dict.fromkeys(names, random.choice([0, "x", None, _other(random)]))}
 
 
@@ -186,7 +186,7 @@ SPOILERS: tuple[Spoiler, ...] = (
 
 
 def payload(random: Random, kind: Any, words: Sequence[str] = TEXTS) -> bytes:
-    """Something to send where a message of the kind is expected. A fifth of the payloads are valid messages."""
+    """Payload for a key that expects messages of the kind. A fifth of the payloads are valid messages."""
     message = valid(random, kind, words)
     match random.randrange(5):
         case 0:
@@ -225,7 +225,7 @@ def _foreign(random: Random, message: dict[str, Value]) -> bytes:
         case 2:
             return random.randbytes(random.randrange(200))
         case 3:
-            # A header that promises four thousand million elements, and deep nesting of nothing.
+            # A header that announces four thousand million elements, and deep nesting of empty values.
             return random.choice(
                 [b"\xdd\xff\xff\xff\xff", b"\xdf\xff\xff\xff\xff", b"\xc6\xff\xff\xff\xff", b"\x91" * 100_000]
             )

@@ -28,7 +28,7 @@ ONLY_OBSERVED = {
 }
 ADVICE = "Add an endpoint to tests/fuzz/endpoints.py, or a line to ONLY_OBSERVED if no process reads the key"
 OF_THE_BUS = {CLOCK_KEY, f"{CLOCK_DONE_KEY}/**"}
-"""Time is the network's own in one process; over Zenoh the bus subscribes to it."""
+"""Keys of robot time: the network's own in one process; over Zenoh the bus subscribes to them."""
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """Bad input to every key of the m600 in one process: no callback raises, and every question gets a typed answer.
 
-`make fuzz` throws more, and at real processes, too.
+`make fuzz` sends more payloads, and sends them to real processes too.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from skillwing.services.protocol import (
 
 ENDPOINTS = (*QUERIES, *PUBLICATIONS)
 IN_PROCESS = tuple(endpoint for endpoint in ENDPOINTS if endpoint.key != CLOCK_KEY)
-"""In one process the network owns the clock."""
+"""Endpoints without the clock, which the network owns in one process."""
 
 
 @given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))
@@ -76,7 +76,7 @@ def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Rand
 
 @given(st.randoms(use_true_random=False), st.booleans())
 def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, plausible: bool) -> None:
-    """Of outcomes with random fields hardly any would be accepted."""
+    """Plausible outcomes are drawn too: the core accepts hardly any outcome with random fields."""
     numbers = iter(range(10_000))
     core = ResourceCore(SKILLSET, source="test", new_record_id=lambda: f"record {next(numbers)}")
     core.step(AttachManager(manager="skill/x", incarnation="one"), 0.0)
@@ -104,7 +104,7 @@ def test_a_local_outcome_is_stored_as_it_was_sent_or_refused(random: Random, pla
 
 @given(st.sampled_from(ENDPOINTS), st.randoms(use_true_random=False))
 def test_valid_messages_are_valid(endpoint: Endpoint, random: Random) -> None:
-    """Otherwise the fuzzing would not get beyond the decoder."""
+    """Invalid messages would not get beyond the decoder."""
     message = valid(random, endpoint.kind, ["x"])
     try:
         decode(msgspec.msgpack.encode(message), endpoint.kind)
@@ -135,7 +135,7 @@ def test_no_callback_raises_and_every_question_is_answered(tmp_path: Path, seed:
 
 @pytest.mark.parametrize("spoil", [wide, long_list])
 def test_a_start_with_far_too_much_in_it_ends_short_and_poisons_nobody(spoil: Spoiler) -> None:
-    """A verdict on ten thousand names could not be sent, and the next start was refused and flew much later."""
+    """A verdict on ten thousand names was too long to be sent. The next start was refused, and ran much later."""
     stage = FuzzStage({MOCKED: nodes_of_the_mocked_m600()})
     for number, skill in enumerate(skill for skill in SKILLSET.skills for _ in range(3)):
         start = valid(Random(number), StartGoal)

@@ -35,7 +35,7 @@ from skillwing.services.protocol import (
 )
 
 GOALS = int(os.environ.get("SOAK_GOALS", "4000"))
-"""Goals of the cores. Whole managers get a tenth, but enough to make them forget some."""
+"""Number of goals for the cores. Whole managers get a tenth of it, but enough to forget some."""
 WHOLE_GOALS = max(1300, GOALS // 10)
 SKILLSET = parse(
     """
@@ -54,7 +54,7 @@ SKILLSET = parse(
 
 
 class Goals:
-    """Both cores of a skill, with the network left out."""
+    """Both cores of a skill, without the network."""
 
     def __init__(self) -> None:
         records = count()
@@ -67,8 +67,8 @@ class Goals:
         self.number = 0
 
     def run(self, goals: int) -> None:
-        """Goals to their end, and for each some that are not granted: a start while another runs, one that was
-        interrupted before, one with an input that nobody knows; and an interrupt of a goal that never comes."""
+        """Run goals to their end, each with others that get no grant: a start while another goal runs, one that was
+        interrupted before, and one with an unknown input. Also interrupt a goal that never starts."""
         for _ in range(goals):
             self.number += 1
             now = float(self.number)
@@ -85,7 +85,7 @@ class Goals:
             assert not self.resources.grants
 
     def leave_unheard(self) -> None:
-        """As many goals as can wait for a commit at once, of which the resource manager never hears."""
+        """End as many goals as can wait for a commit at once, without any answer from the resource manager."""
         now = float(self.number)
         for number in range(PENDING_OUTCOMES_LIMIT):
             start = self._start(f"unheard-{number}", inputs={"haste": 1.0})
@@ -158,10 +158,10 @@ def test_managers_and_clients_forget_old_goals() -> None:
             handle = client.start("pack")
             assert network.run_until(lambda handle=handle: handle.terminal is not None, 30.0)
             assert handle.terminal is not None
-        network.run_for(15.0)  # patience with silences and leases is over
+        network.run_for(15.0)  # retries and leases are over
 
     run(WHOLE_GOALS)
     held = items_held([managers, client])
     run(WHOLE_GOALS)
-    # Timers and messages under way come and go; what is remembered of each goal would be thousands.
+    # The number of timers and messages under way varies; a memory of each goal would be thousands of items.
     assert items_held([managers, client]) - held < 100

@@ -1,4 +1,4 @@
-"""Clients that all want the same things of one resource manager, and write down what they asked and what they got."""
+"""Clients that compete for the resources of one resource manager, and record their calls and its answers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from skillwing.services.protocol import (
 )
 
 PATIENCE = 20.0
-"""Wall seconds that a client waits for a resource manager that was killed to be back."""
+"""Wall seconds that a client waits for the restart of a killed resource manager."""
 
 
 class NobodyAnswersError(Exception):
@@ -48,14 +48,14 @@ class NobodyAnswersError(Exception):
 
 
 class Notebook:
-    """The operations of one client, and the times of its calls."""
+    """Record of one client's operations, and the times of its calls."""
 
     def __init__(self, client: str) -> None:
         self.client = client
         self.operations: list[Told] = []
 
     def write(self, call: Call, answer: Reply | None, called: int) -> None:
-        """An operation ends when its answer has been read. Without one, a question has left no trace."""
+        """Record an operation, which ends when its answer is read. An unanswered query or renewal leaves no trace."""
         if answer is None and isinstance(call, (QueryStates, RenewGoal)):
             return
         answered = None if answer is None else time.monotonic_ns()
@@ -63,15 +63,15 @@ class Notebook:
 
 
 Goal: TypeAlias = tuple[str, str]
-"""Its id and its skill."""
+"""Id and skill of a goal."""
 
 
 class Client:
-    """Calls the resource manager on its own session, one call at a time.
+    """Caller of the resource manager on a session of its own, one call at a time.
 
-    manager: the name under which it begins goals; clients of one manager are incarnations that take its place from one
-    another. asked_for: by manager, the goal that it was asked for last; all clients share it, so that one may be asked
-    for the goal that another has just begun or refused.
+    manager: name under which it begins goals. Clients of one manager are incarnations that replace each other.
+    asked_for: by manager, its last goal. All clients share it, so that one may begin a goal that another has just begun
+    or refused.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Client:
         self._asked_for = asked_for
 
     def work(self, operations: int) -> None:
-        """Call this often, about. Raises NobodyAnswersError."""
+        """Make about this many calls. Raises NobodyAnswersError."""
         self._take_the_place()
         ways = {
             self._track_a_goal: 10,
@@ -110,7 +110,7 @@ class Client:
         self._begin_and_end(*self._goal())
 
     def _end_locally(self) -> None:
-        """Give an answer for the goal without having it granted; then be asked for it again, as a successor may be."""
+        """Record an outcome for a goal without a grant. In most cases begin the goal afterwards, as a successor may."""
         goal = self._goal()
         self._insist(self._outcome(*goal))
         if self._random.random() < 0.3:
@@ -148,7 +148,7 @@ class Client:
             self._insist(self._random.choice([begin, end, self._outcome(goal_id, skill)]))
 
     def _goal(self) -> Goal:
-        """A new one, as a rule."""
+        """Goal of the next calls, in most cases a new one."""
         last = self._asked_for.get(self._manager)
         if last is not None and self._random.random() < 0.2:
             return last
@@ -182,7 +182,7 @@ class Client:
     # --- calls -------------------------------------------------------------------------------------------------------
 
     def _insist(self, call: Call) -> Reply:
-        """Call until there is an answer. Whenever there was none, wait until anybody answers at all."""
+        """Repeat a call until it is answered. After each silence, wait until the resource manager answers a query."""
         while (answer := self._ask(call)) is None:
             deadline = time.monotonic() + PATIENCE
             while self._ask(QueryStates()) is None:
@@ -219,7 +219,7 @@ class Client:
 
 @dataclass
 class LossWatch:
-    """Notes when goals are taken from managers that were silent, which happens without a call."""
+    """Times at which the resource manager reports lost goals, which happens without a call."""
 
     bus: RunnableBus
     skillset: Skillset
@@ -234,7 +234,7 @@ class LossWatch:
             self.heard.setdefault(verdict.goal_id, time.monotonic_ns())
 
     def operations(self, history: list[Told]) -> list[Told]:
-        """Each loss as an operation between the first call that speaks of the goal, and hearing of its loss."""
+        """Losses as operations, each from the first begin of its goal to the report of its loss."""
         begun: dict[str, int] = {}
         for told in history:
             if isinstance(told.call, BeginGoal):

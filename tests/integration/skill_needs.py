@@ -12,11 +12,11 @@ from skillwing.services.names import skill_process
 
 PAGE = Path(__file__).parents[2] / "docs" / "functional-layer.md"
 Needs = dict[str, tuple[set[str], set[str]]]
-"""For each skill the keys that it asks, and those that it follows."""
+"""Keys by skill: those that it queries, and those that it follows."""
 
 
 def told() -> Needs:
-    """The table of the page."""
+    """Table of the page."""
     chapter = PAGE.read_text(encoding="utf-8").partition("## What each skill needs")[2].partition("\n## ")[0]
     rows = re.findall(r"^\| `(\w+)` \| (.*) \| (.*) \|$", chapter, re.MULTILINE)
     return {
@@ -26,7 +26,7 @@ def told() -> Needs:
 
 
 def seen(network: ObservedNetwork, skills: Iterable[str]) -> Needs:
-    """The same, of what has happened."""
+    """Observed needs of these skills."""
     return {
         skill: (
             {key for key, who in network.asks.items() if key.startswith("fl/") and skill_process(skill) in who},

@@ -46,7 +46,7 @@ def system(runtime: Path) -> Iterator[Launcher]:
 
 @pytest.fixture
 def ready(system: Launcher, skillwing: Command) -> Command:
-    """The command line, with authority and a home point, on the ground, nothing running."""
+    """Command line of a robot with authority and a home point, on the ground, with no running goal."""
     skillwing("interrupt", "lidar_mapping")
     transitions = {"SDK_authority": "AVAILABLE", "homepoint_status": "VALID", "flight_status": "ON_GROUND"}
     for resource, state in transitions.items():
@@ -231,7 +231,7 @@ def test_a_slip_is_answered_with_what_exists(ready: Command, words: list[str], s
 
 
 def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: Launcher) -> None:
-    """Also while it still waits for the robot, as this one does; and not any more once its process is gone."""
+    """A mission that still waits for the robot counts too, as here. It counts no more when its process has ended."""
     assert ready("trigger", "SDK_authority", "UNAVAILABLE").code == OK
     mission = find_mission("mapping")
     first = MissionNode(mission, load(ROBOT.skillset), mission.read_options({}))

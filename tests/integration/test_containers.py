@@ -1,9 +1,9 @@
-"""docker-compose.yml on a real engine: images, mocks, a flight, and how all of it ends (`make containers-test`).
+"""docker-compose.yml on a real engine: images, mocks, a flight and the shutdown (`make containers-test`).
 
-The images are built first, from the code as it is; SKILLWING_BUILD_ARGS may say how, as in
-`--build-arg PIP_INDEX_URL=...`. What is started has a name and ports of its own, beside whatever runs there. Building
-fetches packages, takes minutes and gives the images `skillwing-*` to this code, so that it is done only where
-SKILLWING_CONTAINERS_TEST asks for it. Elsewhere an engine that answers only reads the file.
+The images are built first, from the current code; SKILLWING_BUILD_ARGS holds options of the build, as `--build-arg
+PIP_INDEX_URL=...`. The project has a name and ports of its own, apart from those of running containers. The build
+fetches packages, takes minutes and replaces the images `skillwing-*`. So it needs SKILLWING_CONTAINERS_TEST; without
+it, an engine that answers only reads the file.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ PROFILES = ("--profile", "mapping", "--profile", "mocks", "--profile", "cli")
 CHOSEN = ("SEED", "WORLD", "SPEED", "FAULTS", "LINK", "SCENARIO")
 PORTS = ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")
 WITHIN = 180.0
-"""Seconds for anything to come about in containers that share a busy machine."""
+"""Longest wait for an event in containers on a busy machine [s]."""
 DOWN_WITHIN = 60.0
 LANDED_WITHIN = 120.0
 READY = {"flight_status": "ON_GROUND", "homepoint_status": "VALID", "battery_status": "NORMAL"}
@@ -89,7 +89,7 @@ pytestmark = [
 
 
 class Stack:
-    """The containers of one project on ports that are free. `ports`: by variable of docker-compose.yml."""
+    """The containers of one project on free ports. ports: port numbers by variable of docker-compose.yml."""
 
     def __init__(self) -> None:
         self.ports = dict(zip(PORTS, free_ports(len(PORTS)), strict=True))
@@ -111,18 +111,18 @@ class Stack:
         return done
 
     def run(self, *words: str, robot: str) -> subprocess.CompletedProcess[str]:
-        """A command of the command line, in a container among the others."""
+        """Run a command of the command line in a container of the project."""
         return self.compose("run", "--rm", "-T", "-e", f"SKILLWING_ROBOT={robot}", "cli", *words, check=False)
 
     def until(self, service: str, pattern: str) -> re.Match[str]:
-        """Read a service's log until a line has the pattern; fails if the log ends before, or time is up."""
+        """Read a service's log until a line matches the pattern. Fail at the end of the log, or after `WITHIN`."""
         words = [*self._program, "logs", "--follow", "--no-color", service]
         lines: list[str] = []
         with subprocess.Popen(
             words, cwd=ROOT, env=self._environment, stdout=subprocess.PIPE, text=True, start_new_session=True
         ) as following:
             assert following.stdout is not None
-            # With what it has started, which holds the same pipe.
+            # Kill its child processes too, which hold the same pipe.
             late = threading.Timer(WITHIN, os.killpg, (following.pid, signal.SIGKILL))
             late.start()
             try:
@@ -136,7 +136,7 @@ class Stack:
         pytest.fail(f"{service} has ended, or {WITHIN:.0f} s have, without `{pattern}`:\n{''.join(lines)}")
 
     def codes(self) -> dict[str, int]:
-        """By service, what its container ended with."""
+        """Exit code of each service's container."""
         ids = self.compose("ps", "--all", "--quiet").stdout.split()
         inspected = subprocess.run(["docker", "inspect", *ids], check=True, capture_output=True, text=True)
         states = {each["Config"]["Labels"]["com.docker.compose.service"]: each for each in json.loads(inspected.stdout)}
@@ -167,7 +167,7 @@ def free_ports(count: int) -> list[int]:
 
 @pytest.fixture(scope="module")
 def images() -> Stack:
-    """Build every image, where that is asked for and what they are built of can be had."""
+    """Build every image. Skip if the test was not requested, or the base image or packages are not available."""
     if not os.environ.get(ASKED):
         pytest.skip("builds images and flies in them: `make containers-test`")
     base = os.environ.get("BASE") or "python:3.11-slim"
@@ -196,7 +196,7 @@ def stack(images: Stack) -> Iterator[Stack]:
 
 @contextmanager
 def connected(stack: Stack) -> Iterator[tuple[Connection, set[str]]]:
-    """By the published port: a connection, and the alive tokens of the mocks as they come and go."""
+    """Connection through the published port, and the current alive tokens of the mocks."""
     alive: set[str] = set()
     target = find_target(endpoint=f"tcp/127.0.0.1:{stack.ports['ZENOH_PORT']}", table=MOCKS.name)
     with open_connection(target, client="test") as connection:
@@ -252,7 +252,7 @@ def test_mocks_take_goals_come_back_and_end_well(stack: Stack) -> None:
         goals = json.loads(stack.run("status", "--json", robot=MOCKS.name).stdout)["goals"]
         assert {goal["skill"]: goal["terminal"]["ending"] for goal in goals} == {"takeoff": "S", "lock_head": "IT"}
 
-        # Everything in the container but its init, as a crash or the kernel would.
+        # Kill every process in the container but its init, as a crash or the kernel would.
         stack.compose("exec", "-T", "mock_hover", "sh", "-c", "kill -9 -1", check=False)
         assert connection.bus.run_until(lambda: hover not in alive, WITHIN)
         assert connection.bus.run_until(lambda: hover in alive, WITHIN), "it is not started again"

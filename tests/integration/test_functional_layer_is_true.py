@@ -1,8 +1,7 @@
-"""The table of the functional layer, held to what the processes of a running robot really do.
+"""Table of the functional layer, compared with the traffic of a running robot.
 
-Here the M600 stands on the ground with all its sensors at work. What is needed in the air is looked at where the drone
-of examples/point_drone flies (test_point_drone.py). Who asks from outside, at the command line or in a campaign, is not
-looked at.
+The M600 stands on the ground with all its sensors at work. Needs in the air are checked on the flight of
+examples/point_drone (test_point_drone.py). Clients from outside, as the command line or a campaign, are not checked.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from skillwing.services.wire.channel import Channel, Kind
 
 SENSING = ("zed_depthmap", "lidar_depthmap", "lidar_mapping", "stream")
 SETTLING, BEGINNING, WINDOW = 1.5, 0.5, 1.0
-"""Until the radio link is known, until odometry and video have begun, and how long is counted then [s]."""
+"""Waits for the radio link, and for odometry and video; and the time over which rates are counted [s]."""
 
 
 @dataclass(frozen=True)

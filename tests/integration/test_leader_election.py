@@ -110,7 +110,7 @@ def test_one_that_is_cut_off_ends_when_it_is_back_beside_its_successor() -> None
 
 @pytest.mark.parametrize("seed", range(60))
 def test_of_those_that_start_at_the_same_moment_one_stays(seed: int) -> None:
-    """However slow the messages are, and some are lost."""
+    """Messages are slow, and some are lost."""
     door = Door(seed, NetworkConditions(latency=(0.0002, 0.2), loss=0.2))
     leaders = []
     for _ in range(3):
@@ -123,7 +123,7 @@ def test_of_those_that_start_at_the_same_moment_one_stays(seed: int) -> None:
 
 
 def test_a_leader_that_leaves_refuses_until_it_has_left(tmp_path: Path) -> None:
-    """Another process continues from its journal; the refusal allows it to begin."""
+    """A successor takes over the journal. The refusals of the old leader let it begin."""
     door = Door()
     path = tmp_path / "journal.sqlite"
     leader = door.start(Journal(path, IDENTITY))

@@ -34,11 +34,11 @@ from skillwing.services.protocol import encode
 PATIENCE = 90.0
 STEP = 0.02
 HEIGHT = 10.0
-"""Over everything that stands there [m]."""
+"""Flight height, above all obstacles [m]."""
 
 
 class Flight:
-    """Simulator and guidance as processes, without the sensors that nobody needs here, and who commands them."""
+    """Simulator and guidance as processes, with the sensors that they need here, and the client that commands them."""
 
     def __init__(self, bus: ZenohBus) -> None:
         self._bus = bus
@@ -91,7 +91,7 @@ def flight(tmp_path: Path) -> Iterator[Flight]:
     sim.options["sensors"] = ("imu", "range", "gnss")
     with Launcher(ROBOT.name, ROBOT.skillset.stem, tmp_path, clock="robot") as launcher:
         launcher.start([sim, guidance])
-        # Waited for as well, so that it misses no step.
+        # The simulator waits for this client too, so that it misses no step.
         with closing(ZenohBus("pilot", ROBOT.name, launcher.endpoint, FollowedClock(lag=0.0))) as bus:
             yield Flight(bus)
 

@@ -1,4 +1,4 @@
-"""Something else in the simulator's place, under managers, bridge and guidance that do not know the difference."""
+"""Point drone in the simulator's place: managers, bridge and guidance work with it unchanged."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from skillwing.services.robot import ProcessSpec, Robot, find_robot
 
 FOLDER = Path(__file__).parents[2] / "examples" / "point_drone"
 with pytest.MonkeyPatch.context() as patch:
-    # Other tests make robots of the names that stand beside this one: only its package stays known.
+    # The path is restored: other tests make robots with the names of folders beside this one.
     patch.setattr(sys, "path", list(sys.path))
     patch.setenv("PYTHONPATH", "")
     TABLE: Robot = find_robot(str(FOLDER))
@@ -73,7 +73,7 @@ class Client:
         return goal.terminal
 
     def on_the_way(self) -> GoalHandle:
-        """In the air, on a long way, at speed."""
+        """Take off and start a long leg. Returns its goal at a speed above 1.5 m/s."""
         assert self.fly("takeoff", height=3.0, speed=2.0).success
         goal = self.robot.start("goto", {"target": FAR, "speed": 2.0})
         self.until(lambda: self.speed > 1.5)

@@ -61,7 +61,7 @@ def test_killed_while_a_goal_runs(digger: SkillsetProcesses) -> None:
     goal = digger.start_skill("dig")
     digger.kill(RESOURCE_MANAGER)
     digger.restart(RESOURCE_MANAGER)
-    # Longer than any lease and debounce: the goal must be known as it was.
+    # Longer than any lease and debounce: the resource manager must know the goal as before.
     digger.run(3.0)
     assert goal.state is State.RUNNING
     digger.assert_states(arm="USED")
@@ -112,7 +112,7 @@ def test_a_journal_that_it_cannot_read_is_refused_and_left_alone(digger: Skillse
 
 
 def test_one_that_is_started_by_hand_beside_it_gives_way(digger: SkillsetProcesses, tmp_path: Path) -> None:
-    """Also with a journal of its own, where nothing is known of what is granted."""
+    """A process with a journal of its own, which knows no grants, gives way too."""
     goal = digger.start_skill("dig")
     launcher = digger.launcher
     options = {

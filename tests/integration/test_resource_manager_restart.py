@@ -1,6 +1,6 @@
-"""The resource manager dies at any state of a goal and comes back: nobody else is restarted, and nothing is lost.
+"""Restarts of the resource manager in any state of a goal: no other process is restarted, and nothing is lost.
 
-In one process and virtual time; test_resource_manager_killed.py does the same to real processes.
+The tests run in one process and virtual time; test_resource_manager_killed.py does the same to real processes.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def test_a_manager_that_died_meanwhile_has_lost_its_goal(digger: SkillsetInProce
 
 
 def test_a_verdict_that_nobody_heard_is_said_again() -> None:
-    """The process died after it had written the verdict down, and before it could publish it."""
+    """The process died after it had written the verdict to the journal, and before it could publish it."""
     journal = Journal(None, Identity("", DIGGER.name, DIGGER.schema_hash))
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal.write(core.initial_entries(), (), 0.0)
@@ -196,7 +196,7 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
 def test_a_resource_manager_whose_journal_another_one_has_taken_ends(
     tmp_path: Path, key: str, request_: Message
 ) -> None:
-    """It answers nothing from its old books: the later one may have lost its goals, and granted others."""
+    """The old process answers nothing from its state: the later one may have lost its goals, and granted others."""
     identity = Identity("", DIGGER.name, DIGGER.schema_hash)
     network, keys = InProcessNetwork(), Keys(DIGGER.name)
     network.attach(ResourceManagerNode(DIGGER, journal=Journal(tmp_path / "journal.sqlite", identity)))
@@ -222,7 +222,7 @@ def test_a_resource_manager_whose_journal_another_one_has_taken_ends(
 def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
     digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It would be the one judge, and not know what it has granted. The next one knows it from the journal."""
+    """The process would lead without knowing its grants. The next one reads them from the journal."""
     broken = JournalUnreadableError(Path("journal.sqlite"), "The journal cannot be read now: disk I/O error.")
     with monkeypatch.context() as disk:
         disk.setattr(Journal, "write", raising(JournalWriteError(Path("journal.sqlite"), "The disk fails.")))
@@ -236,7 +236,7 @@ def test_a_resource_manager_that_cannot_read_what_it_wrote_ends(
 
 
 def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) -> None:
-    """Robot time has started again, as it does with a simulated world: nothing is as the journal says."""
+    """Robot time has started again, as with a new simulated world: the states in the journal are out of date."""
     identity, path = Identity("", DIGGER.name, DIGGER.schema_hash), tmp_path / "journal.sqlite"
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal = Journal(path, identity)
@@ -259,7 +259,7 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
 
 
 def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Time stands still for the judge: what grows does so because it was written down."""
+    """The clock stands still: tokens and revisions grow only because the journal holds them."""
     monkeypatch.setattr(InProcessBus, "now", lambda _: 1.0)
     before = given_token(digger)
     revision = told_revision(digger)
@@ -300,7 +300,7 @@ def test_a_full_disk_refuses_requests_and_the_manager_lives(
             digger.trigger("engine", "OFF")
         assert refusal.value.code is ErrorCode.UNAVAILABLE
         assert "the disk is full" in refusal.value.message
-        # Nobody asks for what a datum breaks: it has to be tried until it can be written.
+        # No client repeats what a datum causes: the manager has to try until it can be written.
         digger.set_data(slope=0.9)
         digger.run(3.0)
         digger.assert_states(engine="ON", arm="USED")
@@ -315,7 +315,7 @@ def test_a_full_disk_refuses_requests_and_the_manager_lives(
 def test_a_manager_that_is_back_keeps_what_it_was_granted_meanwhile(
     digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its loss could not be written for a while. By then it is another process, and runs another goal."""
+    """The first goal's loss cannot be written at first. Meanwhile a new process of the manager runs another goal."""
     digger.start_skill("dig")
     digger.kill(SKILL)
     with monkeypatch.context() as disk:
@@ -344,7 +344,7 @@ def test_a_loss_that_could_not_be_written_is_written_later(
 def test_what_cannot_be_sent_keeps_nobody_from_the_rest(
     digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A step that is written down stands: it is answered, and its other publications go out."""
+    """A step in the journal stands: it is answered, and its other publications are sent."""
 
     def encode_no_record(message: Message) -> bytes:
         if isinstance(message, Record):

@@ -1,4 +1,4 @@
-"""The bench of real processes: hooks and mocks over Zenoh, and nothing left of them afterwards."""
+"""The bench of real processes: hooks and mocks over Zenoh, and no process left afterwards."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Odometry(Message, frozen=True, kw_only=True):
 
 
 class DriveTo(SkillHooks[dict[str, Any], dict[str, Any], None]):
-    """Has arrived when the odometry says so."""
+    """Skill that arrives when odometry reports no remaining distance."""
 
     skill = "drive_to"
 
@@ -48,7 +48,7 @@ class DriveTo(SkillHooks[dict[str, Any], dict[str, Any], None]):
 
 
 class Wheels(FakeLayer):
-    """Is always there already."""
+    """Functional layer of a rover that has always arrived."""
 
     def setup(self) -> None:
         self.bus.every(0.1, lambda: self.publish(ODOMETRY, Odometry(remaining=0.0)))

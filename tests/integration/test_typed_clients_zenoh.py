@@ -56,7 +56,7 @@ def make(source: Path, folder: Path) -> Robot:
 
 @pytest.fixture(scope="module")
 def place(runtime: Path) -> Iterator[Path]:
-    """A folder for packages; what importing them changes is undone."""
+    """A folder for packages; the effects of their import are undone."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "path", list(sys.path))
         patch.setenv("PYTHONPATH", "")
@@ -74,7 +74,7 @@ def robot(place: Path) -> Robot:
 
 @contextmanager
 def running(robot: Robot, run_dir: Path, *, mock: bool, script: Path | None = None) -> Iterator[str]:
-    """The system as processes, announced as `skillwing up` does; gives its endpoint."""
+    """The system as processes, announced as `skillwing up` does; yields its endpoint."""
     with Launcher(robot.name, robot.skillset.stem, run_dir, clock="wall") as launcher:
         launcher.start_router()
         launcher.start(mock_processes(robot, scripts=scripts_for(robot.skillset, script)) if mock else robot.managers())
@@ -83,7 +83,7 @@ def running(robot: Robot, run_dir: Path, *, mock: bool, script: Path | None = No
 
 
 def clients() -> tuple[Any, Any]:
-    """The generated clients, untyped: the package is there for the tests only."""
+    """The generated clients, untyped: the package exists only during the tests."""
     return importlib.import_module("winch.generated.interface"), importlib.import_module("winch.generated.aio")
 
 
@@ -179,7 +179,7 @@ with connect(owns_goals={owns_goals}) as winch:
 
 @pytest.fixture(scope="module")
 def pulling(robot: Robot, place: Path) -> Iterator[None]:
-    """From here on a system runs in which goals end only when somebody ends them."""
+    """A running system in which no goal ends by itself."""
     (script := place / "long.toml").write_text("[skill.pull]\nforever = true\n", encoding="utf-8")
     with running(robot, place / "pulling", mock=True, script=script):
         yield
@@ -187,7 +187,7 @@ def pulling(robot: Robot, place: Path) -> Iterator[None]:
 
 @contextmanager
 def goal_of_a_script(folder: Path, *, owned: bool, killed: bool) -> Iterator[None]:
-    """A goal runs that a script has started; then the script comes to its end, or is killed."""
+    """A running goal of a script. On exit the script ends or is killed."""
     script, pipe = LEAVES_ITS_GOAL.format(owns_goals=owned), subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", script], stdin=pipe, stdout=pipe, cwd=folder) as process:
         assert process.stdout is not None
@@ -221,7 +221,7 @@ def test_a_system_with_another_skillset_is_refused(robot: Robot) -> None:
 
 @pytest.mark.usefixtures("pulling")
 def test_a_script_may_leave_its_goals_to_themselves(place: Path) -> None:
-    """The last test of this system, in which its goal goes on."""
+    """The last test of this system: its goal runs on."""
     interface, _ = clients()
     with interface.connect() as onlooker:
         with goal_of_a_script(place, owned=False, killed=True):

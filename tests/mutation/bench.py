@@ -20,15 +20,15 @@ from mutmut.mutation import trampoline
 
 MUTANT = "MUTANT_UNDER_TEST"
 STATS = "stats"
-"""Has every function that has mutants tell that it was called."""
+"""Value of the variable with which every function that has mutants reports its calls."""
 CIRCLING = 5.0
-"""Seconds of the processor beyond ten times what its tests need, after which a mutant runs in circles: it is killed."""
+"""Processor seconds beyond ten times those of its tests. A mutant that needs more counts as endless and is killed."""
 HANGING = 900
-"""Seconds of the wall after which it hangs."""
+"""Wall seconds after which a mutant counts as hung and is killed."""
 
 
 class Bench:
-    """A pytest plugin that takes the place of the loop over the tests."""
+    """A pytest plugin that replaces the loop over the tests."""
 
     def __init__(self, mutants: Iterable[str], out: int) -> None:
         self._mutants = mutants

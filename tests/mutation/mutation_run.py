@@ -58,14 +58,14 @@ WHOLE_MANAGERS = (
 )
 BENCHES = (UNIT_TESTS, WHOLE_MANAGERS)
 BATCH = 10
-"""Mutants that are judged before it is looked at the time, and written down what came of them."""
+"""Number of mutants that are judged between two looks at the clock, with their results written afterwards."""
 MARKS = Marks.named("mutation")
 COLUMNS = ("unit tests", "managers", "simulation", "survives", "not judged")
 
 
 class Judgement(msgspec.Struct):
-    """Fate of a mutant. fingerprint: of its function; benches: number that it has to meet; killers: a test for each
-    that it has met, "" for none."""
+    """Fate of a mutant. fingerprint: that of its function; benches: number of benches that it has to meet; killers: a
+    test for each bench so far, "" for none."""
 
     fingerprint: str
     benches: int = len(BENCHES)
@@ -85,7 +85,7 @@ class Judgement(msgspec.Struct):
 
 
 class Judgements:
-    """Of all mutants there are, by name; kept in a file, where those of functions that have changed are not known."""
+    """Fates of all existing mutants by name, stored in a file. Stored fates of changed functions are dropped."""
 
     def __init__(self, mutants: Mapping[str, str], path: Path) -> None:
         self._path = path
@@ -99,7 +99,7 @@ class Judgements:
                 judgement.killers = known[name].killers
 
     def forget_survivors(self) -> None:
-        """Have them judged once more."""
+        """Forget the fates of survivors, so that they are judged again."""
         for judgement in self.by_name.values():
             if not any(judgement.killers):
                 judgement.killers = []
@@ -108,7 +108,7 @@ class Judgements:
         self._path.write_bytes(msgspec.json.encode(self.by_name))
 
     def waiting_for(self, bench: int) -> list[str]:
-        """Those that have survived the benches before this one; where rules stand first."""
+        """Names of the mutants that have survived all benches before this one, functions of rules first."""
         names = [
             name
             for name, judgement in self.by_name.items()
@@ -117,7 +117,7 @@ class Judgements:
         return sorted(names, key=lambda name: not is_of_rule(name))
 
     def judge(self, bench: int, *, jobs: int, deadline: float) -> None:
-        """Have all judged that wait for this bench, until a moment of the wall's time in seconds."""
+        """Judge all mutants that wait for this bench, until `deadline`, a time of `time.monotonic` [s]."""
         waiting = self.waiting_for(bench)
         with ThreadPoolExecutor(jobs) as pool:
             for part in pool.map(lambda job: self._judge_part(bench, waiting[job::jobs], deadline), range(jobs)):
@@ -150,11 +150,11 @@ def _told(lines: Iterator[str], count: int) -> Iterator[tuple[str, str]]:
         yield name, killer
 
 
-# --- what came of it -------------------------------------------------------------------------------------------------
+# --- results ---------------------------------------------------------------------------------------------------------
 
 
 def section(judgements: Mapping[str, Judgement]) -> str:
-    """Tables for the documentation: what is known, and how much is not."""
+    """Tables for the documentation: fates of the judged mutants, and the number of others."""
     names = list(judgements)
 
     def row(label: str, those: Sequence[str]) -> str:

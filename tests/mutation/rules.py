@@ -132,4 +132,4 @@ RULES: Mapping[str, tuple[str, ...]] = {
     ),
     "10 owner policy": ("SkillCore._on_owner_gone",),
 }
-"""By rule, functions as `Class.name` or `name`."""
+"""Functions of each rule, as `Class.name` or `name`."""

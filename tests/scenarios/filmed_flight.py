@@ -18,7 +18,7 @@ PIXELS_PER_METRE = 20.0
 
 
 class FilmedFlight:
-    """In the simulator's place: the truth of a flight eastwards, and a camera that looks at a wall beside it."""
+    """Stand-in for the simulator: the truth of a flight eastwards, and a camera that looks at a wall beside it."""
 
     name = "film"
     owns_clock = False
@@ -66,7 +66,7 @@ class FilmedFlight:
             return
         self.pictures += 1
         left = round(self._x * PIXELS_PER_METRE) % (3 * WIDTH)
-        # Without grain a wall that only moves could be sent with next to nothing.
+        # Without grain, the video of a moving wall would need almost no data.
         grain = self._grain[self.pictures % len(self._grain)]
         picture = np.clip(self._wall[:, left : left + WIDTH] + grain, 0, 255).astype(np.uint8)
         self._camera.put(picture.tobytes(), encode(camera_header(now, 0.0)))

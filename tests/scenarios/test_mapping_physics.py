@@ -52,7 +52,7 @@ class Flight:
         self.buses[name] = self.network.attach(make(self.specs[name]))
 
     def fly(self) -> MissionStatus:
-        """To the end of the mission, in which nothing may be hit and the drone has to come down."""
+        """Fly to the end of the mission. The drone may hit nothing and has to come down inside the fence."""
         assert self.network.run_until(lambda: self._mission.over, 120.0)
         assert self.truths[-1].collisions == 0
         assert all(truth.inside_fence for truth in self.truths)
@@ -75,7 +75,7 @@ def test_the_camera_fails_in_flight_and_the_lidar_brings_the_drone_home() -> Non
 @pytest.mark.slow
 @pytest.mark.timeout(400)
 def test_a_mapping_process_that_was_killed_costs_the_map_and_the_drone_comes_home() -> None:
-    """Its successor knows nothing of the goal. A mission once succeeded with an empty map."""
+    """The new process knows nothing of the goal. A mission once succeeded with an empty map."""
     flight = Flight([])
     assert flight.network.run_until(lambda: bool(flight.truths) and flight.truths[-1].position[0] > 2.0, 60.0)
     flight.start_again("mapping")

@@ -66,7 +66,7 @@ class StillBus:
 
 
 class LateBus:
-    """A bus that hears of robot time late, as a process does that has just joined: until then it is 0, and stands."""
+    """A bus that receives robot time late, as in a process that has just joined: before `at`, its time is 0."""
 
     def __init__(self, bus: Bus, at: float) -> None:
         self._bus = bus
@@ -103,7 +103,7 @@ class Failed(Behaviour):
 
 
 class Closed(Behaviour):
-    """A leaf that runs a whole tree of its own, of which no check before the flight can know."""
+    """A leaf that runs a tree of its own, which checks before the flight cannot see."""
 
     def __init__(self, tree: Behaviour) -> None:
         super().__init__(tree.name)
@@ -115,7 +115,7 @@ class Closed(Behaviour):
 
 
 class ShortHop(Mission):
-    """Takes off, does what the test says, and lands. whole: its tree, where that shall be another one."""
+    """Mission that takes off, does what the test says, and lands. whole: another tree in its place."""
 
     name = "hop"
     summary = "Take off and see."
@@ -164,7 +164,7 @@ def hold(context: MissionContext) -> Behaviour:
 
 
 def test_a_mission_begins_when_it_knows_the_time() -> None:
-    """Its messages and the deadlines of its goals are in robot time."""
+    """Robot time is the time of a mission's messages and of its goals' deadlines."""
     flight = hop()
     flight.fly()
     begun = flight.network.now()
@@ -225,7 +225,7 @@ def test_a_drone_that_is_landing_is_waited_for() -> None:
 
 
 def test_a_robot_without_managers_is_given_up_too() -> None:
-    """By default the setup of py_trees_ros waits for a server for ever."""
+    """The setup of py_trees_ros waits for a server without limit by default."""
     flight = Flight(ready_timeout=5.0)
     flight.buses["resource_manager"].close()
     flight.until(lambda: flight.node.over)
@@ -248,7 +248,7 @@ def test_a_mission_that_does_not_fit_is_refused_with_all_its_problems() -> None:
     assert flight.started == []
 
 
-# --- calling it off --------------------------------------------------------------------------------------------------
+# --- abort -----------------------------------------------------------------------------------------------------------
 
 
 def call_off(flight: Flight, reason: str = "the wind gets up") -> list[Answer]:
@@ -338,7 +338,7 @@ def test_it_is_noticed_that_a_system_is_stopped(tmp_path: Path, monkeypatch: pyt
     assert len(stopped) == 1
 
 
-# --- pausing it ------------------------------------------------------------------------------------------------------
+# --- pause -----------------------------------------------------------------------------------------------------------
 
 
 def order(flight: Flight, key: str, message: PauseMission | ResumeMission) -> Answer:
@@ -479,7 +479,7 @@ def test_reasons_of_whole_sentences_make_one_sentence() -> None:
     assert status.text == f"goto {sentence}; then land {sentence}; {ended}"
 
 
-# --- when the tree itself breaks -------------------------------------------------------------------------------------
+# --- errors in the tree ----------------------------------------------------------------------------------------------
 
 
 def test_a_leaf_that_raises_fails_the_mission_and_the_drone_lands() -> None:
@@ -532,7 +532,7 @@ def test_a_robot_clock_that_stands_still_ends_the_flight() -> None:
     assert all(goal.terminal for goal in flight.goals.values())
 
 
-# --- what it tells ---------------------------------------------------------------------------------------------------
+# --- messages --------------------------------------------------------------------------------------------------------
 
 
 def test_phases_and_tree_are_told_as_they_change() -> None:

@@ -24,7 +24,7 @@ TUBE = 1.3
 PIECES = 24
 """Straight lines in a lap round a building."""
 LEAST_BANDWIDTH = 0.5
-"""Mbit/s that a video needs; it is given up after `VIDEO_PATIENCE` seconds with less."""
+"""Bandwidth that a video needs [Mbit/s]; the video ends after `VIDEO_PATIENCE` seconds with less."""
 VIDEO_PATIENCE = 4.0
 VIDEO_LOOK = 0.25
 Position = tuple[float, float, float]
@@ -36,11 +36,11 @@ class Motion:
     target: Position
     speed: float
     ended: Callable[[str, float], None]
-    """Told `ARRIVED` or `BLOCKED`, and the free distance ahead."""
+    """Callback with `ARRIVED` or `BLOCKED`, and the free distance ahead [m]."""
 
 
 class ToyDrone:
-    """Moves, publishes position and heading, and keeps the extern resources at what is true of it."""
+    """Drone that moves, publishes its position and heading, and reports the states of its extern resources."""
 
     name = "toy_drone"
     owns_clock = False
@@ -52,7 +52,7 @@ class ToyDrone:
         self.nearest_pole = math.inf
         self.bandwidth = 8.0
         self.laps = 0.0
-        """Flown round buildings since it was made."""
+        """Laps flown round buildings so far."""
         self.truth = {
             "SDK_authority": "AVAILABLE",
             "homepoint_status": "VALID",
@@ -78,12 +78,12 @@ class ToyDrone:
         pass
 
     def set(self, resource: str, state: str) -> None:
-        """Something becomes true of the drone; the resource manager hears of it at once."""
+        """Change a state of the drone, and report it to the resource manager at once."""
         self.truth[resource] = state
         self._tell()
 
     def freeze(self, skill: str) -> None:
-        """From now on `skill` never confirms that it has stopped."""
+        """Keep `skill` from confirming any stop from now on."""
         self._frozen.add(skill)
 
     def confirms(self, skill: str) -> bool:
@@ -93,7 +93,7 @@ class ToyDrone:
         self._motion = motion
 
     def stop(self, goal_id: str, at_rest: Callable[[], None] = lambda: None) -> None:
-        """End the motion of a goal; `at_rest` once the drone stands."""
+        """End the motion of a goal, and call `at_rest` once the drone stands."""
         if self._motion is not None and self._motion.goal_id == goal_id:
             self._motion = None
         self.bus.after(REST_AFTER, at_rest)
@@ -158,7 +158,7 @@ class ToyDrone:
 
 
 class ToySkill(SkillHooks[Any, Any, Any]):
-    """Runs until it is interrupted, and needs a moment to stop."""
+    """Skill that runs until it is interrupted, and needs a moment to stop."""
 
     def __init__(self, skill: str, drone: ToyDrone) -> None:
         self.skill = skill
@@ -173,7 +173,7 @@ class ToySkill(SkillHooks[Any, Any, Any]):
 
 
 class ToyMotion(ToySkill):
-    """Flies to where `target` says, and ends with one of two results."""
+    """Skill that flies to its `target`, and ends with one of two results."""
 
     def __init__(
         self, skill: str, drone: ToyDrone, target: Callable[[dict[str, Any]], Position], arrived: str = "ARRIVED"
@@ -193,7 +193,7 @@ class ToyMotion(ToySkill):
 
 
 class ToyInspect(ToySkill):
-    """Round a building, from the place of the circle that is nearest."""
+    """Skill that circles a building, from the nearest point of the circle on."""
 
     def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
         center, (x, y, _) = goal.inputs["center"], self.drone.position
@@ -221,7 +221,7 @@ class ToyInspect(ToySkill):
 
 
 class ToyStream(ToySkill):
-    """Gives up when the link has been too narrow for a while."""
+    """Skill that ends when the link has been too narrow for `VIDEO_PATIENCE` seconds."""
 
     def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
         self._look(goal, self.drone.bus.now())

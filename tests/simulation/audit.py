@@ -1,4 +1,4 @@
-"""Promises on the state of managers and clients: at all times, and when all has been well for a while."""
+"""Promises on the state of managers and clients: at all times, and after a time without faults."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from skillwing.services.protocol import Ending, State
 SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
 ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
-"""Seconds from one question to the same again: what an answer may take, and the longest pause after a silence."""
+"""Seconds from a question to its repetition: the time limit of an answer, and the longest pause after a silence."""
 LOCAL_OUTCOME = "record_outcome"
 MOST_SILENCES = 10
-"""In a row, of the resource manager; then a goal ends without it."""
+"""Most silences of the resource manager in a row. After them a goal ends without it."""
 
 
 @dataclass
 class Asking:
-    """A question to the resource manager. t: when it was put last; times: in a row, by a process that was connected."""
+    """A question to the resource manager. t: time of the last one; times: number in a row, by a connected process."""
 
     t: float
     times: int = 0
 
 
 class Audit:
-    """Looks at a world, and tells its observer what is wrong."""
+    """Checks of a world, which report broken promises to its observer."""
 
     def __init__(self, world: World, observer: Observer) -> None:
         self._world = world
@@ -50,7 +50,7 @@ class Audit:
     # --- at all times ------------------------------------------------------------------------------------------------
 
     def look_at_grants(self) -> None:
-        """An exclusive resource is taken exactly while one grant holds it."""
+        """Check that an exclusive resource is taken exactly while one grant holds it, and that invariants hold."""
         process = self._world.running.get("resource_manager")
         if process is None:
             return
@@ -73,7 +73,7 @@ class Audit:
                 self._note("invariants hold", text)
 
     def look_at_question(self, said: SentMessage) -> None:
-        """The resource manager is asked ten times at most; and for no end of an interrupted goal that still moves."""
+        """Check that a question is asked ten times at most, and that no goal asks for its end while it moves."""
         call: dict[str, Any] = msgspec.msgpack.decode(said.payload)
         goal_id = call["goal_id"]
         what = call["type"]
@@ -92,17 +92,17 @@ class Audit:
                     self._note("resources are kept until the skill stands still", f"{goal_id} was still moving")
 
     def _look_at_patience(self, process: Process, what: str, goal_id: str) -> None:
-        """An answer to a question ends it, and another is put; so this one has met with silence each time before."""
+        """Count the silences to a question. An answer would end it, so that every repetition means a silence."""
         now = self._world.network.now()
         asking = self._askings.setdefault((process.bus, what, goal_id), Asking(now))
-        # Silence is nobody's fault while one is cut off, or did not run.
+        # A silence does not count while the process is cut off, or did not run.
         undisturbed = process.bus.connected and asking.t >= max(process.ran_since, process.linked_since)
         asking.t, asking.times = now, asking.times + 1 if undisturbed else 0
         if asking.times > MOST_SILENCES:
             self._note("waiting ends", f"{process.name} asks for the {what} of {goal_id} for the {asking.times}th time")
 
     def look_at_goals(self) -> None:
-        """In a process that runs no goal is INTERRUPTING for longer than its timeout, or waits and asks nobody."""
+        """Check running processes: goals are not INTERRUPTING beyond their timeout, and waiting goals ask again."""
         for process in self._world.skill_managers:
             if process.stopped:
                 continue
@@ -127,7 +127,7 @@ class Audit:
             text = f"{process.name} asked for the {what} of {run.goal_id} at {asking.t:.3f}, and not again"
             self._note("waiting ends", text)
 
-    # --- when everybody has been well for a while --------------------------------------------------------------------
+    # --- after a time without faults ---------------------------------------------------------------------------------
 
     def look_at_losses(self) -> None:
         """Check that lost goals run nowhere any more."""
@@ -153,7 +153,7 @@ class Audit:
         self._look_at_hooks(at_rest=False)
 
     def is_quiet(self) -> bool:
-        """Nobody has a goal, and everybody has been answered."""
+        """True if no goal is left in any process, and every client has its answers."""
         world = self._world
         return (
             not world.resource_manager.resource_core.grants
@@ -162,7 +162,7 @@ class Audit:
         )
 
     def look_at_the_rest(self) -> None:
-        """Every goal has ended, everything is free, everybody knows, and nothing and nobody is left over."""
+        """Check the end of a run: goals have ended, resources are free, clients know it, and nothing is left over."""
         world, observer = self._world, self._observer
         for process in world.replaced:
             self._note("who was replaced ends", f"{process.name} runs beside the process that has replaced it")
@@ -200,7 +200,7 @@ class Audit:
                 text = f"{client.name} has {handle.terminal.label} for {goal}, its managers said {label}"
                 self._note("one terminal answer", text)
         states = dict(self._world.resource_manager.resource_core.states)
-        # Where revisions have started again, late news of the killed manager look newer than they are.
+        # Revisions have restarted without a journal: late messages of the killed manager then seem newer.
         if not self._books_were_lost() and dict(client.interface.states) != states:
             text = f"{client.name} believes {dict(client.interface.states)}, it is {states}"
             self._note("clients see the states", text)
@@ -214,11 +214,11 @@ class Audit:
         return said | {verdict} if verdict and (not said or self._books_were_lost()) else said
 
     def _books_were_lost(self) -> bool:
-        """The resource manager was killed and has no journal: what it says now need not fit what it said before."""
+        """True if the resource manager was killed without a journal: its messages may then contradict earlier ones."""
         return not self._world.plan.journal and any(each.name == RESOURCE_MANAGER for each in self._world.fallen)
 
     def _look_at_hooks(self, *, at_rest: bool) -> None:
-        """Each goal is dispatched once at most, and `on_ended` follows each dispatch once if its process lives."""
+        """Check that each goal is dispatched once at most, and that `on_ended` follows once if its process lives."""
         book = self._world.logbook
         for goal, times in book.dispatched.items():
             if times > 1:

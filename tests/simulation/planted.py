@@ -1,4 +1,4 @@
-"""Mistakes put into the managers on purpose: a simulation that does not find them is worth nothing."""
+"""Deliberate bugs in the managers: a simulation that does not find them is worth nothing."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
 }
-"""By name: what is replaced, and by what it makes of the right one."""
+"""Replaced functions by bug: owner, name, and a factory of the wrong function from the right one."""
 LATE: Mapping[str, int] = {
     "nothing ends an interrupt that nobody confirms": 60,
     "goals outlive their owner": 165,
@@ -182,14 +182,14 @@ LATE: Mapping[str, int] = {
     "clients learn of no loss": 650,
     "a local outcome is not written down": 1885,
 }
-"""First seed of the search for bugs that take many seeds, so that it takes little time."""
+"""First seed of the search for rare bugs, so that it takes little time."""
 SEEDS = 2000
-"""Seeds within which each of them has to be found."""
+"""Number of seeds within which each bug has to be found."""
 
 
 @contextmanager
 def planted(name: str) -> Iterator[None]:
-    """The managers with one of the bugs."""
+    """Put one of the bugs into the managers."""
     patches = [patch.object(where, what, wrong(getattr(where, what))) for where, what, wrong in BUGS[name]]
     for each in patches:
         each.start()
@@ -201,7 +201,7 @@ def planted(name: str) -> Iterator[None]:
 
 
 def find(name: str, first: int = 0) -> tuple[int, str] | None:
-    """The first seed that finds a planted bug, and the promise that it finds broken."""
+    """First seed that finds a planted bug, and the promise that it finds broken."""
     with planted(name):
         for seed in range(first, SEEDS):
             problems = simulate(seed).problems

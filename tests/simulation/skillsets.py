@@ -1,4 +1,4 @@
-"""The skillsets that are simulated: small, and each made for what can go wrong with it."""
+"""Simulated skillsets: small, and each made for certain errors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from skillwing.dsl.model import Skill, Skillset
 
 @dataclass(frozen=True)
 class Subject:
-    """A skillset, and what has to hold of it whatever happens.
+    """A skillset, and the facts that hold in any run.
 
-    exclusive: by resource, the state that it is in exactly while one grant holds it. data: values with which guards
-    hold, and with which they do not.
+    exclusive: state of each exclusive resource exactly while one grant holds it. data: two values of each datum, with
+    which guards hold and fail.
     """
 
     skillset: Skillset
@@ -24,12 +24,12 @@ class Subject:
 
     @cached_property
     def takes(self) -> dict[str, frozenset[str]]:
-        """By skill: the exclusive resources that its start effect takes."""
+        """Exclusive resources that the start effect of each skill takes."""
         return {skill.name: self._taken_by(skill) for skill in self.skillset.skills}
 
     @cached_property
     def extern(self) -> tuple[tuple[str, str], ...]:
-        """Every resource and state that the functional layer may try to bring it to."""
+        """Resources, each with every state to which the functional layer may try to bring it."""
         return tuple(
             (resource.name, state)
             for resource in self.skillset.resources

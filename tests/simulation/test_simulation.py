@@ -28,7 +28,7 @@ CHUNKS = 20
 
 @pytest.mark.parametrize("chunk", range(CHUNKS))
 def test_promises_are_kept(chunk: int) -> None:
-    """A seed that fails is told by `make simulate SEED=...`."""
+    """`make simulate SEED=...` shows the run of a failing seed."""
     runs = RUNS // CHUNKS
     campaign = run_campaign(chunk * runs, runs)
     assert not campaign.failures, campaign.text()
@@ -46,7 +46,7 @@ def test_simulation_finds_planted_bugs(bug: str) -> None:
 
 @pytest.mark.parametrize(("asked_for", "killed_at"), [("begin", 1.0), ("end", 1.15)])
 def test_who_interrupts_without_a_resource_manager_waits_for_ten_silences(asked_for: str, killed_at: float) -> None:
-    """It is away for longer than drawn plans have it, before the goal was granted or after that."""
+    """The resource manager is away for longer than in drawn plans, from before the grant or after it."""
     goal = {"goal": "goal-1", "skill": "move"}
     acts = (
         Act(1.1, "mission", Deed.START, goal),

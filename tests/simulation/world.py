@@ -1,4 +1,4 @@
-"""A robot's managers and clients as nodes of a failing network, and the hand that carries out a plan."""
+"""A robot's managers and clients as nodes of a failing network, and the execution of a plan on them."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ from skillwing.services.protocol import (
 ROBOT = "robot"
 ROUTER = "router"
 WAKES_FOR = 0.3
-"""Seconds for which a stopped process may go on with a goal beside the one that has replaced it."""
+"""Seconds for which a woken process may go on with a goal beside its replacement."""
 SUPERVISION_PERIOD = 0.25
-"""Seconds between two looks for processes that have ended by themselves, to be started again."""
+"""Seconds between two searches for processes that have ended by themselves, which are then started again."""
 
 
 class Client:
-    """A mission or an operator: a skillset interface, and the goals that it has in hand."""
+    """A mission or an operator: a skillset interface, and its goals."""
 
     owns_clock = False
 
@@ -76,12 +76,12 @@ class Client:
             self.interface.interrupt(self.goals[goal])
 
     def tell(self, key: str, message: StartGoal | InterruptGoal) -> None:
-        """Send something past the interface, as a client in another language might."""
+        """Send a message past the interface, as a client in another language might."""
         self.bus.ask(key, encode(message), lambda answer: None)
 
 
 class Robot:
-    """The functional layer: it publishes data, and reports what resources it does not ask skills about."""
+    """The functional layer: it publishes data, and reports the states of extern resources."""
 
     name = ROBOT
     owns_clock = False
@@ -123,7 +123,7 @@ class Robot:
         self.bus.ask(self._keys.event(event), encode(request), lambda answer: None)
 
     def insist(self, key: str, request: InterruptGoal) -> None:
-        """Ask until somebody answers."""
+        """Repeat a request until it is answered."""
         ask_until_answered(self.bus, key, encode(request), lambda answer: None)
 
     def _put(self, name: str) -> None:
@@ -133,7 +133,7 @@ class Robot:
 
 @dataclass(eq=False)
 class Process:
-    """A running node. number: which process of the run; ran_since: when it last began or went on running."""
+    """A running node. number: which process of the run; ran_since: time of its last start or wake-up."""
 
     name: str
     number: int
@@ -154,10 +154,10 @@ class Process:
 
 
 class World:
-    """Everything that a plan needs, at time 0. tap: see `InProcessNetwork.tap`."""
+    """Simulated robot of a plan, at time 0."""
 
     def __init__(self, plan: Plan) -> None:
-        # What the managers complain of is what the plan makes them complain of.
+        # Complaints of the managers are consequences of the plan.
         logging.getLogger("skillwing").setLevel(logging.CRITICAL)
         self.plan = plan
         self.keys = Keys(plan.skillset)
@@ -172,7 +172,7 @@ class World:
         self._number = 0
 
     def begin(self) -> None:
-        """Start all processes, and lay out the plan's acts."""
+        """Start all processes, and schedule the plan's acts."""
         names = [RESOURCE_MANAGER, DATA_MANAGER]
         names += [skill_process(skill.name) for skill in self.plan.subject.skillset.skills]
         for name in (*names, ROBOT, *CLIENTS):
@@ -191,7 +191,7 @@ class World:
 
     @property
     def replaced(self) -> list[Process]:
-        """Processes in whose place others were started, and that run all the same."""
+        """Replaced processes that still run."""
         return [each for each in self.zombies if not each.bus.closed]
 
     @property
@@ -234,9 +234,9 @@ class World:
         return Journal(None, Identity("", skillset.name, skillset.schema_hash))
 
     def _start_anew_what_has_ended(self) -> None:
-        """A skill manager ends by itself when it learns that another process has taken its place.
+        """Start processes again that have ended, and end replaced processes.
 
-        Only where it has a goal in hand somebody ends it sooner: who runs goals side by side answers twice.
+        A replaced manager ends by itself, but is killed after WAKES_FOR if it runs a goal: two with goals answer twice.
         """
         for name, process in list(self.running.items()):
             if process.bus.closed:
@@ -274,7 +274,7 @@ class World:
         self.network.wake(process.bus)
 
     def _replace(self, name: str, after: float) -> None:
-        """Stop a process and start another in its place; the first wakes up, and ends when it notices that."""
+        """Stop a process and start another in its place. The first wakes up later, and ends when it notices that."""
         process = self.running.pop(name, None)
         if process is None:
             return
@@ -317,7 +317,7 @@ class World:
             self.network.schedule(pace.uniform(0.0, 1.0), lambda process=process: self._mend(process))
 
     def mend_all(self) -> None:
-        """All is well again, but for what has happened."""
+        """End all faults. Their consequences stay."""
         self.network.conditions = NetworkConditions()
         self._router_up = True
         for process in self._everybody():

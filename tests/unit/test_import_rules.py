@@ -39,7 +39,7 @@ ALLOWED = {
 OPTIONAL = {"recording", "report", "viewer"}
 """Folders of services for which the extra `viewer` is installed."""
 DRAWING = {"skillwing.services.commands.report", "skillwing.services.commands.timeline"}
-"""Commands that import what draws when they are called, and tell what to install where it is missing."""
+"""Commands that import drawing packages only when they are called, and report missing ones."""
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
 
@@ -99,7 +99,7 @@ def module_of(path: Path) -> str:
 
 
 def needed_by(modules: Iterable[str]) -> dict[str, str]:
-    """Everything that gets imported, of ours or not, with one module that imports it."""
+    """All modules that get imported, ours and others, each with one module that imports it."""
     paths = {module_of(path): path for part in PARTS for path in files(part)}
     found: dict[str, str] = {}
     open_modules = list(modules)
@@ -139,7 +139,7 @@ def test_packages_of_a_part_import_each_other_in_one_direction(part: str) -> Non
 
 
 def test_skill_managers_need_no_heavy_packages() -> None:
-    """Neither do the bridge, the launcher and the command line: what an image of one manager holds."""
+    """The bridge, the launcher and the command line need none either: the image of a manager holds them."""
     services = {module_of(path) for path in files("services") if OPTIONAL.isdisjoint(path.parts)} - DRAWING
     hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
     needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge.node"])

@@ -9,13 +9,13 @@ from scheduling import GROUP_OF, GROUPS, scope_of
 
 TESTS = Path(__file__).parents[1]
 FOLDERS = ("chaos", "fuzz", "history", "integration")
-"""Those whose tests may start whole systems."""
+"""Folders whose tests may start whole systems."""
 STARTS = re.compile(r"\b(Launcher|SkillsetProcesses|Popen)\b")
 IMPORTED = re.compile(r"^(?:from|import) (\w+)", re.MULTILINE)
 
 
 def starts_processes(file: Path, seen: set[Path]) -> bool:
-    """True if it does so itself or through a module of its folder."""
+    """True if the file starts processes itself or through a module of its folder."""
     if file in seen or not file.exists():
         return False
     seen.add(file)

@@ -35,7 +35,7 @@ def along(a: Point, b: Point, step: float = 0.05) -> list[Point]:
 
 
 class Courtyard:
-    """Flies legs at once and exactly, and stops as guidance does: 2 m before an obstacle in a tube of 1.3 m."""
+    """World with exact, instant legs. A leg ends 2 m before an obstacle that is within 1.44 m of it."""
 
     def __init__(self, *walls: tuple[Point, Point]) -> None:
         self.bricks = [brick for a, b in walls for brick in along(a, b, 0.1)]
@@ -170,7 +170,7 @@ def test_two_gaps_that_look_like_ways_do_not_keep_the_drone_for_ever(shifts: lis
 
 
 def test_the_end_of_a_leg_with_something_behind_it_is_closed_when_that_is_met_once_more() -> None:
-    """Otherwise the same leg, which ends before the place of the stop, would be planned for ever."""
+    """The same leg, which ends before the place of the stop, would otherwise be planned for ever."""
     space = KnownSpace()
     for _ in range(2):
         space.add((11.2, 0.0), before=(10.0, 0.0))
@@ -184,7 +184,7 @@ def test_no_opening_is_looked_for_in_what_no_sensor_sees() -> None:
 
 
 def test_the_margin_is_kept_as_long_as_a_way_with_it_is_left() -> None:
-    """Of two openings in a wall, one narrower than the margin wants, the wide one is flown through."""
+    """Two openings in a wall, one narrower than the margin wants: the drone flies through the wide one."""
     world = wall_with_gaps((-16.0, -6.0), (3.0, 7.0))
     planner = RoutePlanner([(20, 0, 4)], area=AREA)
     position: Position = (0, 0, 4)
@@ -261,7 +261,7 @@ def test_a_drone_that_was_carried_away_plans_the_way_to_the_same_waypoint_anew()
 
 @given(short=st.floats(-0.3, 0.3), aside=st.floats(-0.3, 0.3), direction=angles)
 def test_what_stands_behind_the_end_of_a_leg_is_remembered_there(short: float, aside: float, direction: float) -> None:
-    """Be the drone short of the end, past it or beside it: from there to the end may be any direction."""
+    """The drone may be short of the end, past it or beside it, with the end in any direction."""
     along, across = (math.cos(direction), math.sin(direction)), (-math.sin(direction), math.cos(direction))
     planner = RoutePlanner([(20.0 * along[0], 20.0 * along[1], 4.0)])
     planner.next_target((0.0, 0.0, 4.0))
@@ -326,7 +326,7 @@ def test_a_path_keeps_clear_of_every_known_disc(start: Point, goal: Point, seen:
 def test_a_narrow_path_keeps_its_room_from_every_place_where_the_drone_was_stopped(
     start: Point, goal: Point, seen: list[Point], room: float
 ) -> None:
-    """Of every one, also where two are so near to one another that they count as one obstacle."""
+    """Every stop counts, also each of two that are so close that they count as one obstacle."""
     places = [*seen, *((x + 0.3, y) for x, y in seen)]
     space = KnownSpace()
     for place in places:
@@ -355,7 +355,7 @@ def test_one_obstacle_never_closes_the_way(start: Point, goal: Point, seen: Poin
 )
 @settings(max_examples=40, deadline=None)
 def test_every_route_ends_whatever_happens_on_it(route: list[Position], ends: list[float | None]) -> None:
-    """`ends` is the fate of the first legs; after that every leg is blocked."""
+    """List `ends` holds the ends of the first legs; all later legs are blocked."""
     planner = RoutePlanner(route)
     position: Position = (0.0, 0.0, 4.0)
     legs = 0

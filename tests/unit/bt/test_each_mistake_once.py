@@ -42,7 +42,7 @@ FREE = {"name", "default", "root", "Metadata", "MetadataFields"}
 
 @dataclass(frozen=True)
 class Slot:
-    """A name in a file, from `start` to before `end`. again: where it starts in the end tag, of a tag that has one."""
+    """A name in a file, from `start` to before `end`. again: its start in the end tag, of a tag that has one."""
 
     start: int
     end: int
@@ -68,7 +68,7 @@ def slots(text: str) -> list[list[Slot]]:
 
 
 def _slots_in(tag: str, start: int, inside: str) -> Iterator[Slot]:
-    """Those in the attributes of a tag, which begin at `start`."""
+    """Slots in the attributes of a tag, whose text begins at `start`."""
     for attribute in re.finditer(r"(\w+)=\"([^\"]*)\"", inside):
         key, value = attribute.groups()
         if key not in FREE:
@@ -79,7 +79,7 @@ def _slots_in(tag: str, start: int, inside: str) -> Iterator[Slot]:
 
 
 def misspelt(text: str, *chosen: Slot) -> str:
-    """Each of these names without a letter in its middle."""
+    """Text in which each of these names lacks a letter in its middle."""
     starts = [(start, slot) for slot in chosen for start in (slot.start, slot.again) if start is not None]
     for middle in sorted((start + (slot.end - slot.start) // 2 for start, slot in starts), reverse=True):
         text = text[:middle] + text[middle + 1 :]
@@ -87,7 +87,7 @@ def misspelt(text: str, *chosen: Slot) -> str:
 
 
 def problems_of(text: str) -> list[str]:
-    """Of a tree file for the drone."""
+    """Problems of a tree file for the drone."""
     mission = XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
     return [str(problem) for problem in check_mission(mission, M600, mission.Options())]
 
@@ -134,7 +134,7 @@ def test_models_of_nodes_may_stand_beside_it(model: str, told: list[str]) -> Non
 
 
 FLOWN = [tag for tag in slots(TEMPLATE[: TEMPLATE.index("<TreeNodesModel")]) if tag]
-"""Names in tags of the trees: those of the options are what others among them mean."""
+"""Names in tags of the trees. Names in the models are left out, as other names refer to them."""
 
 
 @settings(max_examples=40)
@@ -162,7 +162,7 @@ def handled(tree: Behaviour) -> Behaviour:
 
 
 class Flight(Mission):
-    """Flies one tree."""
+    """Mission that flies one tree."""
 
     name = "flight"
     summary = ""

@@ -50,7 +50,7 @@ class Flight(FakeMission):
         return next(goal for goal in reversed(self.goals) if goal.skill == skill and not goal.done)
 
     def stop(self) -> None:
-        """Everything that was told to stop has stopped."""
+        """End all goals that were interrupted."""
         for goal in self.goals:
             if not goal.done and goal.interrupts:
                 goal.end("IT")
@@ -60,14 +60,14 @@ class Flight(FakeMission):
         self.goal(depth_map).end(label, subject=sensor)
 
     def come_to_rest(self) -> None:
-        """The tree reacts, what it has interrupted ends, and it goes on when all has calmed down."""
+        """Let the tree react, end the goals that it has interrupted, and let the drone settle."""
         self.tick()
         self.stop()
         self.tick(later=SETTLE_TIME)
         self.tick(later=SETTLE_TIME)
 
     def see(self, source: str) -> None:
-        """There is a depth map, and the drone moves by it."""
+        """Set the source of the depth map, and let all started goals run."""
         self.interface.states["depthmap_source"] = source
         self.tick()
         for goal in self.goals:
@@ -81,7 +81,7 @@ class Flight(FakeMission):
         self.tick()
 
     def land_at_home(self) -> Status:
-        """From the end of `return_home` to that of the mission."""
+        """End `return_home` and the landing. Returns the status of the mission."""
         self.goal("return_home").end("S_ARRIVED", success=True)
         self.come_to_rest()
         return self.land()
@@ -94,7 +94,7 @@ class Flight(FakeMission):
 
 @pytest.fixture
 def flight(m600: Skillset) -> Flight:
-    """On its first lap."""
+    """A flight on its first lap."""
     flight = Flight(m600)
     flight.take_off()
     flight.interface.states["depthmap_source"] = "LIDAR"
@@ -354,7 +354,7 @@ def test_a_lidar_that_leads_home_and_is_lost_again_leaves_it_to_a_camera_that_is
 
 
 def test_sensors_that_are_lost_together_land_the_drone(flight: Flight) -> None:
-    """News of the camera may come a moment after that of the LiDAR."""
+    """The report of the camera's failure may come a moment after that of the LiDAR's."""
     flight.lose("lidar_status", "lidar_depthmap")
     flight.tick(later=SETTLE_TIME / 2)
     flight.interface.states["zed_status"] = "FAILED"

@@ -64,7 +64,7 @@ class Flight(FakeMission):
         return next(goal for goal in reversed(self.goals) if goal.skill == skill and not goal.done)
 
     def start_mapping(self) -> None:
-        """Up to the first leg of the ZED branch."""
+        """Run the tree up to the first leg of the ZED branch."""
         self.tick()
         self.goal("takeoff").end("S_AT_ALTITUDE", success=True)
         self.interface.states["flight_status"] = "IN_AIR"
@@ -76,7 +76,7 @@ class Flight(FakeMission):
         self.tick()
 
     def start_crabwise(self) -> None:
-        """Up to the first turn of the LiDAR branch, after the loss of the camera."""
+        """Run the tree up to the first turn of the LiDAR branch, after the loss of the camera."""
         self.start_mapping()
         self.lose_camera()
         self.come_to_rest()
@@ -99,7 +99,7 @@ class Flight(FakeMission):
                 goal.end("RI", invariant=invariant, subject=resource)
 
     def fly_route(self) -> None:
-        """By the camera, up to the way home."""
+        """Fly the route by the camera, up to the way home."""
         for x, y, z in ROUTE:
             self.be_at(x, y, z)
             self.goal("goto_straight").end("S_ARRIVED", success=True)
@@ -107,7 +107,7 @@ class Flight(FakeMission):
             self.tick()
 
     def come_to_rest(self) -> None:
-        """The tree reacts, what it has interrupted ends, and it goes on when all has calmed down."""
+        """Let the tree react, end the goals that it has interrupted, and let the drone settle."""
         self.tick()
         for goal in self.goals:
             if goal.interrupts and not goal.done:
@@ -119,13 +119,13 @@ class Flight(FakeMission):
             self.tick(later=1.0)
 
     def rest_and_look(self, source: str) -> None:
-        """It has come to rest, and there is a depth map from another source."""
+        """Let the drone come to rest, and then set another source of the depth map."""
         self.come_to_rest()
         self.interface.states["depthmap_source"] = source
         self.tick(later=SETTLE_TIME)
 
     def land_at_home(self) -> Status:
-        """From the end of `return_home` to that of the mission."""
+        """End `return_home` and the landing. Returns the status of the mission."""
         self.goal("return_home").end("S_ARRIVED", success=True)
         self.come_to_rest()
         self.goal("land").end("S_LANDED", success=True)
@@ -298,7 +298,7 @@ def test_a_lidar_that_is_lost_as_well_lands_the_drone_where_it_is(flight: Flight
 
 
 def test_sensors_that_are_lost_together_land_the_drone_where_it_is(flight: Flight) -> None:
-    """News of the camera may come a moment after that of the LiDAR."""
+    """The report of the camera's failure may come a moment after that of the LiDAR's."""
     flight.start_mapping()
     flight.lose_lidar()
     flight.tick(later=SETTLE_TIME / 2)
@@ -670,7 +670,7 @@ def test_the_time_limit_counts_pauses(paused: Flight) -> None:
 @given(st.lists(st.sampled_from(["pause", "resume", "take", "give", "tick", "wait", "stop", "arrive"]), max_size=60))
 @settings(max_examples=100, deadline=None)
 def test_after_any_holds_the_route_is_flown(m600: Skillset, order: list[str]) -> None:
-    """Under any holds there is at most one motion at a time, none during a hold, and the route is flown at last."""
+    """The route is flown after any holds, with at most one motion at a time, and none during a hold."""
     flight = Flight(m600)
     flight.start_mapping()
 

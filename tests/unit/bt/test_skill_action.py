@@ -285,7 +285,7 @@ def test_a_refusal_that_nobody_is_leaving_for_is_final(mission: FakeMission, lab
 
 
 def test_while_nobody_has_left_since_a_refusal_nothing_is_asked_again(mission: FakeMission) -> None:
-    """`look` holds nothing that `turn` needs, as far as the model tells; still it may be why `turn` was refused."""
+    """`look` holds nothing that `turn` needs by the model, but may still be the reason for the refusal."""
     halted(mission, "look")
     turn = SkillAction("turn", mission.context, "turn")
     tick(turn)
@@ -320,7 +320,7 @@ steps = st.lists(st.sampled_from(["tick", "halt", "run", "arrive", "refuse", "in
 @given(steps)
 @settings(max_examples=200, deadline=None)
 def test_in_any_order_of_things_no_goal_is_left_alone(order: list[str]) -> None:
-    """At most one goal is alive, and one that the leaf does not follow any more has been told to stop."""
+    """The leaf has one goal at most, and has interrupted any goal that it follows no longer."""
     mission = FakeMission()
     leaf = SkillAction("go", mission.context, "go", patience=3.0)
     for step in order:

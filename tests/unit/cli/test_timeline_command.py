@@ -38,7 +38,7 @@ def record(number: int, kind: RecordKind, subject: str, after: str, cause: int |
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
     with JsonLines[Record](tmp_path / TIMELINE_FILE) as lines:
-        # Told in another order than it happened in.
+        # The order in the file is not that of the events.
         lines.write(record(3, RecordKind.GOAL, "look", "RI", cause=2))
         lines.write(record(0, RecordKind.DATA, "position", "FRESH"))
         lines.write(record(1, RecordKind.HEALTH, "eye", "FAILED"))
@@ -76,7 +76,7 @@ skillset watch {
 
 
 def test_a_refusal_is_shown_with_what_it_lacked_as_its_cause(run: Path, tmp_path: Path) -> None:
-    """Told by the skillset of the run; without it the record's own cause stands, which is who asked."""
+    """The skillset of the run explains a refusal. Without it the record's own cause is shown, which is the request."""
     with JsonLines[Record](run / TIMELINE_FILE) as lines:
         lines.write(record(4, RecordKind.GOAL, "look", "VALIDATING"))
         lines.write(record(5, RecordKind.GOAL, "look", "NOT_READY", cause=4))

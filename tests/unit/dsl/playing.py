@@ -1,4 +1,4 @@
-"""Everything that can happen in a small skillset, tried out on the core of the resource manager."""
+"""Exploration of all that can happen in a small skillset, on the core of the resource manager."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_NODES = 150
 
 
 class TooLargeError(Exception):
-    """The skillset has more situations than a test should look at."""
+    """The skillset has more than `MOST_NODES` nodes."""
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Playthrough:
     edges: dict[Node, set[Node]] = field(default_factory=dict)
 
     def hopeful(self, resource: str, states: set[str]) -> set[Node]:
-        """The nodes from which the resource can still get to one of the states."""
+        """Nodes from which the resource can still get to one of the states."""
         found = {node for node in self.edges if dict(node[0])[resource] in states}
         growing = True
         while growing:

@@ -1,4 +1,4 @@
-"""Mistakes that people make, put into sound skillset files by hand: each with the code and the place it should get."""
+"""Common mistakes, put into sound skillset files: each with its expected code and place."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COUNTED = frozenset({"SKILLSET", "SKILL", "RESOURCE", "DATA", "TYPE", "ENUM", "
 
 @dataclass(frozen=True)
 class Mistake:
-    """`text` in place of the characters from `start` to `end`; `code` is due `shift` characters behind `start`."""
+    """Replacement of the text from `start` to `end`, and the expected `code`, `shift` characters behind `start`."""
 
     kind: str
     start: int
@@ -30,7 +30,7 @@ class Mistake:
 
 
 def mistakes(text: str, file: str) -> list[Mistake]:
-    """All the mistakes that this module knows how to make in a file without any, in file order."""
+    """All mistakes that this module can make in a correct file, in file order."""
     words = [word for word in lex(text, file) if word.kind != "COMMENT"]
     found: list[Mistake] = []
     blocks: list[str] = []
@@ -108,7 +108,7 @@ def _of_places(words: Sequence[Lexeme], at: int, block: str) -> Iterator[Mistake
 
 
 def with_mistakes(text: str, chosen: Iterable[Mistake]) -> tuple[str, list[tuple[str, int, int]]]:
-    """The text with mistakes, and the code, line and column that each is to get, in file order."""
+    """Text with mistakes, and the expected code, line and column of each, in file order."""
     expected: list[tuple[str, int, int]] = []
     changed, at = "", 0
     for mistake in sorted(chosen, key=lambda each: each.start):
@@ -121,7 +121,7 @@ def with_mistakes(text: str, chosen: Iterable[Mistake]) -> tuple[str, list[tuple
 
 
 def independent(text: str, known: Sequence[Mistake], chance: random.Random, count: int) -> list[Mistake]:
-    """At most so many mistakes, no two of them on neighbouring lines, no section given twice."""
+    """Up to `count` random mistakes, no two of them on neighbouring lines, and no section given twice."""
     chosen: list[Mistake] = []
     for mistake in chance.sample(known, len(known)):
         line = text.count("\n", 0, mistake.start)

@@ -14,7 +14,7 @@ from skillwing.dsl.editor.rename import Edit, RenameRefusedError, applied, renam
 
 DOCUMENTS = [document(path) for path in (*FILES, *RL_FILES)]
 SOME = 8
-"""So many names of a file, at most, are changed: each takes a check of all of it."""
+"""Approximate number of names that are changed in a file: each needs a check of the whole file."""
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True)
 
 BOAT = """\

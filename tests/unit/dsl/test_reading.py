@@ -1,4 +1,4 @@
-"""Lexemes cover a text whatever it is; and what is said of the commonest slips."""
+"""Lexemes cover any text, and the most common mistakes have messages of their own."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_comments_are_lexemes() -> None:
     assert [lexeme.text for lexeme in found if lexeme.kind == COMMENT] == ["// to the end", "/* over\nlines */"]
 
 
-# --- what is not worth a word
+# --- differences without a meaning
 
 
 @pytest.mark.parametrize(
@@ -245,7 +245,7 @@ def test_absurd_files_get_few_diagnostics(text: str) -> None:
 @settings(deadline=None)
 @given(st.data())
 def test_the_layout_tells_which_of_the_brackets_is_missing(data: st.DataObject) -> None:
-    """In a file whose blocks are indented, the block is found whose closing bracket was taken away."""
+    """Indentation of blocks shows which block has lost its closing bracket."""
     lines = [
         line.replace(" }", "\n        }") if line.startswith("        ") and line.endswith(" }") else line
         for line in GRIPPER.split("\n")

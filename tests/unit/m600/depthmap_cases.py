@@ -13,7 +13,7 @@ from skillwing.services.managers.hooks import SkillHooks
 
 
 class DepthmapCases:
-    """To be inherited with the manager's class and the sensor's name."""
+    """Cases for subclasses, which set the manager's class and the sensor's name."""
 
     manager: ClassVar[type[SkillHooks[Any, Any, Any]]]
     sensor: ClassVar[str]

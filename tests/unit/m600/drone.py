@@ -15,13 +15,13 @@ from skillwing.services.testing.in_process import HooksFactory
 
 SKILLSET = ROBOT.load_skillset()
 START_UP = 2.0
-"""Until the bridge has brought every resource to where the robot is [s]."""
+"""Time until the bridge has set every resource to the robot's state [s]."""
 
 
 class Drone(SkillTest[I, O, F]):
     """One skill of the drone, healthy and ready; in the air at `height` if one is given.
 
-    The context of a test is what `layer` reports: the bridge brings the resources there.
+    A test sets its context in `layer`: the bridge brings the resources to these states.
     """
 
     def __init__(

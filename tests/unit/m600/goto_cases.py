@@ -17,7 +17,7 @@ TARGET = {"x": 10.0, "y": 0.0, "z": 5.0}
 
 
 class GotoCases:
-    """To be inherited with the manager's class and what it does with the nose."""
+    """Cases for subclasses, which set the manager's class and its yaw mode."""
 
     manager: ClassVar[type[SkillHooks[Any, Any, Any]]]
     nose: ClassVar[YawMode]

@@ -35,7 +35,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def moments(met: dict[str, Any]) -> list[float]:
-    """Start times of the faults; a pilot who returns has begun before."""
+    """Start times of the faults. Of the pilot's handovers only the first counts."""
     faults, gusts, pilot = met.get("faults", []), met.get("gusts", []), met.get("pilot", [])
     events = [*faults, *gusts, *pilot[:1], *met.get("packs_fail", []), *met.get("link", {}).get("faults", [])]
     return [event["at"] for event in events]
@@ -79,7 +79,7 @@ SLIGHT_AND_BAD = {
     IMU: {"noise": (0.05, 10.0), "bias": (0.05, 10.0)},
     RANGE: {"noise": (0.05, 10.0), "bias": (0.05, 10.0)},
 }
-"""In units of the sensor: what no detector sees, and what none misses."""
+"""Magnitudes in units of the sensor: one that no detector finds, and one that none misses."""
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ REACHES = {
     Condition.PILOT: ("sim", {"pilot"}),
     Condition.PILOT_RETURNS: ("sim", {"pilot"}),
 }
-"""Each option reaches the right process."""
+"""Process and options that each condition changes."""
 
 
 @pytest.mark.parametrize("condition", Condition)

@@ -1,4 +1,4 @@
-"""docker-compose.yml starts what the robot's table says: every process once, in an image that has what it needs."""
+"""docker-compose.yml starts the processes of the robot's table: each once, in an image with all that it needs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ IMAGES = {
     "sim": "skillwing-sim",
     "viewer": "skillwing-recorder",
 }
-"""By the extra that a process needs."""
+"""Image of a process, by the extra that the process needs."""
 RUN = {"run_dir": "/home/skillwing/runs/containers"}
 FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
 
@@ -70,7 +70,7 @@ def test_what_starts_by_itself_is_the_robot_and_mocks_and_missions_start_when_th
 
 @pytest.mark.parametrize("name", SERVICES)
 def test_no_image_is_looked_for_in_a_registry(name: str) -> None:
-    """Each is built here, and one that is not would be what somebody else has given that name to."""
+    """All images are built here. A registry may hold a foreign image of the same name."""
     assert SERVICES[name]["pull_policy"] == "never"
 
 
@@ -139,13 +139,13 @@ def stages() -> dict[str, str]:
 
 
 def test_each_image_is_built_by_one_service_and_runs_as_a_user_without_rights() -> None:
-    """By more than one service, Compose v2 would build it as often."""
+    """Compose v2 builds an image as often as services ask for it."""
     builds: dict[str, list[str]] = {}
     for name, service in SERVICES.items():
         target = service["build"]["target"] if "build" in service else None
         assert target is None or service["image"] == f"skillwing-{target}", name
         builds.setdefault(service["image"].removeprefix("skillwing-"), []).extend([target] if target else [])
-    # Of the missions one is flown at a time.
+    # Only one of the missions is flown at a time.
     assert {role: len(targets) for role, targets in builds.items()} == {
         "manager": 1,
         "onboard": 1,

@@ -1,4 +1,4 @@
-"""The overview shows the whole site, whatever world it is."""
+"""The overview shows the whole site of any world."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from skillwing.evaluation.dashboard.arrangement import overview
 from skillwing.sim_mujoco.world.kinds import KINDS, make_site
 
 HALF_HEIGHT = math.tan(math.radians(55.0 / 2))
-"""Of the viewer's picture at a depth of one metre."""
+"""Half of the height of the viewer's picture at a depth of one metre [m]."""
 HALF_WIDTH = 1.6 * HALF_HEIGHT
 
 

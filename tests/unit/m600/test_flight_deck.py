@@ -73,7 +73,7 @@ ENDED = [
 
 
 def fly(*, width: int = 100, height: int = 30, terminal: bool = True) -> tuple[FlightDeck, str]:
-    """A deck that has seen everything above, and what it printed: on a terminal its last picture."""
+    """A deck after all messages above, and its output: on a terminal, its last picture."""
     network = InProcessNetwork()
     bus = network.bus("demo")
     console = Console(file=io.StringIO(), force_terminal=terminal, width=width, height=height, color_system=None)
@@ -135,7 +135,7 @@ def test_in_a_pipe_each_event_is_a_line() -> None:
 
 
 def test_what_the_recorder_did_not_live_to_write_is_written(tmp_path: Path) -> None:
-    """Its last line may have been broken off."""
+    """The recorder's last line may be incomplete."""
     deck, _ = fly()
     with JsonLines[Record](tmp_path / TIMELINE_FILE) as file:
         for each in HEALTH[:3]:

@@ -1,4 +1,4 @@
-"""The fence that skills check against is the one that guidance tells and enforces."""
+"""Skills check targets against the fence that guidance publishes and enforces."""
 
 from __future__ import annotations
 

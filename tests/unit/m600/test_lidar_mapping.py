@@ -51,7 +51,7 @@ def test_a_mapping_node_that_falls_silent_fails_it(drone: Drone) -> None:
 
 
 def test_a_mapping_node_that_was_started_again_fails_it(drone: Drone) -> None:
-    """It knows nothing of the goal, and maps nothing. What it had mapped is lost."""
+    """The new process knows nothing of the goal, and maps nothing. The old map is lost."""
     goal = drone.start()
     drone.run(5.0)
     drone.layer.mapping = False

@@ -1,4 +1,4 @@
-"""The tables in docs/missions.md are those of the flights in docs/campaigns, each folder of which has a section."""
+"""Tables in docs/missions.md agree with the flights in docs/campaigns, and each folder there has a section."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[3]
 PAGE, CAMPAIGNS = ROOT / "docs" / "missions.md", ROOT / "docs" / "campaigns"
 MAPPING, UNWATCHED = CAMPAIGNS / "mapping", CAMPAIGNS / "unwatched"
 SAMPLES = {"again": MAPPING, "zenoh": CAMPAIGNS / "again"}
-"""Folders of flights that repeat some of those in another one."""
+"""Folders of flights that repeat some flights of another folder."""
 TITLE = re.compile(r"^<!-- campaign: (.+) -->$", re.MULTILINE)
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 RECIPE = re.compile(r"^campaign-(\w+): setup\n\t\$\(CAMPAIGN\) (.+) \$\(CAMPAIGN_PAGE\)/(\w+)\b", re.MULTILINE)
@@ -34,7 +34,7 @@ def published(campaigns: Path) -> list[Path]:
 
 
 def flights_in(folder: Path) -> list[FlightResult]:
-    """Those that are published there."""
+    """Published flights of a campaign."""
     return read_results(folder / LEDGER_FILE)
 
 
@@ -44,7 +44,7 @@ def title_of(folder: Path) -> str:
 
 
 def plans_of_make() -> dict[str, list[FlightPlan]]:
-    """Campaign command of each folder, samples excepted, which follow from earlier flights."""
+    """Plans of the campaign command of each folder, without samples, which follow from earlier flights."""
     flown: dict[str, list[FlightPlan]] = {}
     for _, arguments, folder in RECIPE.findall(MAKEFILE):
         mission, *words = arguments.split()
@@ -130,7 +130,7 @@ def test_what_is_published_is_what_make_campaign_flies(folder: Path) -> None:
 
 
 def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detection_does() -> None:
-    """Only then does a campaign without collisions mean something."""
+    """Collisions without obstacle detection give a campaign without collisions its meaning."""
     unwatched = flights_in(UNWATCHED)
     collided = {each.plan.seed for each in unwatched if each.collisions}
     watched = {each.plan.seed: each for each in flights_in(MAPPING) if each.plan.condition is Condition.NONE}
@@ -139,7 +139,7 @@ def test_drones_collide_where_nobody_looks_ahead_and_not_where_obstacle_detectio
 
 
 def test_odometry_is_never_lost_where_nothing_that_it_reads_fails() -> None:
-    """It lost itself in one sound mission of 70 once, as long as nobody asked."""
+    """Odometry was once lost in one sound mission of 70, before this test."""
     fails = {Condition.LIDAR, Condition.BOTH, Condition.IMU}
     watched = [each for folder in published(CAMPAIGNS) for each in flights_in(folder) if each.plan.watched]
     sound = [each for each in watched if each.plan.condition not in fails]
@@ -156,7 +156,7 @@ def test_a_sample_is_told_beside_the_flights_it_repeats(name: str) -> None:
 
 
 def test_flights_over_zenoh_repeat_flights_of_the_same_code() -> None:
-    """So that where they end otherwise, it is for the processes and the network."""
+    """The code is the same, so that different ends come from the processes and the network."""
     assert read_code(CAMPAIGNS / "zenoh").digest == read_code(SAMPLES["zenoh"]).digest
 
 

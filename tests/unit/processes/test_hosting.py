@@ -1,4 +1,4 @@
-"""Several nodes in one process: each lives for itself, and all of them end together."""
+"""Several nodes in one process: each has its own thread, and all of them end together."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from skillwing.services.processes.router import start_router
 
 
 class Guest:
-    """A node that does something as soon as it lives."""
+    """A node that does something as soon as it is attached."""
 
     owns_clock = False
 
@@ -121,7 +121,7 @@ def test_one_that_is_told_to_end_before_there_is_a_router_ends_well(
 def test_a_node_that_does_not_end_keeps_nobody_alive(
     endpoint: str, lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Its process would hold no tokens, and its supervisor would wait for ever."""
+    """The process would hold no alive tokens, and its supervisor would wait for ever."""
     codes: list[int] = []
     awake = threading.Event()
     hangs = threading.Event()

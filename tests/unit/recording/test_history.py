@@ -109,7 +109,7 @@ def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
 
 
 def test_of_a_long_chain_the_root_and_the_nearest_causes_are_told() -> None:
-    """Nothing is left out where saying so would take as much room."""
+    """The note on causes that are left out takes as much room as one cause. So a single cause is never left out."""
     for length in range(20):
         causes = [f"cause {number}" for number in range(length)]
         told = abridge(causes)
@@ -179,7 +179,7 @@ def watched(number: int, t: float, kind: RecordKind, subject: str, after: str) -
 def test_a_refusal_comes_from_the_latest_change_before_it(
     told: list[tuple[int, tuple[RecordKind, tuple[str, str]]]], begin: int, order: Random
 ) -> None:
-    """In whatever order it is heard, and also where what is looked at begins after that change."""
+    """Records may come in any order, and the part of the history may begin after that change."""
     told.sort(key=lambda each: each[0])
     records = [watched(number, float(t), kind, *change) for number, (t, (kind, change)) in enumerate(told)]
     expected = dict[str, str | None]()
@@ -198,7 +198,7 @@ def test_a_refusal_comes_from_the_latest_change_before_it(
 
 
 def test_a_refusal_is_explained_without_a_look_at_the_whole_history(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A client that asks again and again would make each answer dearer than the one before."""
+    """Repeated requests of a client would make each answer more expensive than the one before."""
     changes = [watched(n, n * 0.1, RecordKind.RESOURCE, "eye", "OPEN" if n % 2 else "SHUT") for n in range(1001)]
     refusal = watched(1001, 1000.0, RecordKind.GOAL, "look", folding.NOT_READY)
     history = History.of([*changes, refusal], (), WATCH)

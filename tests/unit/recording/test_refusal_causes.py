@@ -1,4 +1,4 @@
-"""A refusal leads to what its preconditions lacked, and only where nothing of that is on record to who asked."""
+"""A refusal has the failed part of its preconditions as its cause, or the request if no record shows that part."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def test_what_never_changed_leaves_who_asked() -> None:
 
 
 def test_the_chain_is_told_by_records_that_name_each_other(crane: SkillsetInProcess) -> None:
-    """Also after what led to it was cut off, and not without the skillset, nor by another one."""
+    """The chain stays complete in a part of the history without its causes, and needs the right skillset."""
     crane.start_skill("lift").assert_running()
     crane.run(2.0)
     record = refused(crane, "turn").handle.record
@@ -168,7 +168,7 @@ GUARDS: st.SearchStrategy[Expression] = st.recursive(
 @settings(max_examples=50)
 @given(GUARDS, st.fixed_dictionaries({each.name: st.sampled_from("ABC") for each in RESOURCES}))
 def test_there_is_an_obstacle_exactly_where_the_guard_fails(guard: Expression, states: dict[str, str]) -> None:
-    """And if changing one resource would do, it is one of those that are told."""
+    """The causes are exactly the resources of which one change would be enough, if there are any."""
     skill = Skill("s", preconditions=Precondition((Predicate("guard", "resource", guard),)))
     found = refusal_causes(Skillset("k", resources=RESOURCES, skills=(skill,)), "s", states, ())
     assert bool(found) != evaluate(guard, Environment(resources=states))

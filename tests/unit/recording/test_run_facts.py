@@ -18,7 +18,7 @@ OLD = "0123456789abcdef"
 
 
 def flown_elsewhere(run: Path, schema: str | None) -> RunFacts:
-    """Those of a run that was brought here from a container whose skillset had this version."""
+    """Facts of a run in a container whose skillset had this version, read outside of the container."""
     run.mkdir(exist_ok=True)
     facts = msgspec.structs.replace(FACTS, skillset="/in/a/container/m600.skillset", schema=schema)
     (run / RUN_FILE).write_bytes(msgspec.json.encode(facts))

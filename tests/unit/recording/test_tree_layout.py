@@ -32,7 +32,7 @@ def test_each_node_has_a_row_below_its_parent_and_is_indented(nodes: list[TreeNo
 
 @given(trees())
 def test_rows_are_in_the_order_of_ticking(nodes: list[TreeNode]) -> None:
-    """Between a node and its next sibling stand its descendants and nobody else."""
+    """Rows between a node and its next sibling hold its descendants only."""
     layout = lay_out(nodes)
     rows = sorted(zip(nodes, layout.boxes, strict=True), key=lambda item: item[1].y)
     open_branch: list[int] = []
@@ -84,7 +84,7 @@ def test_what_is_shown_hangs_together(nodes: list[TreeNode], ticks: list[list[st
     for statuses in ticks:
         snapshot: list[TreeNode] = []
         for node, status in zip(nodes, statuses, strict=False):
-            # Nobody visits a node before the one above it.
+            # A node is visited only after its parent.
             snapshot.append(replace(node, status=status if node.parent in visited else "INVALID"))
             visited |= {node.index} if snapshot[-1].status != "INVALID" else set()
         rows = {node.index for node in outline.shown(snapshot)}

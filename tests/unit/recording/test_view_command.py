@@ -1,4 +1,4 @@
-"""`skillwing view`, with a stand-in for the viewer that writes down what it is asked to show."""
+"""`skillwing view`, with a stand-in for the viewer that records its arguments."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def viewer(monkeypatch: pytest.MonkeyPatch, folder: Path, code: str) -> None:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    """Of a recorder that was started again, ten times."""
+    """Folder of a run whose recorder was started again several times."""
     folder = tmp_path / "run"
     folder.mkdir()
     for name in ("recording", "recording-10", "recording-2"):
@@ -65,7 +65,7 @@ def test_what_was_not_recorded_is_refused(tmp_path: Path, name: str, sentence: s
 
 
 def closed(_window: Viewer) -> None:
-    """By its user, at once."""
+    """Return at once, as if the user closed the viewer."""
 
 
 def interrupted(_window: Viewer) -> None:

@@ -1,4 +1,4 @@
-"""Hosting a node: what goes wrong before there is one."""
+"""Hosting of a node: errors before the node exists."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_an_option_that_a_factory_refuses_is_named() -> None:
 def test_only_what_will_fail_again_is_given_up(
     error: type[JournalRefusedError], code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A journal that somebody has locked for a second must not ground the robot."""
+    """A journal that is locked for a second must not ground the robot."""
 
     def unlucky(options: dict[str, Any]) -> None:
         raise error(Path("journal.sqlite"), "It cannot be had.")
@@ -51,7 +51,7 @@ def test_only_what_will_fail_again_is_given_up(
 
 
 def test_a_process_that_is_started_again_has_the_time_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Somebody has set the machine's clock meanwhile. What it says must not look older than what is known."""
+    """The machine's clock was set back meanwhile. New messages must not look older than earlier ones."""
     node = ResourceManagerNode(parse("skillset still { resource lamp { initial OFF } }", "still.skillset"))
     offset = unix_offset()
     before = make_clock(node, "wall", {}, offset).now()

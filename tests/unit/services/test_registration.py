@@ -1,4 +1,4 @@
-"""A manager knows whether it is still the one of its name, at the latest a few seconds after it no longer is."""
+"""A manager that was replaced learns of it within a few seconds."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_who_gives_up_asks_no_more_even_of_nobody() -> None:
 
 
 class Watch(SkillHooks[dict[str, object], None, None]):
-    """A skill that nobody asks for."""
+    """A skill without goals."""
 
     skill = "watch"
 
@@ -147,7 +147,7 @@ def test_an_idle_manager_that_was_replaced_says_so_and_ends(caplog: pytest.LogCa
 
 
 def test_a_manager_of_another_version_of_the_skillset_ends() -> None:
-    """It would never get a grant, so it reports that at its start, and not to a mission hours later."""
+    """The manager would never get a grant. It reports that at its start, and not to a mission hours later."""
     other = parse("skillset rig { skill watch { result { success SEEN } } }", "rig.skillset")
     assert other.name == RIG.name
 

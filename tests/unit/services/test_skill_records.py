@@ -76,7 +76,7 @@ def test_an_end_by_the_resource_manager_comes_of_its_record(answer: Any, record:
 
 
 def test_an_answer_to_no_open_question_ends_nothing() -> None:
-    """It may be about a goal of the same id that has long been forgotten."""
+    """The answer may be about a forgotten goal with the same id."""
     desk = running()
     old = EndGoal(goal_id="g", skill="move", token=3, how=EndKind.INTERRUPT)
     desk.step(QuestionAnswered(AskResources(old), ENDED))

@@ -60,7 +60,7 @@ class Rig:
         assert self.fly(seconds, lambda: self.status.body.state in states), self.status
 
     def take_off(self, height: float = 4.0) -> None:
-        """Up and at rest at this height."""
+        """Take off to this height and come to rest there."""
         self.fly(1.1)
         self.command("takeoff", TakeOff(height=height, speed=1.5))
         self.fly_until(MotionState.DONE)
@@ -109,7 +109,7 @@ class Rig:
 
 
 def airborne(height: float = 4.0) -> Rig:
-    """At rest above its pad: a copy of a rig that took off once for all tests, and flies on as that one would."""
+    """Rig at rest above its pad: a copy of one that takes off once for all tests."""
     return deepcopy(_taken_off(height))
 
 

@@ -34,7 +34,7 @@ FENCE = Box((-20.0, -20.0, -1.0), (20.0, 20.0, 20.0))
 
 
 class Bench:
-    """An autopilot on a bench: it is told that it flies, and what happens to it, in any combination."""
+    """An autopilot on a bench, in flight by its inputs, with any combination of failures."""
 
     def __init__(self) -> None:
         self.autopilot = Autopilot(Physics(WORLD).airframe, 0.002, Limits(FENCE))
@@ -53,14 +53,14 @@ class Bench:
                 self.autopilot.command(Setpoint((0.0, 0.0, self.wanted), STILL, 0.0), self.t, self.t - self.delay)
             self.autopilot.battery(self.charge, 22.0)
             now = Estimate(self.position, self.velocity, LEVEL, self.ground, self.t, valid=self.valid)
-            # A drone that rolls to the right without being told to has lost the rotor there.
+            # A roll to the right without a command shows that the rotor there is lost.
             rate = (30.0 * self.t, 0.0, 0.0) if self.lost else STILL
             self.autopilot.guide(self.t, now, rate)
             self.autopilot.stabilise(LEVEL, STILL)
 
 
 def lose_rotor(bench: Bench) -> None:
-    """It sinks then, faster than it is told to."""
+    """Lose a rotor: the drone sinks faster than commanded."""
     bench.lost = True
     bench.velocity = (*bench.velocity[:2], -2.0)
 
@@ -199,7 +199,7 @@ def test_a_critical_battery_stays_critical_and_a_short_sag_is_none() -> None:
 
 
 def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
-    """True if it comes down by itself within this time, having had a setpoint to hover at once."""
+    """True if the drone lands by itself within this time, after one setpoint to hover."""
     simulator.place((0.0, 0.0, 1.5))
     simulator.command(Setpoint((0.0, 0.0, 1.6), STILL, 0.0))
     simulator.advance(simulator.t + 0.1)

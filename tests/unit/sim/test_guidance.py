@@ -171,7 +171,7 @@ def test_a_drone_that_nobody_commands_any_more_holds_its_position_and_then_lands
 
 @pytest.fixture
 def patience(monkeypatch: pytest.MonkeyPatch) -> float:
-    """Seconds that an uncommanded drone waits where a test is about who counts as a commander: shorter than in life."""
+    """Shortened wait of an uncommanded drone [s], for tests of what counts as a commander."""
     monkeypatch.setattr(solitude, "LAND_AFTER", 4.0)
     return 4.0
 
@@ -272,7 +272,7 @@ def range_finder(rig: Rig, status: SensorStatus) -> None:
 
 @pytest.mark.parametrize("found_out_after", [-1.0, 2.0])
 def test_a_range_finder_that_says_it_has_failed_does_not_bring_the_drone_down_fast(found_out_after: float) -> None:
-    """It says that the ground is 20 m lower, before the landing begins or while it goes on."""
+    """The range finder shows the ground 20 m too low, and reports its failure before or during the landing."""
     rig = airborne(9.0)
     rig.lowers_ground_by = 20.0
     rig.fly(0.1)
@@ -297,7 +297,7 @@ def test_a_range_finder_that_is_well_again_is_believed() -> None:
 
 
 def sees(*, across: bool = False, along: float | None = 30.0):
-    """An obstacle node whose source looks along the nose, or to both sides, and finds so much free on every way."""
+    """An obstacle node that looks along the nose, or to both sides, and finds each way free for `along` metres."""
     source = ObstacleSource.LIDAR if across else ObstacleSource.ZED
     return lambda t, status: ObstacleStatus(
         t=t, source=source, free_distance=along, horizon=14.0, ahead=None, stamp=t - 0.1, across=across
@@ -373,7 +373,7 @@ def off_the_circle(rig: Rig) -> float:
 
 
 def on_the_round(rig: Rig) -> Rig:
-    """On its way around, with the approach behind it."""
+    """Rig on its orbit, with the approach behind it."""
     rig.command("orbit", ORBIT)
     assert rig.fly(20.0, lambda: (rig.status.laps_done or 0.0) > 0.1), rig.status
     return rig
@@ -399,7 +399,7 @@ def test_an_obstacle_on_the_circle_blocks_the_orbit() -> None:
     rig = airborne()
 
     def report(t: float, status: GuidanceStatus) -> ObstacleStatus | None:
-        """Something stands on the circle a third of a lap on."""
+        """Report an obstacle on the circle, a third of a lap from its start."""
         if not status.way:
             return None
         x, y, _ = status.setpoint
@@ -491,7 +491,7 @@ def test_deaf_to_reports_it_flies_on() -> None:
 
 @pytest.mark.parametrize("speed", [2.0, 5.0])
 def test_in_gusts_it_stops_in_time_at_every_speed(speed: float) -> None:
-    """The wall shows itself 14 m ahead, in measurements that are 0.2 s old when they are told, ten times a second."""
+    """The wall is visible from 14 m on, in ten reports a second on measurements that are 0.2 s old."""
     rig, wall = Rig(replace(WORLD, obstacles=()), wind=(4.0, 3.0, 0.0), turbulence=8.0), 24.0
     rig.take_off()
     seen: ObstacleStatus | None = None

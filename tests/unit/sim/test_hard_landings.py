@@ -14,20 +14,20 @@ from skillwing.sim_mujoco.world.world import make_world
 
 ON_PAD = Physics(make_world(1))
 FASTEST = 1.5
-"""Above this speed a touch is a collision [m/s]."""
+"""Speed above which a touchdown is a collision [m/s]."""
 OFF = [0.0] * ROTORS
 ROLLING = [50.0, 50.0, 0.0, 0.0, 0.0, 0.0]
 
 
 def above_pad(height: float) -> Physics:
-    """A drone at rest whose skids are so far above its pad [m]."""
+    """A drone at rest with its skids at this height above the pad [m]."""
     physics = deepcopy(ON_PAD)
     physics.place((0.0, 0.0, GEAR_HEIGHT + height))
     return physics
 
 
 def fall(physics: Physics, seconds: float = 1.0) -> float:
-    """The largest speed while it falls, which it has just before it touches [m/s]."""
+    """Largest speed of the fall, which the drone has just before it touches [m/s]."""
     largest = 0.0
     for _ in range(round(seconds / Physics.dt)):
         largest = max(largest, math.hypot(*physics.motion.velocity))

@@ -1,4 +1,4 @@
-"""Promises of every world, whatever its seed."""
+"""Promises of every world, for any seed."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_wires_and_bystanders_of_an_inspection_are_noticed() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_solid_reaches_beyond_the_outline_and_the_height_of_its_obstacle(kind: str) -> None:
-    """Outlines and heights are what promises speak of: physics and rays must agree with them."""
+    """Promises speak of outlines and heights: physics and rays must agree with them."""
     world = make_world(4, kind)
     for obstacle, corners in corners_of(world):
         assert obstacle.height - 0.05 < corners[:, 2].max() < obstacle.height + 1e-3, obstacle.name
@@ -139,7 +139,7 @@ def test_what_stands_on_a_leg_is_met_by_who_flies_along_it(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_air_over_the_route_is_free_up_to_the_height_of_return(kind: str) -> None:
-    """And all around at that height: a drone may climb from anywhere on its route and fly home."""
+    """The air is free at that height everywhere: a drone may climb from anywhere on its route and fly home."""
     world = make_world(5, kind)
     top = world.triangles().vertices[:, 2].max()
     assert top <= world.site.ceiling < world.site.return_height
@@ -204,7 +204,7 @@ def test_an_unknown_kind_of_world_or_scale_is_refused_by_name() -> None:
 
 @pytest.mark.parametrize(("seed", "digest"), [(1, "bfe5c3f0a884d0b0"), (2337, "1e5e5f76d4871fef")])
 def test_courtyards_stay_what_they_were(seed: int, digest: str) -> None:
-    """Flights that were published, and figures that were measured, name them by their seeds."""
+    """Published flights and measured figures name courtyards by their seeds."""
     triangles = make_world(seed).triangles()
     millimetres = np.rint(triangles.vertices * 1000).astype("<i4")
     assert sha256(millimetres.tobytes() + triangles.faces.astype("<i4").tobytes()).hexdigest()[:16] == digest

@@ -1,4 +1,4 @@
-"""The picture shows what was mapped and flown: judged by the colours in it."""
+"""Map pictures show the mapped points and the flown path: checks of their colours."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ NOTHING = np.empty((0, 3), dtype=np.float32)
 
 
 def ground(east: float) -> np.ndarray:
-    """Of all that is shown around the route, up to so far in the east."""
+    """Points on the ground of the whole shown area, up to `east` [m]."""
     x, y = np.meshgrid(np.arange(-8.2, east, 0.4), np.arange(-8.2, 29.0, 0.4))
     return np.stack([x, y, 0.2 + 0.0 * x], axis=-1).reshape(-1, 3).astype(np.float32)
 

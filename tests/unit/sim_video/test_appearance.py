@@ -21,7 +21,7 @@ def world(request: pytest.FixtureRequest) -> World:
 
 
 def inside(corners: np.ndarray, rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """So many faces (N,) of those with these corners (3, F, 3), and a place (N, 2) on each."""
+    """Random faces (count,) of those with these corners (3, F, 3), and a place (count, 2) on each."""
     faces = rng.integers(corners.shape[1], size=count)
     weights = rng.dirichlet((1.0, 1.0, 1.0), count).T[..., None]
     return faces, (weights * corners[:, faces, :2]).sum(axis=0).astype(np.float32)
@@ -40,7 +40,7 @@ def test_ground_is_painted_as_if_every_strip_were_tried_everywhere(world: World)
 
 
 def test_of_strips_on_top_of_one_another_the_last_one_shows() -> None:
-    """One face, all of it on a road, of which a part is on a wide yard, with a line across both."""
+    """One face, all of it on a road and part of it on a wide yard, with a line across both."""
     corners = np.array([[[0, 0, 0]], [[4, 0, 0]], [[0, 4, 0]]], dtype=np.float32)
     road = Strip((-9.0, 0.0), (9.0, 0.0), 12.0, (0.1, 0.1, 0.1))
     yard = Strip((2.0, 0.0), (9.0, 0.0), 20.0, (0.2, 0.2, 0.2))

@@ -34,9 +34,9 @@ from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT
 
 TICK, REPORT = 0.02, 0.1
 DELAY = 0.2
-"""From the moment of a measurement to the report that it agrees with [s]: a revolution, and a second one."""
+"""Age of a measurement in the report on it [s]: one revolution, and a second one that agrees."""
 LAG = 0.1
-"""Until the drone leans back [s]."""
+"""Time until the drone leans back to brake [s]."""
 
 
 def told(t: float, stamp: float, free: float | None, horizon: float = 14.0) -> ObstacleStatus:
@@ -51,9 +51,9 @@ def gap_after_stopping(
     last_measured: float = math.inf,
     last_report: float = math.inf,
 ) -> float:
-    """Fly along a line on which something stands `obstacle` metres ahead that shows itself from `horizon` on; how far
-    from it the drone's centre comes to rest. `phase` shifts the reports against the ticks. The sensor falls silent at
-    one time, and what makes the reports at another."""
+    """Distance from an obstacle at which the drone's centre comes to rest [m]. The obstacle stands `obstacle` metres
+    ahead and is visible from `horizon` on. `phase` shifts the reports against the ticks. Measurements end at
+    `last_measured`, and reports at `last_report`."""
     monitor, t, s, v, braking_from = PathMonitor(), 0.0, 0.0, 0.0, math.inf
     track: list[tuple[float, float]] = []
     monitor.report(told(0.0, 0.0, 50.0, horizon))
@@ -109,7 +109,7 @@ def test_it_stops_in_time_also_where_the_sensor_or_the_obstacle_node_falls_silen
 
 @pytest.mark.parametrize("horizon", [5.7, 14.0])
 def test_what_shows_itself_as_the_sensor_falls_silent_is_still_stopped_for(horizon: float) -> None:
-    """At the fastest speed, with the last measurement from just before."""
+    """The drone flies at the fastest speed, and the last measurement is from just before the obstacle is visible."""
     speed, silent_at = fastest(horizon), 10.0
     then = speed * silent_at - speed * speed / (2.0 * ACCELERATION)
     gaps = [gap_after_stopping(9.0, then + horizon + 0.05, horizon, phase / 8, silent_at) for phase in range(8)]
@@ -160,7 +160,7 @@ def test_a_depth_map_that_falls_silent_as_a_way_begins_is_missed() -> None:
 
 @pytest.mark.parametrize("stamp", [0.3, None])
 def test_a_way_that_begins_while_the_sensor_is_silent_is_not_flown_unwatched(stamp: float | None) -> None:
-    """The last measurement is too old to be believed, or the source was chosen just now and has none yet."""
+    """The last measurement is too old, or the source was chosen just now and has none yet."""
     monitor, begun, given_up = PathMonitor(), told(1.0, 0.3, 3.0), ObstacleSource.NONE
     monitor.report(replaced(begun, stamp=stamp))
     monitor.begin(1.0)

@@ -1,4 +1,4 @@
-"""A drone in a room, whose sensors are computed in closed form: a world for odometry that costs nothing.
+"""A drone in a room, with sensors computed in closed form: a cheap world for odometry.
 
 The room is a box at an angle: the LiDAR's narrow ring sees all its walls, and they are not parallel to the borders of
 voxels. It is empty unless there are blocks in it.
@@ -36,10 +36,10 @@ _FORWARD, _SIDEWAYS, _TURN = 2.0, 1.0, 0.15
 class Room:
     """A flight in the room: the drone stands for a while, then sways along a smooth path and turns to and fro.
 
-    lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: what the sensors add; they may be changed on the
-    way. tilt (3,), offset (3,): by what rotation [rad] and how far [m], in world axes, navigation is wrong. blind,
-    deaf, lost: no scans, no inertial measurements, no navigation. every: of so many inertial batches one comes.
-    blocks: what stands in the room, each by two corners in world axes.
+    lidar_bias, lidar_noise [m], gyro_bias [rad/s], accel_bias [m/s2]: errors of the sensors; they may be changed in
+    flight. tilt (3,), offset (3,): errors of navigation, a rotation [rad] and a shift [m] in world axes. blind, deaf,
+    lost: no scans, no inertial measurements, no navigation. every: one of this number of inertial batches arrives.
+    blocks: obstacles in the room, each by two corners in world axes.
     """
 
     seed: int = 1
@@ -67,7 +67,7 @@ class Room:
         return np.stack(ways, axis=-1)
 
     def turn(self, t: float | Floats) -> Floats:
-        """Its attitude at `t` (...): (..., 3, 3)."""
+        """Attitude of the drone (..., 3, 3) at `t` (...)."""
         s = self._phase(t)
         zero = np.zeros_like(s)
         yaw = so3.exp(np.stack([zero, zero, _TURN * (1 - np.cos(s))], axis=-1))
@@ -99,7 +99,7 @@ class Room:
         before, now, after = self.position(times - step), self.position(times), self.position(times + step)
         force = (after - 2 * now + before) / step**2 + GRAVITY
         change = self.turn(times - step).transpose(0, 2, 1) @ self.turn(times + step)
-        # Of a rotation by so little the skew part is the rotation vector.
+        # The skew part of such a small rotation is the rotation vector.
         rates = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=-1) / (2 * step)
         return np.einsum("nji,nj->ni", self.turn(times), force), rates
 
@@ -130,7 +130,7 @@ class Room:
             yield from (fix for fix in fixes if fix is not None)
 
     def _phase(self, t: float | Floats) -> Floats:
-        """Stands still until STANDING, then gathers way smoothly."""
+        """Phase of the path at `t`: 0 until STANDING, then smoothly growing."""
         moving = np.maximum(np.asarray(t) - STANDING, 0.0)
         return 0.6 * moving**3 / (moving**2 + 1.0)
 

@@ -23,7 +23,7 @@ COVARIANCE = np.diag(np.linspace(0.01, 1.0, SIZE + 12))
 
 
 def judged(gate: InnovationGate, nis: float, agreement: Agreement = SOUND) -> GateResult:
-    """A scan that changes the prediction by so much, in squared standard deviations."""
+    """Result for a scan that changes the prediction by `nis`, in squared standard deviations."""
     step = np.zeros(len(COVARIANCE))
     step[7] = np.sqrt(nis * COVARIANCE[7, 7])
     state = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
@@ -39,7 +39,7 @@ def test_one_scan_is_believed_as_long_as_it_changes_little(nis: float) -> None:
 
 @given(st.floats(1.2 * (1.0 - REMEMBERED), 0.9))
 def test_many_small_contradictions_are_one_large_one(share: float) -> None:
-    """A frozen sensor contradicts the other with each scan by a share of what one may."""
+    """A frozen sensor contradicts the other one with each scan, by a share of the limit."""
     gate, scans = InnovationGate(), 0
     while not (result := judged(gate, share * LARGEST_NIS)).rejection:
         scans += 1
@@ -64,7 +64,7 @@ def test_the_first_sound_scan_is_believed_however_wrong_the_ones_before_were(bef
 
 @given(st.floats(0.0, 0.9 * LARGEST_NIS), st.sampled_from(["few", "misfit", "surprising"]))
 def test_a_doubted_scan_is_remembered_as_none(believed: float, why: str) -> None:
-    """Its innovation appears again in the next one."""
+    """The innovation of a rejected scan appears again in the next one."""
     wrong = {
         "few": (0.5 * LARGEST_NIS, Agreement(1000, FEWEST_MATCHES - 1, FEWEST_MATCHES - 1)),
         "misfit": (0.5 * LARGEST_NIS, Agreement(1000, 900, int(900 * LEAST_CLOSE) - 1)),

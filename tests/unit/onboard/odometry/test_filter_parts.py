@@ -46,7 +46,7 @@ def test_exponential_and_logarithm_undo_each_other(vector: np.ndarray) -> None:
 
 @given(vectors | half_turns)
 def test_a_quaternion_and_its_matrix_are_the_same_rotation(vector: np.ndarray) -> None:
-    """Half a turn as well, and what is next to it."""
+    """Half turns, and rotations next to them, count too."""
     turn = so3.exp(vector)
     assert so3.quaternion(turn)[0] >= 0.0
     assert np.allclose(so3.matrix(np.array(so3.quaternion(turn))), turn, atol=1e-9)
@@ -70,10 +70,10 @@ def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray,
     assert np.allclose(levelled.gravity, [0.0, 0.0, -float(np.linalg.norm(state.gravity))], atol=1e-9)
     assert np.allclose(levelled.turn @ levelled.turn.T, np.eye(3), atol=1e-9)
     assert np.linalg.norm(levelled.position - origin) == pytest.approx(float(np.linalg.norm(state.position - origin)))
-    # Seen from the drone nothing changes.
+    # Everything looks the same from the drone.
     assert np.allclose(levelled.turn.T @ levelled.gravity, state.turn.T @ state.gravity, atol=1e-9)
     assert np.allclose(levelled.turn.T @ levelled.velocity, state.turn.T @ state.velocity, atol=1e-9)
-    # Planes keep their tilt, and so do the places that they were laid from.
+    # Planes and the poses from which they were mapped keep their tilt: keyframes are dropped.
     assert levelled.keyframes.kept == 0
 
 
@@ -172,7 +172,7 @@ def test_the_faces_of_a_thin_wall_are_planes_of_their_own(normal: np.ndarray, th
 @given(st.floats(0.25, 0.45), st.integers(0, 2**31))
 @settings(max_examples=5, deadline=None)
 def test_a_plane_speaks_against_a_scan_only_if_one_lay_on_it_lately(offset: float, seed: int) -> None:
-    """After a drift what was mapped long ago is somewhere else, and that is no fault of the scan."""
+    """Planes mapped long ago are displaced after a drift, which is no fault of the scan."""
     rng, sensor = np.random.default_rng(seed), np.zeros(3)
     east, down = np.eye(3)[0], -np.eye(3)[2]
     ground = on_a_plane(down, rng) + 2.5 * down
@@ -248,15 +248,15 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
 
 
 def test_a_flat_floor_does_not_hold_the_drone_along_it() -> None:
-    """Planes that were seen as narrow strips tilt this way and that by chance. The drone has gone on above them by a
-    way of which it does not know 0.3 m, and nothing tells it: neither may it seem to know, nor be drawn anywhere."""
+    """Planes seen as narrow strips have random tilts. The drone has moved above them by a way with an uncertainty of
+    0.3 m. The scan may neither reduce that uncertainty nor move the drone."""
     steps, sigmas = zip(*(_above_strips(seed) for seed in range(20)), strict=True)
     assert np.sqrt(np.mean(np.square(steps))) < 0.15
     assert min(sigmas) > 0.2
 
 
 def _above_strips(seed: int) -> tuple[float, float]:
-    """By how much a scan of the floor moves the drone along it, and how sure it is of its place there [m]."""
+    """Shift of the drone along the floor by a scan of it, and the standard deviation of its position there [m]."""
     rng = np.random.default_rng(seed)
 
     def strips() -> np.ndarray:

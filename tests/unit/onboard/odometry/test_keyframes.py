@@ -1,4 +1,4 @@
-"""Poses from which the map was laid, whose errors stay in the filter: the laws that let it tell moving from being."""
+"""Laws of keyframes, the mapping poses whose errors stay in the filter: scans correct the motion, not the position."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def covariance_of(size: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def strung(count: int, rng: np.random.Generator) -> tuple[Keyframes, np.ndarray]:
-    """So many keyframes along a random path, shifted anyhow, and a covariance of all errors."""
+    """Keyframes along a random path, `count` of them with random shifts, and a covariance of all errors."""
     keyframes, covariance = Keyframes(), covariance_of(SIZE, rng)
     for _ in range(count):
         turn = so3.exp(rng.uniform(-1.0, 1.0, 3))
@@ -48,13 +48,13 @@ def test_a_new_keyframe_errs_as_the_drone_does_and_the_oldest_goes(count: int, s
     assert more.kept == min(count + 1, MOST)
     assert (more.newest, more.oldest) == (count, max(count + 1 - MOST, 0))
     assert after.shape == (SIZE + 6 * more.kept,) * 2
-    # Whatever stays, stays as it was: the drone's own errors, and those of all keyframes that are kept still.
+    # Errors that remain keep their covariance: the drone's own, and those of all keyframes that are still kept.
     left = 6 * (more.kept - 1)
     stay = np.r_[0:SIZE, len(before) - left : len(before)]
     assert np.allclose(after[:-6, :-6], before[np.ix_(stay, stay)])
     assert np.allclose(more.places, np.vstack([keyframes.places, position]))
     assert np.allclose(more.shifts, np.vstack([keyframes.shifts, np.zeros(6)]))
-    # Seen from the drone, which has not moved since, it errs as the drone: nothing is unknown between the two.
+    # The drone has not moved since the keyframe: their errors differ by MAPPING_SIGMA only.
     between = np.zeros((6, len(after)))
     between[:, POSE], between[:, -6:] = np.eye(6), -more.seen_from(position, turn, np.array([count]))[0]
     assert np.allclose(between @ after @ between.T, np.diag(MAPPING_SIGMA**2), atol=1e-9)
@@ -64,7 +64,7 @@ def test_a_new_keyframe_errs_as_the_drone_does_and_the_oldest_goes(count: int, s
 def test_a_shift_moves_the_world_as_the_error_that_it_is_seen_as(
     place: np.ndarray, position: np.ndarray, turn: np.ndarray, move: np.ndarray, about: np.ndarray, point: np.ndarray
 ) -> None:
-    """To first order, what a shift does to a point is what an error of the pose does to a point that is seen there."""
+    """A shift moves a point as an error of the pose moves a point that is seen there, to first order."""
     keyframes = Keyframes(place[None], np.eye(3), np.zeros((1, 6)))
     attitude = so3.exp(turn)
     error = keyframes.seen_from(position, attitude, np.array([0]))[0] @ np.concatenate([move, about])
@@ -82,7 +82,7 @@ def test_errors_of_keyframes_add_and_subtract(count: int, seed: int) -> None:
     error = 0.3 * rng.standard_normal(SIZE + 6 * keyframes.kept)
     moved = state.plus(error)
     assert np.allclose(moved.minus(state), error)
-    # What is not kept any more stays where it was last known to be.
+    # Keyframes that were dropped keep their last shifts.
     assert np.array_equal(moved.keyframes.shifts[: keyframes.oldest], keyframes.shifts[: keyframes.oldest])
 
 
@@ -109,7 +109,7 @@ def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
 def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Registration]:
     """The walls of a room as a drone in its middle lays them from a keyframe, and its next scan.
 
-    shift (6,): by so much the keyframe is wrong, and with it the map.
+    shift (6,): error of the keyframe, and with it of the map.
     """
     room = Room(lidar_noise=0.01)
     times = np.linspace(1.0, 1.1, 26)
@@ -157,7 +157,7 @@ def test_a_keyframe_is_pulled_the_other_way_and_one_that_was_dropped_not_at_all(
     evidence = look(kept, 3)
     assert evidence.gradient[0] < 0.0
     assert np.allclose(evidence.gradient[SIZE : SIZE + 3], -evidence.gradient[:3])
-    # Drone and keyframe moved and turned alike change nothing, wherever the keyframe is.
+    # A common motion and rotation of drone and keyframe changes nothing, wherever the keyframe is.
     away = Keyframes(np.array([[3.0, -2.0, 1.0]]), np.eye(3), np.zeros((1, 6)))
     turned = replace(in_the_middle(away), turn=so3.exp(np.array([0.02, -0.01, 0.03])))
     seen = look(turned, 3).information
@@ -174,7 +174,7 @@ def test_a_keyframe_is_pulled_the_other_way_and_one_that_was_dropped_not_at_all(
 
 
 def test_each_keyframe_is_pulled_by_its_own_planes_only() -> None:
-    """Walls to the east were laid from the third, those to the west from the first, none from the second."""
+    """Walls to the east were mapped from the third keyframe, those to the west from the first, none from the second."""
     _, look = mapped(0)
     scan = look._points  # pyright: ignore[reportPrivateUsage]
     planes, east = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0), scan[:, 0] > 0.0
@@ -188,7 +188,7 @@ def test_each_keyframe_is_pulled_by_its_own_planes_only() -> None:
     assert np.all(evidence.gradient[second] == 0.0)
     assert np.all(evidence.information[first, third] == 0.0)
     assert np.allclose(evidence.information, evidence.information.T)
-    # Both together know as much of the drone as all the planes of a map that is taken for true.
+    # Both together give as much information on the drone as all planes of a map without errors.
     own = evidence.information[:3, :3]
     assert np.allclose(own, evidence.information[first, first][:3, :3] + evidence.information[third, third][:3, :3])
     assert np.allclose(evidence.gradient[:3], -evidence.gradient[first][:3] - evidence.gradient[third][:3])
@@ -211,7 +211,7 @@ def test_a_plane_takes_in_nothing_that_was_laid_much_later() -> None:
 @given(st.integers(1, 7), st.integers(MOST, 300))
 @settings(max_examples=10, deadline=None)
 def test_a_plane_is_laid_from_where_its_points_were_seen(few: int, later: int) -> None:
-    """A few points of long ago, too few for a plane, do not make it one that was laid in between."""
+    """A few old points, too few for a plane, do not change the keyframe from which the later plane was mapped."""
     rng, sensor = np.random.default_rng(few), np.array([0.5, 0.5, 4.0])
     floor = np.column_stack([rng.uniform(0.05, 0.95, (400, 2)), rng.normal(0.5, 0.01, 400)])
     planes = PlaneMap((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0)
@@ -229,7 +229,7 @@ PLACE, SPEED = 0.2, 0.1
 
 
 def after_a_second(error: float) -> Posterior:
-    """A second after a keyframe, of whose place nothing better is known, at a speed that is wrong by `error`."""
+    """Posterior a second after a keyframe of uncertain position, with a speed that is wrong by `error` [m/s]."""
     _, look = mapped(0)
     there = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-6))
@@ -248,16 +248,16 @@ def after_a_second(error: float) -> Posterior:
 def test_what_was_laid_from_a_wrong_place_tells_how_the_drone_moves_and_not_where_it_is(error: float) -> None:
     posterior = after_a_second(error)
     sigmas = np.sqrt(np.diag(posterior.covariance))
-    # The scan fits where the drone has not moved at all, so that its speed was the error.
+    # The scan fits where the drone has not moved at all: the speed was wrong.
     assert np.abs(posterior.state.velocity).max() < 0.02
     assert sigmas[VELOCITY].max() < 0.2 * SPEED
-    # Its place follows from that, and is as uncertain as that of the keyframe was: no surer by any wall.
+    # The position follows from that. It is as uncertain as that of the keyframe: no wall improves it.
     assert np.abs(posterior.state.position).max() < 0.02
     assert np.allclose(sigmas[POSITION], PLACE, rtol=0.05)
 
 
 def test_a_place_that_becomes_known_later_is_corrected_with_the_keyframe() -> None:
-    """Something tells the place of the drone: what was laid from the keyframe has then to be shifted as well."""
+    """A later fix of the position has to shift the planes that were mapped from the keyframe as well."""
     posterior = after_a_second(0.0)
     told = np.zeros((1, len(posterior.covariance)))
     told[0, 0] = 1.0

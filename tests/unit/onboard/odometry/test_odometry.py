@@ -1,4 +1,4 @@
-"""Odometry in a room: how well it follows, where it begins, and whether it notices when it must not be believed."""
+"""Odometry in a room: its accuracy, its initial pose, and its detection of its own errors."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_a_small_bias_of_the_ranges_is_borne_and_one_that_grows_is_noticed() -> 
 
 @pytest.mark.parametrize("thickness", [0.15, 0.4])
 def test_flying_through_a_doorway_in_a_thin_wall_and_back_is_no_divergence(thickness: float) -> None:
-    """Both faces of the wall lie in the same voxels, and of each only one is seen."""
+    """Both faces of the wall lie in the same voxels, and the drone sees only one of them at a time."""
     front, back = 2.5 - 0.5 * thickness, 2.5 + 0.5 * thickness
     right = np.array([front, -20.0, -20.0]), np.array([back, -2.5, 20.0])
     left = np.array([front, 2.5, -20.0]), np.array([back, 20.0, 20.0])
@@ -224,7 +224,7 @@ def without_everything(room: Room, odometry: Odometry, seconds: float) -> None:
 @pytest.mark.parametrize("seconds", [0.1, 0.12, 0.14, 0.16, 0.2])
 @pytest.mark.parametrize("before", [1.6, 1.7, 1.8, 1.9, 2.0])
 def test_a_scan_may_pass_without_any_inertial_measurement(before: float, seconds: float) -> None:
-    """A gap of one scan's length may count or not: that is a matter of rounding."""
+    """Rounding decides whether a gap of one scan's length counts."""
     room = Room()
     odometry = flying(room, before)
     room.deaf = True

@@ -134,7 +134,7 @@ def mapping_in_flight() -> Bench:
 
 
 def make_lie(room: Room, sensor: str, size: float = 1.0) -> None:
-    """Let a sensor be wrong by so much more [m/s2 or m]."""
+    """Increase the error of a sensor by `size` [m/s2 or m]."""
     if sensor == IMU:
         room.accel_bias = room.accel_bias + size
     else:
@@ -144,7 +144,7 @@ def make_lie(room: Room, sensor: str, size: float = 1.0) -> None:
 @pytest.mark.parametrize("sensor", [IMU, LIDAR])
 @pytest.mark.parametrize("late", [-0.05, 0.0, 0.15])
 def test_what_a_failed_sensor_measures_is_missing_until_it_is_well_again(sensor: str, late: float) -> None:
-    """It says so a little before or after the first measurements that are wrong."""
+    """The report of the failure comes a little before or after the first wrong measurements."""
     bench = mapping_in_flight()
     bench.bus.after(0.1, lambda: make_lie(bench.room, sensor))
     bench.run(0.1 + late)

@@ -48,7 +48,7 @@ def remembered(memory: LandingMemory, t: float) -> NDArray[np.float64]:
 
 @pytest.fixture
 def memory() -> LandingMemory:
-    """Of a drone that knows where it is, and has seen a place on the ground twice."""
+    """Memory of a drone that knows its position, and has seen a place on the ground twice."""
     memory = LandingMemory()
     memory.follow(navigation(0.0))
     look(memory, 0.0, GROUND)

@@ -28,7 +28,7 @@ def plain(reach: float = 12.0, slope: float = 0.0) -> Cloud:
 
 
 def bush(east: float, north: float, radius: float = 0.6, height: float = 1.8) -> Cloud:
-    """Its hull, so far from the drone."""
+    """Hull of a bush, `east` and `north` of the drone [m]."""
     turns, heights = np.meshgrid(np.linspace(0.0, 2.0 * math.pi, 24), np.arange(0.1, height, 0.25))
     return np.column_stack(
         [
@@ -40,7 +40,7 @@ def bush(east: float, north: float, radius: float = 0.6, height: float = 1.8) ->
 
 
 def wall(east: float, height: float = 7.0) -> Cloud:
-    """From south to north, as high as it is."""
+    """A wall from south to north, `east` of the drone [m], of this height."""
     along, heights = np.meshgrid(np.arange(-12.0, 12.0, 0.25), np.arange(0.1, height, 0.25))
     return np.column_stack([np.full(along.size, HERE[0] + east), HERE[1] + along.ravel(), heights.ravel()])
 
@@ -90,7 +90,7 @@ def test_a_steep_slope_is_landed_beside(slope: float) -> None:
 @given(st.floats(0.0, 2.0 * math.pi), st.floats(0.0, 3.0))
 @settings(max_examples=25, deadline=None)
 def test_what_stands_below_is_landed_beside(bearing: float, away: float) -> None:
-    """As precisely as voxels tell: of what lies in one, the point that was seen last."""
+    """Precision is that of voxels: of the points in a voxel, the last one counts."""
     thing = bush(away * math.cos(bearing), away * math.sin(bearing))
     found = below(plain(), thing)
     assert found.taken or gap(HERE, thing) >= TUBE_RADIUS - VOXEL
@@ -117,7 +117,7 @@ def test_no_place_behind_a_wall_is_chosen() -> None:
 
 
 def fence(west: float = 20.0, east: float = 20.0, ceiling: float = 30.0) -> Box:
-    """Around the drone, so far away; where targets may lie, one metre above the home pad at least."""
+    """Box of permitted targets: `west` and `east` of the drone [m], and at least 1 m above the home pad."""
     return Box((HERE[0] - west, HERE[1] - 20.0, 1.0), (HERE[0] + east, HERE[1] + 20.0, ceiling))
 
 
@@ -152,7 +152,7 @@ def test_a_drone_that_hovers_a_little_above_the_ceiling_is_sent_below_it() -> No
 
 
 def test_of_a_memory_only_the_surroundings_are_looked_at() -> None:
-    """A way is asked for hundreds of times, and the whole flight is remembered."""
+    """The search asks for hundreds of ways, and the memory holds the whole flight."""
     known = remembered(plain(), bush(0.0, 0.0), wall(1.5), wall(SURROUNDINGS + 1.0))
     found = Below(known, HERE)
     assert 0 < len(found._known) < len(known)

@@ -103,8 +103,8 @@ def test_behind_the_target_only_what_is_too_close_to_it_counts() -> None:
 def test_around_the_end_of_a_way_counts_what_is_near_it_in_any_direction(
     length: float, behind: float, aside: float
 ) -> None:
-    """Also when the drone is there but for some centimetres, which may point anywhere. The tube of a drone that stands
-    near the pole from the beginning is narrower."""
+    """The end counts also if the drone is only centimetres away from it, in any direction. The tube of a drone that
+    stands near the pole from the beginning is narrower."""
     pole_here = np.column_stack([np.full((5, 2), (length + behind, aside)), np.linspace(3.5, 4.5, 5)])
     space = space_that_saw(pole_here.astype(np.float32))
     free = judge(space, (length, 0.0, 4.0)).free_distance
@@ -177,7 +177,7 @@ def test_next_to_something_the_tube_is_as_narrow_as_there_is_room() -> None:
 @given(st.floats(TIP_RADIUS, NARROW - 0.1), st.floats(0.0, math.pi / 2))
 @settings(max_examples=30, deadline=None)
 def test_nearer_than_that_it_can_only_leave(distance: float, slope: float) -> None:
-    """A wall is left at such a slope that all that is ahead is farther away than the narrowest tube is wide."""
+    """The drone leaves a wall at a slope at which everything ahead is outside of the narrowest tube."""
     wall, slope = wall_ahead(distance), max(slope, math.acos(distance / NARROW))
     leave = (-8.0 * math.sin(slope), 8.0 * math.cos(slope), 4.0)
     assert judge(space_that_saw(wall, heading=math.pi / 2 + slope), leave).free_distance == whole(8.0)

@@ -39,11 +39,11 @@ min_quality = st.floats(0.0, 0.97)
 difficulty = st.floats(0.3, 3.0)
 LONG = 1800.0
 ATTEMPTS = 2 * math.log2(LONG / 4.0)
-"""Changes of a settled loop in half an hour: attempts at more pictures and their revocations, ever more seldom."""
+"""Changes of a settled loop in half an hour: attempts at more pictures and their revocations, which become rare."""
 LOST_CHANGES = 4 * ATTEMPTS
-"""The same where packets are lost: caution has attempts of its own, and each may move the bit rate twice."""
+"""Changes on a link that loses packets: caution has attempts of its own, and each may move the bit rate twice."""
 UNTIL_A_KEYFRAME = 0.35
-"""For how long nothing can be shown after a lost picture [s]: the way there and back, and the pause between two."""
+"""Time without pictures after a lost one [s]: the round trip of a request, and the wait for a keyframe."""
 
 
 def link(t: float, bandwidth: float, loss: float = 0.0) -> LinkStatus:
@@ -51,21 +51,21 @@ def link(t: float, bandwidth: float, loss: float = 0.0) -> LinkStatus:
 
 
 def quality(rates: Rates, difficulty: float) -> float:
-    """SSIM of a picture with so many bits: what libx264 gave for the inspection flight, roughly."""
+    """SSIM of a picture at these rates, roughly as libx264 gave for the inspection flight."""
     bits = rates.bitrate / rates.fps
     return 1.0 - min(1.0, 0.22 * difficulty * (3300.0 / bits) ** 0.55)
 
 
 def shown(rates: Rates, parity: int, loss: float) -> float:
-    """Pictures a second that can be decoded: each that is lost takes with it those until a keyframe gets through."""
+    """Decodable pictures per second: a lost picture also costs those until a keyframe gets through."""
     lost = risk(parts_of(round(rates.bitrate / rates.fps / 8.0)), parity, loss)
     through = (1.0 - lost) ** 2
     return rates.fps * through / (through + lost * (1.0 + UNTIL_A_KEYFRAME * rates.fps))
 
 
 class Loop:
-    """A controller between a link and a ground that sees what the model says. The air loses `loss` of all packets, and
-    the modem says that it is `told`."""
+    """A controller between a link and a ground with the model's picture quality. The link loses a share `loss` of all
+    packets, and the modem reports `told`."""
 
     def __init__(
         self, min_fps: float, min_quality: float, difficulty: float, *, loss: float = 0.0, told: float | None = None
@@ -83,14 +83,14 @@ class Loop:
             self.control.report(self.t, self.seen(noise))
 
     def until(self, fps: float, bandwidth: float) -> float:
-        """For how long it runs until that frame rate is chosen, ten minutes at most [s]."""
+        """Time until the frame rate is at least `fps`, ten minutes at most [s]."""
         begun = self.t
         while self.control.rates.fps < fps and self.t < begun + 600.0:
             self.run(0.25, bandwidth)
         return self.t - begun
 
     def until_no_parity(self, bandwidth: float) -> float:
-        """For how long it runs until pictures go unprotected, ten minutes at most [s]."""
+        """Time until pictures have no parity, ten minutes at most [s]."""
         begun = self.t
         while self.control.parity(2000) and self.t < begun + 600.0:
             self.run(0.25, bandwidth)
@@ -105,7 +105,7 @@ class Loop:
         )
 
     def timer(self, seconds: float, bandwidth: float) -> float:
-        """The largest timer, as the skill sees it, while so much time goes by."""
+        """Largest value of the skill's timer during this time [s]."""
         timer, end, worst = LeakyTimer(self.t), self.t + seconds, 0.0
         while self.t < end:
             self.run(0.25, bandwidth)
@@ -157,7 +157,7 @@ def test_it_never_sends_more_than_fits_nor_fewer_pictures_than_needed(
         rates = loop.control.rates
         cost = rates.bitrate + PICTURE_COST * rates.fps
         slowest = SLOWEST_RATE * (1 + 1e-9)
-        # The frame rate may have risen since the link was looked at last.
+        # The frame rate may have risen since the last status of the link.
         assert rates.bitrate <= slowest or cost <= SHARE * bandwidth + PICTURE_COST * HIGHEST_FPS
         assert min(fps, HIGHEST_FPS) <= rates.fps <= HIGHEST_FPS
 
@@ -165,7 +165,7 @@ def test_it_never_sends_more_than_fits_nor_fewer_pictures_than_needed(
 @settings(max_examples=60)
 @given(min_fps, st.floats(0.3, 0.9), difficulty, st.floats(1.5e5, 1e6))
 def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwidth: float) -> None:
-    """If the lowest frame rate gives good pictures at the rate the link allows, good pictures are what comes out."""
+    """Pictures are good if the lowest frame rate makes them good at a bit rate that the link allows."""
     loop = Loop(fps, wanted, hard)
     loop.run(90.0, bandwidth)
     lowest = min(HIGHEST_FPS, 1.2 * fps)
@@ -180,7 +180,7 @@ def test_what_can_be_kept_is_kept(fps: float, wanted: float, hard: float, bandwi
 def test_on_a_link_that_narrows_slowly_both_demands_are_held_down_to_the_margins(
     fps: float, wanted: float, hard: float
 ) -> None:
-    """Margins from the limit, the whole link at exactly the demanded rate: spare pictures, a quarter, and a step."""
+    """Margins above a link for exactly the demanded rates: spare pictures, a quarter of the link, and a step."""
     limit = (
         next(b for b in range(0, 10**6, 1000) if b > 0 and quality(Rates(b, fps), hard) >= wanted) + PICTURE_COST * fps
     )
@@ -195,7 +195,7 @@ def test_on_a_link_that_narrows_slowly_both_demands_are_held_down_to_the_margins
 
 lossy = st.floats(0.01, 0.3)
 misjudged = st.floats(0.25, 1.0)
-"""The share of what is lost that the modem knows of."""
+"""Share of the packet loss that the modem knows."""
 
 
 @settings(max_examples=25)
@@ -203,7 +203,7 @@ misjudged = st.floats(0.25, 1.0)
 def test_both_demands_are_held_where_both_can_be(
     fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
 ) -> None:
-    """At the lowest frame rate and with all caution, if the link then has room for good pictures that get through."""
+    """Condition: at the lowest frame rate and full caution, the link has room for good pictures that get through."""
     lowest = min(HIGHEST_FPS, SPARE_FPS * fps)
     told = loss * known
     prepared = max(told, LOSSY) * WARIER**WARIEST
@@ -238,7 +238,7 @@ def test_on_a_constant_link_that_loses_packets_the_rates_settle(
 def test_where_they_cannot_both_be_held_the_skill_learns_of_it(
     fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
 ) -> None:
-    """A hopeless link: even all of it, at the fewest pictures, is not enough for the quality; or hardly one arrives."""
+    """A link that is too narrow for the quality at the lowest frame rate, or on which hardly a picture arrives."""
     whole = min(max(bandwidth, SLOWEST_RATE), FASTEST_RATE)
     assume(quality(Rates(whole, fps), hard) < wanted or loss >= 0.99)
     assert Loop(fps, wanted, hard, loss=loss, told=loss * known).timer(60.0, bandwidth) >= 4.0
@@ -263,7 +263,7 @@ def test_what_a_crowded_modem_drops_is_no_reason_for_parity() -> None:
 
 @pytest.mark.parametrize("loss", [0.0, 0.03, 0.1, 0.3])
 def test_what_the_air_swallows_costs_parity_and_nothing_else(loss: float) -> None:
-    """The modem tells what it can send; what is lost on the way has been sent."""
+    """The modem reports the bandwidth for sending, which packets lost on the way use as well."""
     control = RateController(10.0, 0.5)
     control.link(0.0, link(0.0, 1e6, loss))
     fps, faster = control.rates.fps, STEP * control.rates.bitrate
@@ -359,7 +359,7 @@ def test_a_frame_rate_comes_back_as_soon_behind_the_last_of_many_narrow_zones_as
 
 
 def test_caution_ends_as_soon_behind_the_last_of_many_zones_of_loss_as_behind_the_first() -> None:
-    """Zones of loss that the modem knows too little of, on a link as wide as before."""
+    """Zones of loss that the modem underestimates, at unchanged bandwidth."""
     loop, back = Loop(12.0, 0.5, 1.0), list[float]()
     for _ in range(8):
         loop.loss, loop.told = 0.15, 0.02
