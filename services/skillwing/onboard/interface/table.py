@@ -1,6 +1,7 @@
 """Every topic of the functional layer, by its section of the page.
 
-The modules of `onboard.topics` have keys, messages and rows. `functional-layer.md.template` explains each topic.
+The modules of `onboard.topics` have keys, messages and rows. `functional-layer.md.template` explains each topic that a
+process uses.
 """
 
 from __future__ import annotations

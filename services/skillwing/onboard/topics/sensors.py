@@ -30,7 +30,9 @@ class Range(Message, frozen=True, kw_only=True):
 
 
 class Gnss(Message, frozen=True, kw_only=True):
-    """A satellite fix measured at `t`: position and velocity ENU, heading from two antennas."""
+    """A satellite fix as it arrives, measured at `t`: position and velocity ENU, heading from two antennas.
+
+    It is for observers. The vehicle's own navigation has used it."""
 
     t: Time
     position: Vector3
