@@ -41,7 +41,8 @@ from skillwing.sim_mujoco.world.world import make_world
 
 PAGE = Path(__file__).parents[1] / "docs" / "sensors.md"
 WORLDS = ("courtyard", "street", "village", "industrial")
-TOGETHER = (("zed",), ("lidar", "range"), ("imu", "gnss"))
+PAIRS = (("lidar", "range"), ("imu", "gnss"))
+TOGETHER = (*((name,) for name in SENSORS if not any(name in pair for pair in PAIRS)), *PAIRS)
 """Sensors fitted together in flights with faults: the LiDAR checks the range-finder."""
 STEP = 0.02
 HOLD, HOLD_GNSS = 4.0, 3.0

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 
 import pytest
 from endpoints import KEYS, PUBLICATIONS, QUERIES
 from fuzz_stage import MOCKED, REAL, FuzzStage, nodes_of_the_m600, nodes_of_the_mocked_m600
 
-from skillwing.onboard import topics
-from skillwing.onboard.topics import sensors
-from skillwing.onboard.topics.sensors import GNSS
+from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.topics.video import VIDEO_ENCODER
 from skillwing.services.bus.keys import matches
 from skillwing.services.protocol import CLOCK_DONE_KEY, CLOCK_KEY, Keys
@@ -23,8 +19,8 @@ ONLY_OBSERVED = {
     KEYS.alive("x"): "a liveliness token has no payload",
     KEYS.candidate("x"): "a liveliness token, too",
     KEYS.leader("x"): "a liveliness token, too",
-    GNSS: "read where it is made, and by observers",
     VIDEO_ENCODER: "only a running stream listens",
+    **{topic.key: "no process uses it" for topic in TOPICS if not topic.used_by},
 }
 ADVICE = "Add an endpoint to tests/fuzz/endpoints.py, or a line to ONLY_OBSERVED if no process reads the key"
 OF_THE_BUS = {CLOCK_KEY, f"{CLOCK_DONE_KEY}/**"}
@@ -67,14 +63,10 @@ def test_every_key_of_the_protocol_is_fuzzed() -> None:
 
 def keys_of_the_protocol() -> dict[str, str]:
     """Everything that `Keys` and the functional layer's topics name, with a wildcard for what is variable."""
-    found: dict[str, str] = {}
+    found = {topic.pattern: topic.spell(KEYS, "*") for topic in TOPICS}
     for name, member in inspect.getmembers(Keys):
         if isinstance(member, property):
             found[name] = getattr(KEYS, name)
         elif inspect.isfunction(member) and not name.startswith("_"):
             found[name] = member(KEYS, "*")
-    modules = [import_module(module.name) for module in iter_modules(topics.__path__, f"{topics.__name__}.")]
-    for name, value in (member for module in modules for member in vars(module).items()):
-        if name.isupper() and isinstance(value, str):
-            found[name] = f"{value}/*" if value == sensors.HEALTH else value
     return found

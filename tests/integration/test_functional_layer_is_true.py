@@ -14,8 +14,9 @@ from observed_network import ObservedNetwork
 from skill_needs import seen, told
 
 from skillwing.m600.robot import ROBOT
-from skillwing.onboard.interface.table import SKILLS, TOPICS
+from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT
+from skillwing.onboard.topics.processes import SKILLS
 from skillwing.onboard.topics.sensors import HEALTH
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process

@@ -17,6 +17,7 @@ from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
+from skillwing.sim_mujoco.sensors.table import SENSORS
 
 pytestmark = pytest.mark.slow
 
@@ -68,16 +69,7 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
     assert told["range"]["active"] == ["slow"]
     assert "freeze" in told["gnss"]["kinds"]
-    assert set(told) == {
-        "zed",
-        "lidar",
-        "imu",
-        "range",
-        "gnss",
-        "camera",
-        "link",
-        *(f"rotor/{number}" for number in range(1, 7)),
-    }
+    assert set(told) == {*SENSORS, "camera", "link", *(f"rotor/{number}" for number in range(1, 7))}
     kinds = {"blackout", "freeze", "noise", "bias", "dropout", "slow", "stopped", "weak", *LINK_KINDS}
     assert {kind for each in told.values() for kind in each["kinds"]} == kinds
     assert told["link"]["active"] == ["narrow"]

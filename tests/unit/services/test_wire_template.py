@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import pytest
 
-from skillwing.services.protocol import ErrorCode, QueryStates, Record
+from skillwing.services.protocol import ErrorCode, Message, QueryStates
 from skillwing.services.wire import template
 from skillwing.services.wire.channel import Channel, Kind
 from skillwing.services.wire.template import Meaning, PageTemplate
@@ -19,8 +19,16 @@ $keys
 
 - **`a`** (query): Ask in $SECONDS s. *Without it:* Nothing.
 """
+
+
+class Reading(Message, frozen=True, kw_only=True):
+    """A reading, in
+    metres. It has no fields."""
+
+
 ASKED = Channel("a", Kind.QUERY, "one", ("other",), QueryStates, QueryStates, (ErrorCode.TOO_LATE,), array="bytes")
-PUBLISHED = Channel("b", Kind.STREAM, "one", ("other",), Record)
+PUBLISHED = Channel("b", Kind.STREAM, "one", ("other",), Reading)
+UNUSED = Channel("c", Kind.STREAM, "one", (), Reading)
 
 
 @pytest.fixture
@@ -38,10 +46,21 @@ def test_figures_tables_and_facts_are_filled_in(page: PageTemplate) -> None:
     )
 
 
-def test_a_key_without_prose_is_explained_by_its_message(page: PageTemplate) -> None:
+def test_a_key_without_prose_is_explained_by_the_first_sentence_of_its_message(page: PageTemplate) -> None:
     (*_, item) = page.table(("key",), [ASKED, PUBLISHED], lambda channel: [channel.pattern])
-    assert item == f"- **`b`** (stream): {page.meaning(PUBLISHED).text}"
+    assert item == "- **`b`** (stream): A reading, in metres."
     assert page.meaning(ASKED) == Meaning("Ask in 0.5 s.", "Nothing.")
+
+
+def test_only_the_absence_of_an_unused_key_needs_no_prose(page: PageTemplate) -> None:
+    assert page.meaning(PUBLISHED).without == ""
+    assert page.meaning(UNUSED) == Meaning("A reading, in metres.", "No effect on the robot.")
+
+
+def test_items_come_in_the_order_of_their_rows(page: PageTemplate) -> None:
+    table = page.table(("key",), [UNUSED, ASKED], lambda channel: [channel.pattern])
+    items = [line[:7] for line in page.page([UNUSED, ASKED], {"keys": table}).splitlines() if line.startswith("- ")]
+    assert items == ["- **`c`", "- **`a`"]
 
 
 def test_a_missing_table_or_key_is_an_error(page: PageTemplate) -> None:

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 from imaginary_barometer import ROW, TOPIC, Pressure
 
+from skillwing.onboard.interface.page import TEMPLATE
 from skillwing.onboard.topics import common, faults, sensors
+from skillwing.onboard.topics.processes import VEHICLE
+from skillwing.onboard.topics.rows import stream
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.protocol import ErrorCode, Message, decode, encode
+from skillwing.services.wire.channel import Duty
+from skillwing.services.wire.template import Meaning
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.node import make_sim
@@ -104,6 +109,11 @@ def test_the_others_measure_as_they_did(monkeypatch: pytest.MonkeyPatch) -> None
     assert seen[0] == seen[1]
 
 
+def test_its_topic_needs_no_prose_while_nobody_uses_it() -> None:
+    row = stream(TOPIC, Pressure, VEHICLE, (), Duty.TRIALS, rate=20.0)
+    assert TEMPLATE.meaning(row) == Meaning("Air pressure at `t` [Pa].", "No effect on the robot.")
+
+
 def test_a_sensor_that_is_in_no_row_is_refused() -> None:
-    with pytest.raises(ValueError, match="there is no sensor 'barometer'; choose one of zed"):
-        Simulator(make_world(4), sensors=("barometer",))
+    with pytest.raises(ValueError, match="there is no sensor 'sextant'; choose one of zed"):
+        Simulator(make_world(4), sensors=("sextant",))

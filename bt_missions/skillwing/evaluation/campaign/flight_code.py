@@ -24,7 +24,7 @@ PACKAGE = tuple(Path(portion) for portion in sys.modules["skillwing"].__path__)
 FLYING = (
     *("dsl", "dsl/checking/**", "dsl/diagnostics", "dsl/reading/**"),
     *("services", "services/bus", "services/client", "services/core", "services/journal", "services/managers"),
-    *("services/history", "services/processes", "services/replay"),
+    *("services/history", "services/processes", "services/replay", "services/wire"),
     *("onboard/**", "m600", "m600/bridge", "m600/generated", "m600/skills", "sim_mujoco/**"),
     *("bt_missions", "bt_missions/checking", "bt_missions/leaves", "bt_missions/mission", "bt_missions/missions"),
     *("bt_missions/planning", "bt_missions/running", "bt_missions/subtrees", "bt_missions/xml"),

@@ -1,4 +1,4 @@
 """The functional layer as an interface: the topics that a process in place of another one has to serve.
 
-`table.py` has the topics, `functional-layer.md.template` the prose.
+`table.py` has the topics by section, `functional-layer.md.template` the prose.
 """

@@ -6,13 +6,16 @@ from typing import Annotated, TypeAlias
 
 import msgspec
 
-from skillwing.onboard.topics.common import Component
+from skillwing.onboard.topics.common import Component, Done, Empty
+from skillwing.onboard.topics.processes import LINK, VEHICLE
+from skillwing.onboard.topics.rows import query
 from skillwing.onboard.topics.sensors import SensorStatus
-from skillwing.services.protocol import Label, Message
+from skillwing.services.protocol import ErrorCode, Label, Message
+from skillwing.services.wire.channel import Channel, Duty
 
-FAULT = "fl/fault"  # query SetFault -> Done
-FAULTS = "fl/fault/all"  # query Empty -> Faults
-LINK_FAULT = "fl/link/fault"  # query SetLinkFault -> Done
+FAULT = "fl/fault"
+FAULTS = "fl/fault/all"
+LINK_FAULT = "fl/link/fault"
 
 Magnitude: TypeAlias = Component
 """Severity of a fault, in the fault's unit. Some kinds accept a smaller range (docs/sensors.md)."""
@@ -49,3 +52,10 @@ class SetLinkFault(Message, frozen=True, kw_only=True):
     kind: Label
     on: bool = True
     magnitude: Megabits | None = None
+
+
+TOPICS: tuple[Channel, ...] = (
+    query(FAULT, SetFault, Done, VEHICLE, ("`skillwing fault`",), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
+    query(FAULTS, Empty, Faults, VEHICLE, ("`skillwing fault --list`",), Duty.TRIALS),
+    query(LINK_FAULT, SetLinkFault, Done, LINK, ("`skillwing fault link`",), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
+)

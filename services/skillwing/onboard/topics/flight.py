@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from skillwing.onboard.topics.common import Sentence, Vector3
+from skillwing.onboard.topics.common import Done, Sentence, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, RECORDER, SKILLS, VEHICLE
+from skillwing.onboard.topics.rows import query, stream
 from skillwing.services.protocol import Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-FLIGHT = "fl/flight"  # FlightState, 10 Hz and at each change
-BATTERY = "fl/battery"  # Battery, 1 Hz
-AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"  # AutopilotSetpoint, 50 Hz, guidance -> autopilot
-PILOT = "fl/pilot"  # query SetPilot -> Done
+FLIGHT = "fl/flight"
+BATTERY = "fl/battery"
+AUTOPILOT_SETPOINT = "fl/autopilot/setpoint"
+PILOT = "fl/pilot"
 
 
 class FlightState(Message, frozen=True, kw_only=True):
@@ -51,3 +54,12 @@ class SetPilot(Message, frozen=True, kw_only=True):
     """The safety pilot takes authority (False) or gives it to the computer (True)."""
 
     authority: bool
+
+
+IN_THE_AIR = "in the air and during a takeoff, at the rate of navigation"
+TOPICS: tuple[Channel, ...] = (
+    stream(FLIGHT, FlightState, VEHICLE, (GUIDANCE, BRIDGE, SKILLS), Duty.MUST, rate=10.0, when="and at each change"),
+    stream(AUTOPILOT_SETPOINT, AutopilotSetpoint, GUIDANCE, (VEHICLE,), Duty.MUST, rate=50.0, when=IN_THE_AIR),
+    stream(BATTERY, Battery, VEHICLE, (BRIDGE, RECORDER), Duty.SHOULD, rate=1.0),
+    query(PILOT, SetPilot, Done, VEHICLE, ("`skillwing pilot`",), Duty.TRIALS),
+)

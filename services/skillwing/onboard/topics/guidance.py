@@ -6,13 +6,16 @@ from enum import StrEnum
 
 import msgspec
 
-from skillwing.onboard.topics.common import Vector3
-from skillwing.services.protocol import Label, Message, Time
+from skillwing.onboard.topics.common import Done, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, MAPPING, OBSTACLES, RECORDER, SKILLS, VIDEO
+from skillwing.onboard.topics.rows import events, query, stream
+from skillwing.services.protocol import ErrorCode, Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-GUIDANCE_COMMAND = "fl/guidance/command"  # query GuidanceCommand -> Done
-GEOFENCE = "fl/geofence"  # Geofence, events: the box that guidance accepts targets in
-GUIDANCE_STATUS = "fl/guidance/status"  # GuidanceStatus, 20 Hz
-AUTHORITY = "fl/authority"  # Revoked, events: the bridge revokes the authority of a goal
+GUIDANCE_COMMAND = "fl/guidance/command"
+GEOFENCE = "fl/geofence"
+GUIDANCE_STATUS = "fl/guidance/status"
+AUTHORITY = "fl/authority"
 
 
 class YawMode(StrEnum):
@@ -121,3 +124,13 @@ class Revoked(Message, frozen=True, kw_only=True):
     goal_id: Label
     token: int
     record: Label | None = None
+
+
+REFUSALS = (ErrorCode.STALE_TOKEN, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE, ErrorCode.UNKNOWN_GOAL)
+GOAL_ENDED = "when the resource manager has ended a goal"
+TOPICS: tuple[Channel, ...] = (
+    query(GUIDANCE_COMMAND, GuidanceCommand, Done, GUIDANCE, (SKILLS,), Duty.MUST, *REFUSALS),
+    stream(GUIDANCE_STATUS, GuidanceStatus, GUIDANCE, (SKILLS, OBSTACLES, RECORDER), Duty.MUST, rate=20.0),
+    events(GEOFENCE, Geofence, GUIDANCE, (SKILLS, OBSTACLES), Duty.SHOULD, "at the start"),
+    events(AUTHORITY, Revoked, BRIDGE, (GUIDANCE, OBSTACLES, MAPPING, VIDEO), Duty.MUST, GOAL_ENDED),
+)

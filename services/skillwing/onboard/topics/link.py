@@ -7,9 +7,12 @@ from typing import Annotated
 import msgspec
 
 from skillwing.onboard.topics.faults import FASTEST_LINK
+from skillwing.onboard.topics.processes import BRIDGE, LINK, RECORDER, VIDEO
+from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-LINK_STATUS = "fl/link/status"  # LinkStatus, 1 Hz; 5 Hz while packets cross the link
+LINK_STATUS = "fl/link/status"
 
 
 class LinkStatus(Message, frozen=True, kw_only=True):
@@ -27,3 +30,15 @@ class LinkStatus(Message, frozen=True, kw_only=True):
     sent: Annotated[float, msgspec.Meta(ge=0.0)]
     dropped: Annotated[int, msgspec.Meta(ge=0)]
     faults: tuple[Label, ...] = ()
+
+
+TOPICS: tuple[Channel, ...] = (
+    stream(
+        LINK_STATUS,
+        LinkStatus,
+        LINK,
+        (VIDEO, BRIDGE, RECORDER),
+        Duty.SOME,
+        when="1 Hz; 5 Hz while something crosses the link",
+    ),
+)

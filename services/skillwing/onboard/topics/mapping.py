@@ -6,12 +6,16 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from skillwing.services.protocol import Label, Message, Time
+from skillwing.onboard.topics.common import Done, Empty
+from skillwing.onboard.topics.processes import BRIDGE, CAMPAIGNS, MAPPING, RECORDER, SKILLS
+from skillwing.onboard.topics.rows import arrays, query, stream
+from skillwing.services.protocol import ErrorCode, Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-MAPPING_COMMAND = "fl/mapping/command"  # query ControlMapping -> Done
-MAPPING_STATUS = "fl/mapping/status"  # MappingStatus, 2 Hz
-MAP = "fl/mapping/map"  # float32 [n, 3] centres of occupied voxels that changed since the last one, MapHeader, 1 Hz
-MAP_SNAPSHOT = "fl/mapping/snapshot"  # query Empty -> float32 [n, 3] all occupied voxel centres + MapHeader
+MAPPING_COMMAND = "fl/mapping/command"
+MAPPING_STATUS = "fl/mapping/status"
+MAP = "fl/mapping/map"
+MAP_SNAPSHOT = "fl/mapping/snapshot"
 Poses = Literal["odometry", "navigation", "small-gicp"]
 """Sources of the map's poses (docs/mapping.md)."""
 
@@ -39,3 +43,13 @@ class MapHeader(Message, frozen=True, kw_only=True):
     voxel_size: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)]
     count: int
     complete: bool
+
+
+VOXELS = "float32 [n, 3]: centres of voxels, ENU in m"
+ALL_VOXELS = "float32 [n, 3]: centres of all occupied voxels, ENU in m"
+TOPICS: tuple[Channel, ...] = (
+    query(MAPPING_COMMAND, ControlMapping, Done, MAPPING, (SKILLS,), Duty.SOME, ErrorCode.STALE_TOKEN),
+    stream(MAPPING_STATUS, MappingStatus, MAPPING, (SKILLS, BRIDGE, RECORDER), Duty.SOME, rate=2.0),
+    arrays(MAP, MapHeader, MAPPING, (BRIDGE, RECORDER), Duty.SOME, VOXELS, rate=1.0, when="while it maps"),
+    query(MAP_SNAPSHOT, Empty, MapHeader, MAPPING, (CAMPAIGNS,), Duty.TRIALS, array=ALL_VOXELS),
+)

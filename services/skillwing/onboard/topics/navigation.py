@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from skillwing.onboard.topics.common import Quaternion, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, MAPPING, OBSTACLES, RECORDER, SKILLS, VEHICLE
+from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-NAVIGATION = "fl/navigation"  # Navigation, 50 Hz
+NAVIGATION = "fl/navigation"
 
 
 class Navigation(Message, frozen=True, kw_only=True):
@@ -24,3 +27,10 @@ class Navigation(Message, frozen=True, kw_only=True):
     valid: bool = True
     sigma: float = 0.0
     height_sigma: float = 0.0
+
+
+TOPICS: tuple[Channel, ...] = (
+    stream(
+        NAVIGATION, Navigation, VEHICLE, (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, SKILLS, RECORDER), Duty.MUST, rate=50.0
+    ),
+)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from skillwing.onboard.topics.common import Sentence, Vector3
-from skillwing.services.protocol import Label, Message, Time
+from skillwing.onboard.topics.common import Done, Empty, Sentence, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, OBSTACLES, RECORDER, SKILLS
+from skillwing.onboard.topics.rows import query, stream
+from skillwing.services.protocol import ErrorCode, Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-OBSTACLE_COMMAND = "fl/obstacles/command"  # query SelectObstacleSource -> Done
-OBSTACLE_STATUS = "fl/obstacles/status"  # ObstacleStatus, 10 Hz
-LANDING_PLACE = "fl/obstacles/landing"  # query Empty -> LandingPlace
+OBSTACLE_COMMAND = "fl/obstacles/command"
+OBSTACLE_STATUS = "fl/obstacles/status"
+LANDING_PLACE = "fl/obstacles/landing"
 
 
 class ObstacleSource(StrEnum):
@@ -52,3 +55,10 @@ class LandingPlace(Message, frozen=True, kw_only=True):
     place: Vector3 | None
     taken: bool = False
     text: Sentence = ""
+
+
+TOPICS: tuple[Channel, ...] = (
+    query(OBSTACLE_COMMAND, SelectObstacleSource, Done, OBSTACLES, (SKILLS,), Duty.SOME, ErrorCode.STALE_TOKEN),
+    stream(OBSTACLE_STATUS, ObstacleStatus, OBSTACLES, (GUIDANCE, SKILLS, BRIDGE, RECORDER), Duty.SHOULD, rate=10.0),
+    query(LANDING_PLACE, Empty, LandingPlace, OBSTACLES, (SKILLS,), Duty.SHOULD),
+)

@@ -5,9 +5,12 @@ from __future__ import annotations
 from enum import StrEnum
 
 from skillwing.onboard.topics.common import Quaternion, Vector3
+from skillwing.onboard.topics.processes import MAPPING, VEHICLE
+from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-SLAM_ODOMETRY = "fl/slam/odometry"  # Odometry, 10 Hz: one for each scan
+SLAM_ODOMETRY = "fl/slam/odometry"
 
 
 class Tracking(StrEnum):
@@ -34,3 +37,8 @@ class Odometry(Message, frozen=True, kw_only=True):
     agreement: float
     tracking: Tracking
     text: str = ""
+
+
+TOPICS: tuple[Channel, ...] = (
+    stream(SLAM_ODOMETRY, Odometry, MAPPING, (VEHICLE,), Duty.SHOULD, rate=10.0, when="once it has begun"),
+)

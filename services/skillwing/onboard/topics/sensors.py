@@ -5,14 +5,17 @@ from __future__ import annotations
 from enum import StrEnum
 
 from skillwing.onboard.topics.common import Sentence, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, MAPPING, OBSTACLES, RECORDER, VEHICLE
+from skillwing.onboard.topics.rows import arrays, events, stream
 from skillwing.services.protocol import Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty, Each
 
-RANGE = "fl/range"  # Range, 20 Hz
-GNSS = "fl/gnss"  # Gnss, 10 Hz, 0.1 s late
-IMU = "fl/imu"  # float32 [n, 7] rows (t - t0, acceleration 3, angular rate 3) FLU, ImuHeader, 50 Hz
-LIDAR = "fl/lidar"  # float32 [columns, beams] ranges in m, 0 = no return, LidarHeader, 10 Hz
-ZED_DEPTH = "fl/zed/depth"  # uint16 [height, width] mm along the optical axis, 0 = no return, DepthHeader, 15 Hz
-HEALTH = "fl/health"  # Health under fl/health/<sensor>, events
+RANGE = "fl/range"
+GNSS = "fl/gnss"
+IMU = "fl/imu"
+LIDAR = "fl/lidar"
+ZED_DEPTH = "fl/zed/depth"
+HEALTH = "fl/health"
 
 
 def health_key(sensor: str) -> str:
@@ -27,7 +30,9 @@ class Range(Message, frozen=True, kw_only=True):
 
 
 class Gnss(Message, frozen=True, kw_only=True):
-    """A satellite fix measured at `t`: position and velocity ENU, heading from two antennas."""
+    """A satellite fix as it arrives, measured at `t`: position and velocity ENU, heading from two antennas.
+
+    It is for observers. The vehicle's own navigation has used it."""
 
     t: Time
     position: Vector3
@@ -79,3 +84,24 @@ class Health(Message, frozen=True, kw_only=True):
     status: SensorStatus
     reason: Sentence = ""
     cause: Label | None = None
+
+
+DEPTHS = "uint16 [height, width]: depth along the optical axis in mm, 0 for no return"
+RANGES = "float32 [columns, beams]: ranges in m, 0 for no return"
+INERTIAL = "float32 [n, 7]: seconds since t0, acceleration [m/s2], angular rate [rad/s], FLU; 250 rows a second"
+TOPICS: tuple[Channel, ...] = (
+    arrays(ZED_DEPTH, DepthHeader, VEHICLE, (OBSTACLES, RECORDER), Duty.SOME, DEPTHS, rate=15.0),
+    arrays(LIDAR, LidarHeader, VEHICLE, (OBSTACLES, MAPPING, RECORDER), Duty.SOME, RANGES, rate=10.0),
+    arrays(IMU, ImuHeader, VEHICLE, (MAPPING,), Duty.SOME, INERTIAL, rate=50.0),
+    stream(RANGE, Range, VEHICLE, (GUIDANCE, OBSTACLES), Duty.SHOULD, rate=20.0),
+    stream(GNSS, Gnss, VEHICLE, (), Duty.TRIALS, rate=10.0),
+    events(
+        HEALTH,
+        Health,
+        VEHICLE,
+        (GUIDANCE, BRIDGE, OBSTACLES, MAPPING, RECORDER),
+        Duty.SOME,
+        "at each change",
+        Each.SENSOR,
+    ),
+)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from skillwing.onboard.topics.common import Quaternion, Vector3
+from skillwing.onboard.topics.processes import CAMPAIGNS, LINK, RECORDER, VEHICLE
+from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-TRUTH = "fl/truth"  # Truth, 20 Hz: for judges and recordings only, never for the robot
+TRUTH = "fl/truth"
 
 
 class Truth(Message, frozen=True, kw_only=True):
@@ -18,3 +21,6 @@ class Truth(Message, frozen=True, kw_only=True):
     collisions: int
     clearance: float
     inside_fence: bool
+
+
+TOPICS: tuple[Channel, ...] = (stream(TRUTH, Truth, VEHICLE, (LINK, RECORDER, CAMPAIGNS), Duty.TRIALS, rate=20.0),)

@@ -6,18 +6,21 @@ from typing import Annotated
 
 import msgspec
 
-from skillwing.onboard.topics.common import Vector3
-from skillwing.services.protocol import Label, Message, Time
+from skillwing.onboard.topics.common import Done, Vector3
+from skillwing.onboard.topics.processes import BRIDGE, GROUND, LINK, RECORDER, SKILLS, VEHICLE, VIDEO
+from skillwing.onboard.topics.rows import arrays, query, stream
+from skillwing.services.protocol import ErrorCode, Label, Message, Time
+from skillwing.services.wire.channel import Channel, Duty
 
-CAMERA = "fl/camera/image"  # uint8 [height, width, 3] RGB, CameraHeader; only while a client asks for pictures
-CAMERA_COMMAND = "fl/camera/command"  # query ControlCamera -> Done
-VIDEO_COMMAND = "fl/video/command"  # query ControlVideo -> Done
-VIDEO_ENCODER = "fl/video/encoder"  # EncoderStatus, 2 Hz while a stream runs
-VIDEO_SENT = "fl/video/sent"  # a packet of an H.264 access unit, VideoPacket; video -> link
-VIDEO_RECEIVED = "fl/video/received"  # the packets that the link has not lost; link -> ground
-VIDEO_REPORT = "fl/video/report"  # VideoStatus, 4 Hz while a stream comes in; ground -> link
-VIDEO_STATUS = "fl/video/status"  # the same once it is back on board; link -> video and other readers
-VIDEO_SHOWN = "fl/video/shown"  # JPEG of what the ground sees, VideoShown, at most 4 Hz
+CAMERA = "fl/camera/image"
+CAMERA_COMMAND = "fl/camera/command"
+VIDEO_COMMAND = "fl/video/command"
+VIDEO_ENCODER = "fl/video/encoder"
+VIDEO_SENT = "fl/video/sent"
+VIDEO_RECEIVED = "fl/video/received"
+VIDEO_REPORT = "fl/video/report"
+VIDEO_STATUS = "fl/video/status"
+VIDEO_SHOWN = "fl/video/shown"
 
 
 class CameraHeader(Message, frozen=True, kw_only=True):
@@ -100,3 +103,20 @@ class VideoShown(Message, frozen=True, kw_only=True):
     t: Time
     width: int
     height: int
+
+
+SENDING, RECEIVING = "while a stream runs", "while a stream comes in"
+PIXELS, PACKET = "uint8 [height, width, 3]: RGB", "a packet of an H.264 access unit, or of its parity"
+TOPICS: tuple[Channel, ...] = (
+    arrays(
+        CAMERA, CameraHeader, VEHICLE, (VIDEO, GROUND), Duty.SOME, PIXELS, when="at the requested rate, while requested"
+    ),
+    query(CAMERA_COMMAND, ControlCamera, Done, VEHICLE, (VIDEO,), Duty.SOME),
+    query(VIDEO_COMMAND, ControlVideo, Done, VIDEO, (SKILLS,), Duty.SOME, ErrorCode.STALE_TOKEN),
+    stream(VIDEO_ENCODER, EncoderStatus, VIDEO, (SKILLS,), Duty.SOME, rate=2.0, when=SENDING),
+    arrays(VIDEO_SENT, VideoPacket, VIDEO, (LINK,), Duty.SOME, PACKET, when=SENDING),
+    arrays(VIDEO_RECEIVED, VideoPacket, LINK, (GROUND,), Duty.SOME, PACKET, when=SENDING),
+    stream(VIDEO_REPORT, VideoStatus, GROUND, (LINK,), Duty.SOME, rate=4.0, when=RECEIVING),
+    stream(VIDEO_STATUS, VideoStatus, LINK, (VIDEO, SKILLS, BRIDGE, RECORDER), Duty.SOME, rate=4.0, when=RECEIVING),
+    arrays(VIDEO_SHOWN, VideoShown, GROUND, (RECORDER,), Duty.TRIALS, "a JPEG file", when=f"at most 4 Hz, {RECEIVING}"),
+)

@@ -12,9 +12,13 @@ from skillwing.services.protocol import ErrorCode
 from skillwing.services.wire.channel import Channel, Kind
 
 _KEY = re.compile(
-    r"^- \*\*`(?P<key>[^`]+)`\*\* \((?P<kind>[^)]+)\): (?P<text>.*?)(?P<without> \*Without it:\* .*)?$", re.MULTILINE
+    r"(?:^\n)?^- \*\*`(?P<key>[^`]+)`\*\* \((?P<kind>[^)]+)\): (?P<text>.*?)(?P<without> \*Without it:\* .*)?\n",
+    re.MULTILINE,
 )
+_SENTENCES = re.compile(r"(?<=\.) ")
 WITHOUT = " *Without it:* "
+UNUSED = "No effect on the robot."
+"""Effect of the absence of a key that no process uses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +32,7 @@ class Meaning:
 class PageTemplate:
     """A template: Markdown with `$NAME` for figures and tables, and an item ``**`KEY`** (KIND): TEXT`` for each key.
 
-    Without an item, the docstring of a key's message explains the key. code: Markdown of a refusal's code.
+    Without an item, the first sentence of its message explains a key. code: Markdown of a refusal's code.
     """
 
     def __init__(
@@ -45,28 +49,28 @@ class PageTemplate:
 
     def meaning(self, channel: Channel) -> Meaning:
         """The prose about a key."""
-        summary = (channel.message.__doc__ or "").partition("\n\n")[0]
-        return self._meanings.get((channel.pattern, channel.kind)) or Meaning(" ".join(summary.split()))
+        summary = " ".join((channel.message.__doc__ or "").split())
+        derived = Meaning(_SENTENCES.split(summary)[0], "" if channel.used_by else UNUSED)
+        return self._meanings.get((channel.pattern, channel.kind), derived)
 
     def table(
         self, heads: Sequence[str], channels: Iterable[Channel], cells: Callable[[Channel], Sequence[str]]
     ) -> Iterator[str]:
-        """A table of keys, with an item for each key that has none in the template."""
+        """A table of keys, and below it an item for each."""
         yield f"| {' | '.join(heads)} |"
         yield "|---" * len(heads) + "|"
-        unexplained: list[Channel] = []
+        items = [""]
         for channel in channels:
             yield f"| {' | '.join(cells(channel))} |"
-            if (channel.pattern, channel.kind) not in self._meanings:
-                unexplained.append(channel)
-        yield from ["", *map(self._item, unexplained)] if unexplained else ()
+            items.append(self._item(channel))
+        yield from items
 
     def page(self, channels: Iterable[Channel], tables: Mapping[str, Iterable[str]]) -> str:
-        """The page. Raises KeyError if a table is missing, or a key that the template explains."""
-        rows = {(channel.pattern, str(channel.kind)): channel for channel in channels}
+        """The page, whose items follow the tables. Raises KeyError if a table is missing, or a key that has an item."""
+        if unknown := self._meanings.keys() - {(channel.pattern, str(channel.kind)) for channel in channels}:
+            raise KeyError(*unknown)
         values = {name: "\n".join(lines).rstrip("\n") for name, lines in tables.items()}
-        text = _KEY.sub(lambda item: self._item(rows[item["key"], item["kind"]]), self._text)
-        return Template(text).substitute(values)
+        return Template(_KEY.sub("", self._text)).substitute(values)
 
     def _item(self, channel: Channel) -> str:
         meaning = self.meaning(channel)
