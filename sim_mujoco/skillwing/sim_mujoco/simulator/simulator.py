@@ -21,7 +21,7 @@ from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.physics.battery import PACKS, Battery
+from skillwing.sim_mujoco.physics.battery import PACKS, BatteryModel
 from skillwing.sim_mujoco.physics.clearance import Clearance
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, ROTORS, RotorFaults
@@ -95,7 +95,7 @@ class Simulator:
         self._rotors = RotorFaults()
         limits = limits or Limits(fence=world.geofence)
         self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
-        self.battery = Battery(battery_percent)
+        self.battery = BatteryModel(battery_percent)
         triangles = world.triangles()
         rays = RayScene(triangles)
         self.camera = CameraFeed(lambda: Camera(world, rays), self._random(30))
