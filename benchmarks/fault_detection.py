@@ -34,7 +34,7 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.faults import KINDS
-from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
@@ -87,7 +87,7 @@ class Rounds:
     def t(self) -> float:
         return self.simulator.t
 
-    def fly(self, seconds: float) -> Iterator[tuple[str, Change]]:
+    def fly(self, seconds: float) -> Iterator[tuple[str, ConditionChange]]:
         """Let time pass; changes of health as they come."""
         end = self.t + seconds
         while self.t < end - 1e-9:
@@ -175,7 +175,7 @@ def fly_mission(seed: int) -> Flight:
     return Flight(alarms=listener.alarms, good=course.end_time, collisions=listener.collisions)
 
 
-def _false(changes: Sequence[tuple[str, Change]], when: str) -> list[str]:
+def _false(changes: Sequence[tuple[str, ConditionChange]], when: str) -> list[str]:
     return [
         _alarm(name, change.t, when, change.reason) for name, change in changes if change.condition is Condition.FAILED
     ]

@@ -8,7 +8,7 @@ import pytest
 from skillwing.sim_mujoco.sensors.channel import Channel
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange, HealthMonitor, Limits
 
 PERIOD = 1 / 15
 LIMITS = Limits(0.2, 20.0)
@@ -24,8 +24,8 @@ class Bench:
         self.t = 0.0
         self.delivered = 0
 
-    def run(self, seconds: float) -> list[Change]:
-        changes: list[Change] = []
+    def run(self, seconds: float) -> list[ConditionChange]:
+        changes: list[ConditionChange] = []
         end = self.t + seconds
         while self.t < end:
             self.t += 0.01

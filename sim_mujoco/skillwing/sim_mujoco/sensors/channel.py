@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
-from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange, HealthMonitor, Limits
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
@@ -82,10 +82,10 @@ class Channel:
         if corrupted is not None:
             self._under_way.append(Measurement(self.sensor, start, end, corrupted))
 
-    def collect(self, t: float) -> tuple[list[Measurement], list[Change]]:
+    def collect(self, t: float) -> tuple[list[Measurement], list[ConditionChange]]:
         """The measurements that have arrived by time `t`, and the changes of the sensor's health."""
         arrived: list[Measurement] = []
-        changes: list[Change] = []
+        changes: list[ConditionChange] = []
         while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
             measurement = self._under_way.popleft()
             arrived.append(measurement)

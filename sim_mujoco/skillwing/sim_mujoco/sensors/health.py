@@ -45,7 +45,7 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class ConditionChange:
     """The condition changed at `t`; `reason` is a sentence."""
 
     t: float
@@ -71,20 +71,20 @@ class HealthMonitor:
         self._repeats = 0
         self.condition = Condition.UNKNOWN
 
-    def observe(self, t: float, data: Data, residual: str | None = None) -> Change | None:
+    def observe(self, t: float, data: Data, residual: str | None = None) -> ConditionChange | None:
         """Take a measurement that was delivered at `t`; `residual` is the objection of other instruments."""
         self._last_seen = t
         self._arrivals.append(t)
         return self._conclude(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)
 
-    def check(self, t: float) -> Change | None:
+    def check(self, t: float) -> ConditionChange | None:
         """Take the time. Call it at least once a period."""
         if self._started is None:
             self._started = self._counting_since = t
         problem = self._silent(t) or self._sparse(t)
         return None if problem is None else self._conclude(t, problem)
 
-    def _conclude(self, t: float, problem: str | None) -> Change | None:
+    def _conclude(self, t: float, problem: str | None) -> ConditionChange | None:
         if problem is not None:
             self._good_since = None
             return self._become(t, Condition.FAILED, problem)
@@ -95,11 +95,11 @@ class HealthMonitor:
             return None
         return self._become(t, Condition.OK, f"good data for {needed:g} s")
 
-    def _become(self, t: float, condition: Condition, reason: str) -> Change | None:
+    def _become(self, t: float, condition: Condition, reason: str) -> ConditionChange | None:
         if condition is self.condition:
             return None
         self.condition = condition
-        return Change(t, condition, reason)
+        return ConditionChange(t, condition, reason)
 
     def _silent(self, t: float) -> str | None:
         since = self._last_seen if self._last_seen is not None else self._started

@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.scenario.format import FaultOptions, GustOptions, Pilo
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
 from skillwing.sim_mujoco.sensors.faults import Fault, MagnitudeError, Seconds, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.health import ConditionChange
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
@@ -132,7 +132,7 @@ class SimNode:
             header = camera_header(self._epoch + shot.t, shot.tilt)
             self._out[video.CAMERA].put(shot.picture.tobytes(), encode(header))
 
-    def _publish_health(self, sensor: str, change: Change) -> None:
+    def _publish_health(self, sensor: str, change: ConditionChange) -> None:
         self._health_count += 1
         active = self._sim.active_faults(sensor)
         health = Health(

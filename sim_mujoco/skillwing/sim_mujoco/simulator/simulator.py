@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.scenario.fault_checks import check_fault
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD, Barometer, Imu
 from skillwing.sim_mujoco.sensors.receivers import receiver_class
 from skillwing.sim_mujoco.sensors.table import SENSORS, Moment, Surroundings
@@ -57,7 +57,7 @@ class Output:
 
     measurements: list[Measurement] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
-    health: list[tuple[str, Change]] = field(default_factory=list)
+    health: list[tuple[str, ConditionChange]] = field(default_factory=list)
 
 
 class Simulator:
