@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
-from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import ConditionChange, HealthMonitor, Limits, SensorCondition
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
@@ -37,12 +37,12 @@ class Measurement:
     data: Data
 
 
-Observer: TypeAlias = Callable[[float, Measurement, Condition], str | None]
+Observer: TypeAlias = Callable[[float, Measurement, SensorCondition], str | None]
 """A cross-check of an arriving measurement by other instruments: from time, measurement and the sensor's condition to a
 sentence against the measurement, or None."""
 
 
-def no_residual(_t: float, _measurement: Measurement, _condition: Condition) -> None:
+def no_residual(_t: float, _measurement: Measurement, _condition: SensorCondition) -> None:
     """Find nothing: the observer of a sensor that no other instrument can check."""
 
 
@@ -68,7 +68,7 @@ class Channel:
         self._under_way: deque[Measurement] = deque()
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> SensorCondition:
         """Condition of the sensor, by its own diagnosis."""
         return self._monitor.condition
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Data
-from skillwing.sim_mujoco.sensors.health import Condition
+from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE, Contradiction
 
@@ -101,20 +101,20 @@ class CrossChecks:
         """Remember a sample (6) of the autopilot's IMU, taken at `t`."""
         self._samples.append((t, sample))
 
-    def of_imu(self, _t: float, batch: Measurement, _condition: Condition) -> str | None:
+    def of_imu(self, _t: float, batch: Measurement, _condition: SensorCondition) -> str | None:
         """The autopilot's IMU against a batch of the computer's, which comes late."""
         start, end = batch.start + 1e-6, batch.end + 1e-6
         return self._imu.residual(batch.data, [sample for t, sample in self._samples if start < t <= end])
 
-    def of_range(self, _t: float, measured: Measurement, _condition: Condition) -> str | None:
+    def of_range(self, _t: float, measured: Measurement, _condition: SensorCondition) -> str | None:
         """The LiDAR, or the ground under the skids, against the range-finder."""
         return self._ground.residual(measured.end, float(measured.data[0]), standing=self.standing)
 
-    def of_lidar(self, _t: float, scan: Measurement, condition: Condition) -> None:
+    def of_lidar(self, _t: float, scan: Measurement, condition: SensorCondition) -> None:
         """Nothing speaks against a scan; while the LiDAR can be trusted, the range-finder is compared with it."""
-        if condition is Condition.OK:
+        if condition is SensorCondition.OK:
             self._ground.update(scan.end, scan.data)
 
-    def of_gnss(self, t: float, fix: Measurement, condition: Condition) -> str | None:
+    def of_gnss(self, t: float, fix: Measurement, condition: SensorCondition) -> str | None:
         """Inertial navigation against a fix, which it takes unless the receiver has failed."""
-        return self._navigator.fix(t, fix.end, fix.data, usable=condition is not Condition.FAILED)
+        return self._navigator.fix(t, fix.end, fix.data, usable=condition is not SensorCondition.FAILED)

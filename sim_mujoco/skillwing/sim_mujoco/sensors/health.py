@@ -29,7 +29,7 @@ _WINDOW_PERIODS = 15
 """Periods over which the rate is measured, but at least half a second and at most two."""
 
 
-class Condition(StrEnum):
+class SensorCondition(StrEnum):
     UNKNOWN = "UNKNOWN"
     OK = "OK"
     FAILED = "FAILED"
@@ -49,7 +49,7 @@ class ConditionChange:
     """The condition changed at `t`; `reason` is a sentence."""
 
     t: float
-    condition: Condition
+    condition: SensorCondition
     reason: str
 
 
@@ -69,7 +69,7 @@ class HealthMonitor:
         self._arrivals: deque[float] = deque()
         self._previous: Data | None = None
         self._repeats = 0
-        self.condition = Condition.UNKNOWN
+        self.condition = SensorCondition.UNKNOWN
 
     def observe(self, t: float, data: Data, residual: str | None = None) -> ConditionChange | None:
         """Take a measurement that was delivered at `t`; `residual` is the objection of other instruments."""
@@ -87,15 +87,15 @@ class HealthMonitor:
     def _conclude(self, t: float, problem: str | None) -> ConditionChange | None:
         if problem is not None:
             self._good_since = None
-            return self._become(t, Condition.FAILED, problem)
+            return self._become(t, SensorCondition.FAILED, problem)
         if self._good_since is None:
             self._good_since = t
-        needed = TRUST_AFTER if self.condition is Condition.FAILED else FIRST_TRUST_AFTER
+        needed = TRUST_AFTER if self.condition is SensorCondition.FAILED else FIRST_TRUST_AFTER
         if t - self._good_since < needed:
             return None
-        return self._become(t, Condition.OK, f"good data for {needed:g} s")
+        return self._become(t, SensorCondition.OK, f"good data for {needed:g} s")
 
-    def _become(self, t: float, condition: Condition, reason: str) -> ConditionChange | None:
+    def _become(self, t: float, condition: SensorCondition, reason: str) -> ConditionChange | None:
         if condition is self.condition:
             return None
         self.condition = condition

@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.scenario.fault_checks import check_fault
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Condition, ConditionChange
+from skillwing.sim_mujoco.sensors.health import ConditionChange, SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD, Barometer, Imu
 from skillwing.sim_mujoco.sensors.receivers import receiver_class
 from skillwing.sim_mujoco.sensors.table import SENSORS, Moment, Surroundings
@@ -191,7 +191,7 @@ class Simulator:
             return self._rotors.active(sensor)
         return self._corruptions[sensor].active
 
-    def condition(self, name: str) -> Condition | None:
+    def condition(self, name: str) -> SensorCondition | None:
         """Condition of a sensor; None for a rotor and for the camera, which have no self-diagnosis."""
         return self._channels[name].condition if name in self._channels else None
 
@@ -231,7 +231,8 @@ class Simulator:
             return
         output.solutions.append(solution)
         measured_at, ground = self._ground
-        known = self.condition(RANGE) is not Condition.FAILED and ground > 0.0 and self.t - measured_at < _RANGE_VALID
+        failed = self.condition(RANGE) is SensorCondition.FAILED
+        known = not failed and ground > 0.0 and self.t - measured_at < _RANGE_VALID
         now = Estimate(
             solution.position,
             solution.velocity,
