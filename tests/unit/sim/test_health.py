@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.sensors.channel import Channel
+from skillwing.sim_mujoco.sensors.channel import SensorChannel
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import ConditionChange, HealthMonitor, Limits, SensorCondition
@@ -20,7 +20,7 @@ class Bench:
     def __init__(self) -> None:
         rng = np.random.default_rng(7)
         self._rng = rng
-        self.channel = Channel("zed", PERIOD, 0.03, LIMITS, Corruption(rng))
+        self.channel = SensorChannel("zed", PERIOD, 0.03, LIMITS, Corruption(rng))
         self.t = 0.0
         self.delivered = 0
 

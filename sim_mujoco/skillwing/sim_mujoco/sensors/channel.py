@@ -46,7 +46,7 @@ def no_residual(_t: float, _measurement: Measurement, _condition: SensorConditio
     """Find nothing: the observer of a sensor that no other instrument can check."""
 
 
-class Channel:
+class SensorChannel:
     """The path of one sensor's measurements. `deliver` takes one when it is `due`; `collect` returns those that ended
     at least `delay` seconds ago."""
 
