@@ -25,7 +25,7 @@ LARGEST_ERROR = 0.1 * common.LARGEST_COMPONENT
 messages."""
 
 
-class Gnss:
+class GnssReceiver:
     """A satellite receiver."""
 
     def __init__(self, receiver: Receiver, rng: np.random.Generator) -> None:

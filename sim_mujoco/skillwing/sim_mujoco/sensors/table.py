@@ -151,7 +151,7 @@ _ROWS = (
         gnss.PERIOD,
         gnss.DELAY,
         Limits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False),
-        make=lambda surroundings, rng: gnss.Gnss(surroundings.receiver, rng),
+        make=lambda surroundings, rng: gnss.GnssReceiver(surroundings.receiver, rng),
         measure=lambda receiver, moment: receiver.measure(moment.motion),
         message=gnss.publication,
         # One unit is a metre of position; velocity and heading stay right.
