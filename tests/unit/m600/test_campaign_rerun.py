@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from skillwing.evaluation.campaign.command import campaign
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim
-from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.output import flight_line
 from skillwing.evaluation.campaign.rerun import Sample, choose, comparison, end_alike, take_sample, verdict
 from skillwing.evaluation.flights.conditions import Condition
@@ -32,7 +32,7 @@ def over_zenoh(flight: FlightResult) -> FlightResult:
 
 
 def campaign_in(folder: Path, flights: list[FlightResult]) -> Path:
-    ledger = Ledger(folder, resume=False)
+    ledger = CampaignLedger(folder, resume=False)
     for flight in flights:
         ledger.add(flight)
     ledger.close()

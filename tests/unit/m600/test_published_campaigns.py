@@ -11,7 +11,7 @@ import pytest
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.command import make_plans
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim, read_code
-from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, CampaignLedger, read_results
 from skillwing.evaluation.campaign.outcomes import outcomes
 from skillwing.evaluation.campaign.rerun import Sample, comparison
 from skillwing.evaluation.flights.conditions import Condition, conditions_of
@@ -71,7 +71,7 @@ def test_a_section_without_flights_and_flights_without_a_section_are_found(tmp_p
     path, campaigns = tmp_path / "missions.md", tmp_path / "campaigns"
     plan = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.NONE)
     results = [FlightResult(plan=plan, end=End.HOME)]
-    ledger = Ledger(campaigns / "mapping", resume=False)
+    ledger = CampaignLedger(campaigns / "mapping", resume=False)
     ledger.add(results[0])
     ledger.close()
     claim(campaigns / "mapping", FlightCode({}))

@@ -17,7 +17,7 @@ from rich.text import Text
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
-from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
 from skillwing.evaluation.campaign.output import CampaignState, command_words, flight_line, print_summary, show_summary
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
@@ -119,7 +119,7 @@ def campaign(
     console = make_console()
     shown = Console(quiet=True) if as_json else console
     called_off = False
-    with closing(Ledger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
+    with closing(CampaignLedger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
         ledger.require(plans)
         flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
@@ -210,7 +210,7 @@ def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
 
 def _fly(
     plans: Sequence[FlightPlan],
-    ledger: Ledger,
+    ledger: CampaignLedger,
     flying: FlyingCode,
     lost: list[LostFlight],
     jobs: int,
@@ -240,7 +240,7 @@ def _fly(
 
 
 def _record_worst(
-    ledger: Ledger,
+    ledger: CampaignLedger,
     flying: FlyingCode,
     count: int,
     state: CampaignState,
