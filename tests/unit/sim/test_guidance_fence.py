@@ -32,7 +32,7 @@ from skillwing.onboard.topics.guidance import (
     YawMode,
 )
 from skillwing.onboard.topics.navigation import Navigation
-from skillwing.sim_mujoco.autopilot.autopilot import Limits as AutopilotLimits
+from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits
 
 FENCE = Box((-10.0, -10.0, -1.0), (10.0, 10.0, 12.0))
 PERIOD = 0.02
@@ -196,7 +196,7 @@ def test_what_is_accepted_is_reached_inside_the_fence_and_the_autopilot_lets_it(
 ) -> None:
     """Guidance's margin against the autopilot's guard, at the extreme targets."""
     fence = Box((-4.0, -4.0, -1.0), (10.0, 10.0, 10.0))
-    rig = Rig(limits=AutopilotLimits(fence=fence), **air)
+    rig = Rig(limits=FailsafeLimits(fence=fence), **air)
     rig.core = GuidanceCore(fence)
     rig.take_off()
     targets = rig.core.targets

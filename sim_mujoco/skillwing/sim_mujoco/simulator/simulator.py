@@ -15,7 +15,7 @@ import numpy as np
 from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.names import CAMERA, GNSS, RANGE
-from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, FailsafeLimits, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CameraFeed
@@ -72,7 +72,7 @@ class Simulator:
         wind: Vector = (0.0, 0.0, 0.0),
         turbulence: float = 0.0,
         gusts: Iterable[Gust] = (),
-        limits: Limits | None = None,
+        limits: FailsafeLimits | None = None,
         battery_percent: float = 100.0,
         packs_fail: Iterable[tuple[float, int]] = (),
         sensors: Collection[str] = SENSORS,
@@ -93,7 +93,7 @@ class Simulator:
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()
-        limits = limits or Limits(fence=world.geofence)
+        limits = limits or FailsafeLimits(fence=world.geofence)
         self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
         self.battery = BatteryModel(battery_percent)
         triangles = world.triangles()
