@@ -15,7 +15,7 @@ from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.output import flight_line
 from skillwing.evaluation.campaign.rerun import Sample, choose, comparison, end_alike, take_sample, verdict
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -28,7 +28,7 @@ def flown(seed: int, condition: Condition = Condition.NONE) -> FlightResult:
 
 
 def over_zenoh(flight: FlightResult) -> FlightResult:
-    return replace(flight, plan=replace(flight.plan, network=Network.ZENOH), digest="another")
+    return replace(flight, plan=replace(flight.plan, network=FlightNetwork.ZENOH), digest="another")
 
 
 def campaign_in(folder: Path, flights: list[FlightResult]) -> Path:
@@ -104,7 +104,7 @@ def test_only_flights_that_are_not_the_same_bit_by_bit_are_told_one_by_one() -> 
 
 def test_a_sample_of_a_campaign_is_planned_for_another_network(tmp_path: Path) -> None:
     folder = campaign_in(tmp_path / "first", [flown(seed) for seed in range(5)])
-    plans = take_sample(folder, "mapping", 2).plans(Network.ZENOH)
+    plans = take_sample(folder, "mapping", 2).plans(FlightNetwork.ZENOH)
     assert [(plan.seed, plan.network) for plan in plans] == [(1, "zenoh"), (3, "zenoh")]
 
 

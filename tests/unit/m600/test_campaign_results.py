@@ -20,7 +20,7 @@ from skillwing.evaluation.campaign.ledger import LEDGER_FILE, CampaignLedger, re
 from skillwing.evaluation.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
 from skillwing.evaluation.campaign.recordings import UNFINISHED
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import KINDS
@@ -172,7 +172,7 @@ def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path)
             st.sets(st.sampled_from(sorted(KINDS)), min_size=1),
             st.sets(st.sampled_from(Condition), min_size=1),
             st.booleans(),
-            st.sampled_from(Network),
+            st.sampled_from(FlightNetwork),
             st.booleans(),
         ),
         min_size=2,
@@ -181,7 +181,7 @@ def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path)
     )
 )
 def test_no_campaign_has_the_title_of_another_one(
-    two: list[tuple[set[str], set[Condition], bool, Network, bool]],
+    two: list[tuple[set[str], set[Condition], bool, FlightNetwork, bool]],
 ) -> None:
     one, other = (
         page.title_of(
@@ -200,7 +200,7 @@ def test_no_campaign_has_the_title_of_another_one(
 def test_the_title_tells_what_is_flown() -> None:
     plans = make_plans("mapping", "0:2", "all", None)
     assert page.title_of(plans) == "mapping in courtyard: all conditions"
-    plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=Network.ZENOH)
+    plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=FlightNetwork.ZENOH)
     told = "mapping in street, village: none, camera, without obstacle detection, over Zenoh, flown again"
     assert page.title_of(plans, again=True) == told
     text = page.section(told, [], [flown(1)], outcomes([flown(1)]), "abc")

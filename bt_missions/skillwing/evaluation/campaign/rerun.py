@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from skillwing.evaluation.campaign.flight_code import FlightCode, read_code
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.outcomes import metres, share
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -26,7 +26,7 @@ class Sample:
     flights: Sequence[FlightResult]
     code: FlightCode
 
-    def plans(self, network: Network) -> list[FlightPlan]:
+    def plans(self, network: FlightNetwork) -> list[FlightPlan]:
         """The same flights on a network."""
         return [replace(flight.plan, network=network) for flight in self.flights]
 
@@ -74,7 +74,7 @@ def end_alike(flight: FlightResult, again: FlightResult) -> bool:
 
 def same_flight(flight: FlightResult, again: FlightResult) -> bool:
     """True for bit-by-bit equal flights. A flight over Zenoh never is; it only has to end alike."""
-    if again.plan.network is Network.ZENOH:
+    if again.plan.network is FlightNetwork.ZENOH:
         return end_alike(flight, again)
     return flight.digest == again.digest
 
@@ -123,4 +123,4 @@ def _ended(result: FlightResult) -> str:
 
 def _name(plan: FlightPlan) -> str:
     """The same for a flight and its repetition."""
-    return replace(plan, network=Network.IN_PROCESS).name
+    return replace(plan, network=FlightNetwork.IN_PROCESS).name
