@@ -94,7 +94,7 @@ class Fix:
         return PlacedPoints(self.t, state.turn, state.to_world(self.scan.sensor), points.T)
 
 
-class Odometry:
+class LidarInertialOdometry:
     """One flight's odometry inside the box from `low` to `high`.
 
     Its frame is navigation's ENU at the start of odometry; see `Initialisation`. Odometry processes a scan once the
