@@ -19,7 +19,7 @@ from skillwing.sim_mujoco.sensors.channel import Observer, SensorChannel, no_res
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.health import Limits
-from skillwing.sim_mujoco.sensors.receivers import Receiver
+from skillwing.sim_mujoco.sensors.receivers import ReceiverClass
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Surroundings:
     """Parts that sensors are made with: the world for rays, and the class of the satellite receiver."""
 
     rays: RayScene
-    receiver: Receiver
+    receiver: ReceiverClass
 
 
 @dataclass(frozen=True, slots=True)
