@@ -54,7 +54,7 @@ class Agreement:
         return self.close / self.points if self.points else 0.0
 
 
-class Registration:
+class ScanRegistration:
     """Comparison of one scan, as points (N, 3) and its `sensor` (3,) in body axes, with a map of planes."""
 
     def __init__(self, points: Floats, sensor: Floats, planes: PlaneMap) -> None:

@@ -20,7 +20,7 @@ from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
 from skillwing.onboard.odometry.keyframes import Keyframes
 from skillwing.onboard.odometry.plane_map import LATELY, PlaneMap
 from skillwing.onboard.odometry.propagation import ImuNoise, Track, predict
-from skillwing.onboard.odometry.registration import Registration
+from skillwing.onboard.odometry.registration import ScanRegistration
 from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, State
 from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, encode
@@ -179,8 +179,8 @@ def test_a_plane_speaks_against_a_scan_only_if_one_lay_on_it_lately(offset: floa
     wall = on_a_plane(east, rng) + 4.5 * east
     planes = PlaneMap((-6.0, -6.0, -6.0), (6.0, 6.0, 6.0), 1.0)
 
-    def compare(*surfaces: np.ndarray) -> Registration:
-        registration = Registration(np.vstack(surfaces), sensor, planes)
+    def compare(*surfaces: np.ndarray) -> ScanRegistration:
+        registration = ScanRegistration(np.vstack(surfaces), sensor, planes)
         registration(State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3)), 3)
         return registration
 
@@ -242,7 +242,7 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
     wrong = np.zeros(SIZE)
     wrong[POSE] = error
     wrong[ATTITUDE] *= 0.3
-    look = Registration(last.points.astype(np.float64), last.sensor, planes)
+    look = ScanRegistration(last.points.astype(np.float64), last.sensor, planes)
     found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), look, iterations=8)
     assert np.abs(found.state.minus(truth)[POSE]).max() < 0.01
 
@@ -269,7 +269,7 @@ def _above_strips(seed: int) -> tuple[float, float]:
     prior = State(np.array([0.6, 0.0, 0.0]), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-8))
     covariance[0, 0] = covariance[2, 2] = 0.3**2
-    found = update(prior, covariance, Registration(strips(), np.zeros(3), planes))
+    found = update(prior, covariance, ScanRegistration(strips(), np.zeros(3), planes))
     return float(found.step[0]), math.sqrt(found.covariance[0, 0])
 
 

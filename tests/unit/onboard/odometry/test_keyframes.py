@@ -16,7 +16,7 @@ from skillwing.onboard.odometry.filter import Posterior, update
 from skillwing.onboard.odometry.keyframes import MAPPING_SIGMA, MOST, STEP, TURN, Keyframes
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Track
-from skillwing.onboard.odometry.registration import Registration
+from skillwing.onboard.odometry.registration import ScanRegistration
 from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, State
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
@@ -106,7 +106,7 @@ def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
     assert keyframes.is_due(np.ones(3), so3.exp(1.01 * TURN * east))
 
 
-def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Registration]:
+def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, ScanRegistration]:
     """The walls of a room as a drone in its middle lays them from a keyframe, and its next scan.
 
     shift (6,): by so much the keyframe is wrong, and with it the map.
@@ -120,7 +120,7 @@ def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Re
     for scan in earlier:
         laid = wrong.mapped(np.vstack([scan.points.astype(np.float64), scan.sensor]))
         planes.insert(laid[:-1], laid[-1], keyframe)
-    return planes, Registration(last.points.astype(np.float64), last.sensor, planes)
+    return planes, ScanRegistration(last.points.astype(np.float64), last.sensor, planes)
 
 
 def in_the_middle(keyframes: Keyframes) -> State:
@@ -180,7 +180,7 @@ def test_each_keyframe_is_pulled_by_its_own_planes_only() -> None:
     planes, east = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0), scan[:, 0] > 0.0
     for side, keyframe in ((east, 2), (~east, 0)):
         planes.insert(scan[side], np.zeros(3), keyframe)
-    look = Registration(scan, np.zeros(3), planes)
+    look = ScanRegistration(scan, np.zeros(3), planes)
     state = in_the_middle(Keyframes(np.arange(9.0).reshape(3, 3), np.eye(3), np.zeros((3, 6))))
     evidence = look(state.plus(np.r_[[0.1, 0.05, -0.1], np.zeros(SIZE + 15)]), 3)
     first, second, third = (slice(start, start + 6) for start in (SIZE, SIZE + 6, SIZE + 12))
