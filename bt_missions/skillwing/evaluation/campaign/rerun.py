@@ -19,7 +19,7 @@ HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "
 
 
 @dataclass(frozen=True)
-class Sample:
+class FlightSample:
     """Flights of an earlier campaign that are to be flown again. code: by which they were flown."""
 
     folder: Path
@@ -36,7 +36,7 @@ class Sample:
         return [(flight, again[name]) for flight in self.flights if (name := _name(flight.plan)) in again]
 
 
-def take_sample(folder: Path, mission: str, count: int) -> Sample:
+def take_sample(folder: Path, mission: str, count: int) -> FlightSample:
     """So many of the flights of a mission in a campaign's folder.
 
     Raises InvalidOptionError where no such campaign is, or its flights are too few.
@@ -48,7 +48,7 @@ def take_sample(folder: Path, mission: str, count: int) -> Sample:
     if not 1 <= count <= len(flights):
         sentence = f"{folder} holds {len(flights)} flights of `{mission}`, and {count} were asked for."
         raise InvalidOptionError("sample", f"{sentence} Ask for one at least, and for no more than there are.")
-    return Sample(folder, choose(flights, count), read_code(folder))
+    return FlightSample(folder, choose(flights, count), read_code(folder))
 
 
 def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
@@ -79,7 +79,7 @@ def same_flight(flight: FlightResult, again: FlightResult) -> bool:
     return flight.digest == again.digest
 
 
-def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
+def verdict(sample: FlightSample, results: Sequence[FlightResult]) -> str:
     """Sentence that counts the flights with the same end as before."""
     pairs = sample.pairs(results)
     alike = sum(end_alike(*pair) for pair in pairs)
@@ -88,7 +88,7 @@ def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
     return f"{alike} of {len(pairs)} flights end as they did in {sample.folder.name}{bitwise}."
 
 
-def comparison(sample: Sample, results: Sequence[FlightResult]) -> list[str]:
+def comparison(sample: FlightSample, results: Sequence[FlightResult]) -> list[str]:
     """Lines of Markdown: the verdict, and each flight that is not the same bit by bit beside what it was."""
     other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
     then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
