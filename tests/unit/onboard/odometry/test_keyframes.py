@@ -17,7 +17,7 @@ from skillwing.onboard.odometry.keyframes import MAPPING_SIGMA, MOST, STEP, TURN
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Track
 from skillwing.onboard.odometry.registration import ScanRegistration
-from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, State
+from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, FilterState
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
 seeds = st.integers(0, 2**31)
@@ -78,7 +78,7 @@ def test_a_shift_moves_the_world_as_the_error_that_it_is_seen_as(
 def test_errors_of_keyframes_add_and_subtract(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     keyframes, _ = strung(count, rng)
-    state = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
+    state = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
     error = 0.3 * rng.standard_normal(SIZE + 6 * keyframes.kept)
     moved = state.plus(error)
     assert np.allclose(moved.minus(state), error)
@@ -123,8 +123,8 @@ def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Sc
     return planes, ScanRegistration(last.points.astype(np.float64), last.sensor, planes)
 
 
-def in_the_middle(keyframes: Keyframes) -> State:
-    return State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
+def in_the_middle(keyframes: Keyframes) -> FilterState:
+    return FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
 
 
 @given(st.tuples(*[st.floats(-0.25, 0.25)] * 3).map(np.array), st.sampled_from([1, MOST + 3]))
@@ -231,7 +231,7 @@ PLACE, SPEED = 0.2, 0.1
 def after_a_second(error: float) -> Posterior:
     """A second after a keyframe, of whose place nothing better is known, at a speed that is wrong by `error`."""
     _, look = mapped(0)
-    there = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    there = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-6))
     covariance[POSITION, POSITION] = PLACE**2 * np.eye(3)
     covariance[VELOCITY, VELOCITY] = SPEED**2 * np.eye(3)
