@@ -23,7 +23,7 @@ from skillwing.sim_mujoco.sensors.faults import (
     Zone,
     check_no_magnitude,
 )
-from skillwing.sim_mujoco.world.site import Target
+from skillwing.sim_mujoco.world.site import InspectionTarget
 
 MEGABIT = 1e6
 FLOOR = 1.0
@@ -92,7 +92,7 @@ RIM = 30.0
 LOW, HIGH = -10.0, 100.0
 
 
-def occlusion_zones(target: Target) -> tuple[RadioZone, RadioZone]:
+def occlusion_zones(target: InspectionTarget) -> tuple[RadioZone, RadioZone]:
     """Zones beside a building and behind it, which lose the video there. Home lies to the west of the building."""
     (x, y), radius = target.centre, target.radius
 
