@@ -22,11 +22,11 @@ from scipy.stats import chi2
 from workers import workers
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import LONGEST, processes
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import in_process
+from skillwing.evaluation.judged_flight import LONGEST, processes
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus

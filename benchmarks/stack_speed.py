@@ -17,11 +17,11 @@ from statistics import median
 from performance_page import against, machine, make_flight_parser, table, tell
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import processes
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import over_zenoh
+from skillwing.evaluation.judged_flight import processes
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
