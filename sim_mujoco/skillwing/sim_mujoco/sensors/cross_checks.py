@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from skillwing.sim_mujoco.sensors.corruptors import Data
 from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE, Contradiction
-
-if TYPE_CHECKING:
-    from skillwing.sim_mujoco.navigation.navigator import Navigator
 
 _LIMITS = (0.35, 0.35, 0.35, 0.03, 0.03, 0.03)
 """Mean difference between two IMUs on one body that biases and noise do not explain: [m/s2] (3), [rad/s] (3)."""
@@ -89,10 +86,16 @@ class GroundCrossCheck:
         return self._seen[1:]
 
 
+class FixChecker(Protocol):
+    """Inertial navigation: it takes a fix that is plausible and `usable`, and returns what speaks against it."""
+
+    def fix(self, now: float, t: float, fix: Data, *, usable: bool) -> str | None: ...
+
+
 class CrossChecks:
     """Observers of the sensors: each compares a measurement with other instruments of the drone."""
 
-    def __init__(self, standing_range: float, navigator: Navigator) -> None:
+    def __init__(self, standing_range: float, navigator: FixChecker) -> None:
         self.standing = True
         self._imu, self._ground, self._navigator = ImuCrossCheck(), GroundCrossCheck(standing_range), navigator
         self._samples: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_REMEMBERED)
