@@ -14,9 +14,9 @@ from collections.abc import Callable
 from performance_page import machine, make_flight_parser, table, tell
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import processes
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
+from skillwing.evaluation.judged_flight import processes
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Traffic
 from skillwing.services.processes.in_process import RobotInProcess

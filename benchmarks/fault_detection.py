@@ -21,12 +21,12 @@ from performance_page import machine, table, tell
 from scipy.stats import chi2
 from workers import workers
 
-from skillwing.evaluation.flights.conditions import Condition as Befalls
-from skillwing.evaluation.flights.flight import LONGEST, processes
+from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import in_process
+from skillwing.evaluation.judged_flight import LONGEST, processes
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.sensor_data.names import GNSS
 from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
@@ -34,7 +34,7 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.sensors.faults import KINDS
-from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.health import ConditionChange, SensorCondition
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
@@ -88,7 +88,7 @@ class Rounds:
     def t(self) -> float:
         return self.simulator.t
 
-    def fly(self, seconds: float) -> Iterator[tuple[str, Change]]:
+    def fly(self, seconds: float) -> Iterator[tuple[str, ConditionChange]]:
         """Let time pass; changes of health as they come."""
         end = self.t + seconds
         while self.t < end - 1e-9:
@@ -128,16 +128,16 @@ def _try(rounds: Rounds, sensor: str, kind: str, flight: Flight) -> Trial:
     simulator.set_fault(sensor, kind, on=True)
     begun = rounds.t
     for name, change in rounds.fly(HOLD_GNSS if sensor == GNSS else HOLD):
-        if name == sensor and change.condition is Condition.FAILED and trial.noticed is None:
+        if name == sensor and change.condition is SensorCondition.FAILED and trial.noticed is None:
             trial.noticed, trial.reason = change.t - begun, change.reason
         elif name != sensor:
             flight.alarms += _false([(name, change)], f"{kind} of {sensor}")
     simulator.set_fault(sensor, kind, on=False)
     ended = rounds.t
-    while simulator.condition(sensor) is not Condition.OK and rounds.t < ended + PATIENCE:
+    while simulator.condition(sensor) is not SensorCondition.OK and rounds.t < ended + PATIENCE:
         for _ in rounds.fly(0.1):
             pass
-    if trial.noticed is not None and simulator.condition(sensor) is Condition.OK:
+    if trial.noticed is not None and simulator.condition(sensor) is SensorCondition.OK:
         trial.recovered = rounds.t - ended
     return trial
 
@@ -168,7 +168,7 @@ class Listener(FlightObserver):
 
 def fly_mission(seed: int) -> Flight:
     """The mapping mission with nothing wrong, as a campaign flies it."""
-    plan = FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Befalls.NONE)
+    plan = FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Condition.NONE)
     listener = Listener(seed)
     course = in_process(listener, processes(plan, plan.robot_options()), LONGEST)
     if course.end is End.BROKE_OFF:
@@ -176,9 +176,11 @@ def fly_mission(seed: int) -> Flight:
     return Flight(alarms=listener.alarms, good=course.end_time, collisions=listener.collisions)
 
 
-def _false(changes: Sequence[tuple[str, Change]], when: str) -> list[str]:
+def _false(changes: Sequence[tuple[str, ConditionChange]], when: str) -> list[str]:
     return [
-        _alarm(name, change.t, when, change.reason) for name, change in changes if change.condition is Condition.FAILED
+        _alarm(name, change.t, when, change.reason)
+        for name, change in changes
+        if change.condition is SensorCondition.FAILED
     ]
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector, axes, heading_of, norm, wrap
 from skillwing.onboard.guidance.trajectory import Segment, straight
-from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits, Mode, Setpoint
 from skillwing.sim_mujoco.physics.wind import Gust
 from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
 from skillwing.sim_mujoco.world.terrain import make_terrain
@@ -255,7 +255,7 @@ def fence_run(seed: int, direction: Vector, wind_speed: float) -> tuple[Flight, 
     top = 2.0 if direction[2] else 6.0
     velocity = (top * direction[0], top * direction[1], top * direction[2])
     wind = (wind_speed * direction[0], wind_speed * direction[1], 0.0)
-    flight = Flight(open_ground(seed), wind=wind, limits=Limits(fence=fence)).fly(SETTLING, stay())
+    flight = Flight(open_ground(seed), wind=wind, limits=FailsafeLimits(fence=fence)).fly(SETTLING, stay())
     flight.fly(16.0, along(PLACE, velocity, flight.simulator.t))
     places = np.array(flight.positions)
     gaps = np.minimum(np.array(fence.high) - places, places - np.array(fence.low)).min(axis=1)

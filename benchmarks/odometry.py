@@ -38,7 +38,7 @@ from skillwing.onboard.mapping.node import VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.divergence_monitor import FEWEST_MATCHES, LARGEST_NIS, LEAST_CLOSE
 from skillwing.onboard.odometry.gicp import MissingLibraryError
-from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
+from skillwing.onboard.odometry.odometry import Fix, LidarInertialOdometry, Phase
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import make_corruptor
 from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
@@ -112,7 +112,9 @@ class Result(msgspec.Struct, frozen=True):
 class Try:
     """One fault on a copy of the odometry."""
 
-    def __init__(self, odometry: Odometry, fault: tuple[str, str, float | None], began: float, error: float) -> None:
+    def __init__(
+        self, odometry: LidarInertialOdometry, fault: tuple[str, str, float | None], began: float, error: float
+    ) -> None:
         self._odometry, self._fault, self._began, self._before = copy.deepcopy(odometry), fault, began, error
         self._corruptor = make_corruptor(fault[1], fault[2], np.random.default_rng(7))
         self._error = 0.0

@@ -12,7 +12,7 @@ from skillwing.onboard.mapping.node import BEYOND
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
-from skillwing.onboard.odometry.odometry import Fix, Odometry
+from skillwing.onboard.odometry.odometry import Fix, LidarInertialOdometry
 from skillwing.onboard.sensor_data.scans import LidarScan
 from skillwing.onboard.topics.sensors import LidarHeader
 from skillwing.services.protocol import encode
@@ -22,12 +22,12 @@ from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD
 from skillwing.sim_mujoco.world.layouts.courtyard import BOUNDS
 
 
-def make_odometry(make_matcher: MakeMatcher = PlaneMatcher) -> Odometry:
+def make_odometry(make_matcher: MakeMatcher = PlaneMatcher) -> LidarInertialOdometry:
     """Odometry as the mapping process has it."""
-    return Odometry(subtract(BOUNDS.low, BEYOND), add(BOUNDS.high, BEYOND), make_matcher=make_matcher)
+    return LidarInertialOdometry(subtract(BOUNDS.low, BEYOND), add(BOUNDS.high, BEYOND), make_matcher=make_matcher)
 
 
-def give(odometry: Odometry, measurement: Measurement) -> Fix | None:
+def give(odometry: LidarInertialOdometry, measurement: Measurement) -> Fix | None:
     """Hand a measurement of the simulator to odometry."""
     if measurement.sensor == "lidar":
         return odometry.scan(as_scan(measurement))

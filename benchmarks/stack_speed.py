@@ -17,11 +17,11 @@ from statistics import median
 from performance_page import against, machine, make_flight_parser, table, tell
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import processes
 from skillwing.evaluation.flights.observer import FlightObserver
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import over_zenoh
+from skillwing.evaluation.judged_flight import processes
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
@@ -64,7 +64,7 @@ def main() -> None:
     cores = sorted(os.sched_getaffinity(0))[:CORES]
     os.sched_setaffinity(0, cores)
     plan = FlightPlan(
-        mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE, network=Network.ZENOH
+        mission="mapping", world=options.world, seed=options.seed, condition=Condition.NONE, network=FlightNetwork.ZENOH
     )
     watch = Stopwatch(make_world(plan.seed, plan.world).terrain)
     specs = processes(plan, plan.robot_options() | {"speed": AS_FAST_AS_POSSIBLE})

@@ -21,7 +21,7 @@ from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.onboard.video.ground import make_ground
 from skillwing.onboard.video.node import make_video
-from skillwing.onboard.video.receiver import Receiver
+from skillwing.onboard.video.receiver import VideoReceiver
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import stream_reader
 from skillwing.services.protocol import decode, encode
@@ -137,7 +137,7 @@ def stream(
         watch.subscribe(video.VIDEO_ENCODER, lambda s: trial.aimed.append(decode(s.payload, video.EncoderStatus)))
         watch.subscribe(LINK_STATUS, lambda s: trial.links.append(decode(s.payload, LinkStatus)))
 
-        receiver = Receiver()
+        receiver = VideoReceiver()
 
         def on_piece(header: video.VideoPacket, data: bytes) -> None:
             now = watch.now()

@@ -23,7 +23,7 @@ from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.evaluation.campaign.command import parse_seeds
 from skillwing.evaluation.campaign.flight_code import FlyingCode
-from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, CampaignLedger, read_results
 from skillwing.evaluation.campaign.output import lost_flights
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
@@ -79,7 +79,7 @@ def fly(plans: list[FlightPlan], folder: Path, jobs: int, flying: FlyingCode) ->
     flying: what the folder's flights are flown by. Raises CodeChangedError when that is not the same any more, and
     SkillwingError at the end where a flight's process did not end well.
     """
-    ledger = Ledger(folder, resume=True)
+    ledger = CampaignLedger(folder, resume=True)
     flown = [result.plan for result in ledger.results]
     shown = [plan for plan in plans if plan.seed == plans[0].seed and (plan.mission, plan.label) in PICTURED]
     missing = [plan for plan in plans if plan not in flown or (plan in shown and not is_recorded(folder, plan))]

@@ -61,8 +61,8 @@ def count_runs(runs: int) -> Counter[Edge]:
 def count_flights(flights: Sequence[str]) -> Counter[Edge]:
     """Edges that missions take, flown in this process in virtual time."""
     from skillwing.evaluation.flights.conditions import Condition  # noqa: PLC0415 - loads physics
-    from skillwing.evaluation.flights.flight import fly  # noqa: PLC0415
     from skillwing.evaluation.flights.plan import FlightPlan, usual_world  # noqa: PLC0415
+    from skillwing.evaluation.judged_flight import fly  # noqa: PLC0415
 
     edge_counter.COUNTS.clear()
     for flight in flights:

@@ -20,7 +20,7 @@ FLIES = """
 import json, sys
 from skillwing.evaluation.campaign.flight_code import PACKAGE, flight_code
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.judged_flight import fly
 from skillwing.evaluation.flights.plan import FlightPlan
 
 plan = FlightPlan(mission="mapping", world="courtyard", seed=0, condition=Condition.NONE, alternative=True,

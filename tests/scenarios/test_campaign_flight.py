@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import fly
 from skillwing.evaluation.flights.observer import HELD_FOR, FlightObserver
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.judged_flight import fly
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.topics.flight import FLIGHT, FlightState

@@ -1,8 +1,8 @@
-"""Spans of source files."""
+"""Spans of source files, and words with a span."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 
 class Span(NamedTuple):
@@ -20,3 +20,12 @@ class Span(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
+
+
+class Word(Protocol):
+    """A name, a unit or another single word."""
+
+    @property
+    def text(self) -> str: ...
+    @property
+    def span(self) -> Span: ...

@@ -6,22 +6,21 @@ import math
 
 from skillwing.m600.latest import Latest
 from skillwing.onboard.topics.common import Vector3
-from skillwing.onboard.topics.guidance import GEOFENCE
-from skillwing.onboard.topics.guidance import Geofence as Box
+from skillwing.onboard.topics.guidance import GEOFENCE, Geofence
 from skillwing.services.bus import Bus
 
 HOME = (0.0, 0.0)
 """The home point: frames of the functional layer have their origin there (ENU, m)."""
 
 
-class Geofence:
-    """The box in which every target has to lie (ENU, m), as guidance published it.
+class GeofenceChecker:
+    """A check of targets against the box that guidance published (ENU, m).
 
-    Before that, managers refuse no target; guidance itself refuses those outside.
+    Before the first publication, managers refuse no target; guidance itself refuses those outside.
     """
 
     def __init__(self, bus: Bus) -> None:
-        self._box = Latest(bus, GEOFENCE, Box, events=True)
+        self._box = Latest(bus, GEOFENCE, Geofence, events=True)
 
     @property
     def ceiling(self) -> float:

@@ -21,7 +21,6 @@ from skillwing.dsl.packages import import_name, name_problem
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, JOURNAL_FILE, RESOURCE_MANAGER, skill_process
 from skillwing.services.options import imported
-from skillwing.services.processes.restart_policy import Restart
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
@@ -31,6 +30,7 @@ RECORDER = "recorder"
 TABLE = "robot.py"
 
 ClockKind = Literal["wall", "robot"]
+Restart = Literal["always", "never"]
 
 
 @dataclass(frozen=True)

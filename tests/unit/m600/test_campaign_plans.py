@@ -22,11 +22,11 @@ from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.node_host import make_node
 from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
-from skillwing.sim_mujoco.link.radio import Radio, RadioOptions
+from skillwing.sim_mujoco.link.radio import Radio
 from skillwing.sim_mujoco.physics.battery import PACKS
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR_NAMES, STOPPED, WEAK
 from skillwing.sim_mujoco.scenario.fault_checks import check_fault
-from skillwing.sim_mujoco.scenario.format import FaultOptions
+from skillwing.sim_mujoco.scenario.format import FaultOptions, RadioOptions
 from skillwing.sim_mujoco.sensors.faults import KINDS
 
 WAY_TIME = 48.0

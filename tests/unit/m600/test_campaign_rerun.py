@@ -11,11 +11,11 @@ from msgspec.structs import replace
 
 from skillwing.evaluation.campaign.command import campaign
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim
-from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.output import flight_line
-from skillwing.evaluation.campaign.rerun import Sample, choose, comparison, end_alike, take_sample, verdict
+from skillwing.evaluation.campaign.rerun import FlightSample, choose, comparison, end_alike, take_sample, verdict
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -28,11 +28,11 @@ def flown(seed: int, condition: Condition = Condition.NONE) -> FlightResult:
 
 
 def over_zenoh(flight: FlightResult) -> FlightResult:
-    return replace(flight, plan=replace(flight.plan, network=Network.ZENOH), digest="another")
+    return replace(flight, plan=replace(flight.plan, network=FlightNetwork.ZENOH), digest="another")
 
 
 def campaign_in(folder: Path, flights: list[FlightResult]) -> Path:
-    ledger = Ledger(folder, resume=False)
+    ledger = CampaignLedger(folder, resume=False)
     for flight in flights:
         ledger.add(flight)
     ledger.close()
@@ -75,7 +75,7 @@ def test_flights_end_alike_where_drone_mission_and_promises_do(change: dict[str,
 
 
 def test_the_comparison_tells_each_flight_that_ended_otherwise_and_how() -> None:
-    sample = Sample(Path("runs/first"), [flown(1), flown(2)], CODE)
+    sample = FlightSample(Path("runs/first"), [flown(1), flown(2)], CODE)
     results = [over_zenoh(flown(1)), replace(over_zenoh(flown(2)), end=End.ELSEWHERE, phase="FAILED")]
     assert verdict(sample, results) == "1 of 2 flights end as they did in first."
     first, second = comparison(sample, results)[-2:]
@@ -85,18 +85,18 @@ def test_the_comparison_tells_each_flight_that_ended_otherwise_and_how() -> None
 
 def test_a_death_on_a_flight_that_was_flown_again_is_told() -> None:
     again = replace(over_zenoh(flown(1)), deaths=("hover was killed by SIGSEGV.",))
-    told = comparison(Sample(Path("runs/first"), [flown(1)], CODE), [again])
+    told = comparison(FlightSample(Path("runs/first"), [flown(1)], CODE), [again])
     assert "**landed at home, succeeded, hover was killed by SIGSEGV**" in told[-1]
     assert "hover was killed by SIGSEGV." in flight_line(again, "1/1", 0.0).plain
 
 
 def test_the_same_flight_is_told_to_be_the_same_bit_by_bit() -> None:
-    sample = Sample(Path("runs/first"), [flown(1), flown(2)], CODE)
+    sample = FlightSample(Path("runs/first"), [flown(1), flown(2)], CODE)
     assert verdict(sample, [flown(1), flown(2)]).endswith("; 2 are the same flight bit by bit.")
 
 
 def test_only_flights_that_are_not_the_same_bit_by_bit_are_told_one_by_one() -> None:
-    sample = Sample(Path("runs/first"), [flown(1), flown(2)], CODE)
+    sample = FlightSample(Path("runs/first"), [flown(1), flown(2)], CODE)
     assert len(comparison(sample, [flown(1), flown(2)])) == 1
     rows = comparison(sample, [flown(1), replace(flown(2), digest="another")])[4:]
     assert [row.split(" | ")[:3] for row in rows] == [["| courtyard 2, none", "landed at home, succeeded", "the same"]]
@@ -104,7 +104,7 @@ def test_only_flights_that_are_not_the_same_bit_by_bit_are_told_one_by_one() -> 
 
 def test_a_sample_of_a_campaign_is_planned_for_another_network(tmp_path: Path) -> None:
     folder = campaign_in(tmp_path / "first", [flown(seed) for seed in range(5)])
-    plans = take_sample(folder, "mapping", 2).plans(Network.ZENOH)
+    plans = take_sample(folder, "mapping", 2).plans(FlightNetwork.ZENOH)
     assert [(plan.seed, plan.network) for plan in plans] == [(1, "zenoh"), (3, "zenoh")]
 
 

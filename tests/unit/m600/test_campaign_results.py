@@ -16,11 +16,11 @@ from rich.console import Console
 
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.command import campaign, make_plans
-from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, CampaignLedger, read_results
 from skillwing.evaluation.campaign.outcomes import SHORT_HEADINGS, outcome_table, outcomes, worst_of
 from skillwing.evaluation.campaign.recordings import UNFINISHED
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.world.kinds import KINDS
@@ -88,23 +88,23 @@ def test_a_broken_promise_is_worse_than_any_failure() -> None:
 
 
 def test_a_campaign_that_was_killed_goes_on_after_its_last_whole_line(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path, resume=False)
+    ledger = CampaignLedger(tmp_path, resume=False)
     for seed in (1, 2):
         ledger.add(flown(seed))
     ledger.close()
     with (tmp_path / LEDGER_FILE).open("ab") as file:
         file.write(b'{"plan": {"mission": "map')
-    resumed = Ledger(tmp_path, resume=True)
+    resumed = CampaignLedger(tmp_path, resume=True)
     assert resumed.results == [flown(1), flown(2)]
     resumed.add(flown(3))
     resumed.close()
-    again = Ledger(tmp_path, resume=True)
+    again = CampaignLedger(tmp_path, resume=True)
     again.close()
     assert again.results == [flown(1), flown(2), flown(3)]
 
 
 def test_no_two_campaigns_fly_into_one_folder(tmp_path: Path) -> None:
-    first = Ledger(tmp_path, resume=False)
+    first = CampaignLedger(tmp_path, resume=False)
     first.add(flown(1))
     half = tmp_path / f"{flown(2).plan.name}{UNFINISHED}"
     half.mkdir()
@@ -113,7 +113,7 @@ def test_no_two_campaigns_fly_into_one_folder(tmp_path: Path) -> None:
     assert half.is_dir()
     first.add(flown(3))
     first.close()
-    again = Ledger(tmp_path, resume=True)
+    again = CampaignLedger(tmp_path, resume=True)
     again.close()
     assert again.results == [flown(1), flown(3)]
 
@@ -125,7 +125,7 @@ def test_where_a_folder_cannot_be_locked_a_campaign_flies_and_says_so(
         raise OSError(errno.ENOTSUP, "Operation not supported")
 
     monkeypatch.setattr(fcntl, "flock", flock)
-    ledger = Ledger(tmp_path, resume=False)
+    ledger = CampaignLedger(tmp_path, resume=False)
     ledger.add(flown(1))
     ledger.close()
     assert "cannot be locked (Operation not supported)" in caplog.text
@@ -133,13 +133,13 @@ def test_where_a_folder_cannot_be_locked_a_campaign_flies_and_says_so(
 
 
 def test_a_campaign_is_not_written_over(tmp_path: Path) -> None:
-    Ledger(tmp_path, resume=False).close()
+    CampaignLedger(tmp_path, resume=False).close()
     with pytest.raises(InvalidOptionError, match="--resume"):
-        Ledger(tmp_path, resume=False)
+        CampaignLedger(tmp_path, resume=False)
 
 
 def test_a_folder_holds_one_campaign(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path, resume=False)
+    ledger = CampaignLedger(tmp_path, resume=False)
     for seed in (1, 2):
         ledger.add(flown(seed))
     plan = ledger.results[0].plan
@@ -156,12 +156,12 @@ def test_a_folder_holds_one_campaign(tmp_path: Path) -> None:
 
 
 def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path) -> None:
-    ledger = Ledger(tmp_path, resume=False)
+    ledger = CampaignLedger(tmp_path, resume=False)
     ledger.add(flown(1))
     ledger.close()
     with pytest.raises(InvalidOptionError, match="Give the options of the campaign in there"):
         campaign("mapping", seeds="0:5", without_obstacles=True, output=tmp_path, resume=True)
-    again = Ledger(tmp_path, resume=True)
+    again = CampaignLedger(tmp_path, resume=True)
     again.close()
     assert again.results == [flown(1)]
 
@@ -172,7 +172,7 @@ def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path)
             st.sets(st.sampled_from(sorted(KINDS)), min_size=1),
             st.sets(st.sampled_from(Condition), min_size=1),
             st.booleans(),
-            st.sampled_from(Network),
+            st.sampled_from(FlightNetwork),
             st.booleans(),
         ),
         min_size=2,
@@ -181,7 +181,7 @@ def test_a_campaign_is_not_gone_on_with_in_the_folder_of_another(tmp_path: Path)
     )
 )
 def test_no_campaign_has_the_title_of_another_one(
-    two: list[tuple[set[str], set[Condition], bool, Network, bool]],
+    two: list[tuple[set[str], set[Condition], bool, FlightNetwork, bool]],
 ) -> None:
     one, other = (
         page.title_of(
@@ -200,7 +200,7 @@ def test_no_campaign_has_the_title_of_another_one(
 def test_the_title_tells_what_is_flown() -> None:
     plans = make_plans("mapping", "0:2", "all", None)
     assert page.title_of(plans) == "mapping in courtyard: all conditions"
-    plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=Network.ZENOH)
+    plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=FlightNetwork.ZENOH)
     told = "mapping in street, village: none, camera, without obstacle detection, over Zenoh, flown again"
     assert page.title_of(plans, again=True) == told
     text = page.section(told, [], [flown(1)], outcomes([flown(1)]), "abc")
@@ -210,7 +210,7 @@ def test_the_title_tells_what_is_flown() -> None:
 def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / LEDGER_FILE).write_text("shopping list\n", encoding="utf-8")
     with pytest.raises(InvalidOptionError, match=r"Line 1 of .* is no flight"):
-        Ledger(tmp_path, resume=True)
+        CampaignLedger(tmp_path, resume=True)
     assert (tmp_path / LEDGER_FILE).read_text(encoding="utf-8") == "shopping list\n"
 
 
@@ -289,11 +289,11 @@ def test_a_line_that_is_no_flight_is_told_by_its_number(tmp_path: Path, wrong: b
     lines = [msgspec.json.encode(flown(seed)) for seed in range(3)]
     (tmp_path / LEDGER_FILE).write_bytes(b"\n".join([*lines[:2], wrong, lines[2], b""]))
     with pytest.raises(InvalidOptionError, match=r"Line 3 of .* is no flight: .*Take this line out"):
-        Ledger(tmp_path, resume=True)
+        CampaignLedger(tmp_path, resume=True)
 
 
 def test_a_flight_counts_once(tmp_path: Path) -> None:
     lines = [msgspec.json.encode(flown(seed)) for seed in (0, 1, 0)]
     (tmp_path / LEDGER_FILE).write_bytes(b"\n".join([*lines, b""]))
     with pytest.raises(InvalidOptionError, match=r"Line 3 of .* an earlier line is, too"):
-        Ledger(tmp_path, resume=True)
+        CampaignLedger(tmp_path, resume=True)

@@ -11,7 +11,8 @@ from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, tell
 from skillwing.services.errors import InvalidOptionError
-from skillwing.sim_mujoco.link.radio import CRITICAL, POOR, Radio, RadioOptions, occlusion_zones
+from skillwing.sim_mujoco.link.radio import CRITICAL, POOR, Radio, occlusion_zones
+from skillwing.sim_mujoco.scenario.format import RadioOptions
 from skillwing.sim_mujoco.world.kinds import make_site
 
 

@@ -31,7 +31,7 @@ PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
 A_MOMENT = """
 import json, sys
 from skillwing.evaluation.flights.conditions import Condition
-from skillwing.evaluation.flights.flight import fly
+from skillwing.evaluation.judged_flight import fly
 from skillwing.evaluation.flights.plan import FlightPlan
 
 fly(FlightPlan(mission="inspection", world="inspection", seed=0, condition=Condition.NONE), longest=0.1)

@@ -8,7 +8,7 @@ import pytest
 from m600_layer import FENCE
 
 from skillwing.bt_missions.missions.mapping import MappingMissionOptions
-from skillwing.m600.geofence import Geofence
+from skillwing.m600.geofence import GeofenceChecker
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.guidance import GEOFENCE
@@ -17,11 +17,11 @@ from skillwing.services.protocol import encode
 
 
 @pytest.fixture
-def fence() -> Geofence:
+def fence() -> GeofenceChecker:
     """As a manager has it that comes later than guidance."""
     network = InProcessNetwork()
     network.bus("guidance").advertise(GEOFENCE, events=True).put(encode(FENCE))
-    fence = Geofence(network.bus("manager"))
+    fence = GeofenceChecker(network.bus("manager"))
     network.run_for(0.1)
     return fence
 
@@ -29,7 +29,7 @@ def fence() -> Geofence:
 def test_guidance_tells_the_fence_that_it_was_given_without_the_ground_and_its_margin() -> None:
     network = InProcessNetwork()
     network.attach(make_guidance({"geofence": {"low": [-5, -6, -1], "high": [50, 60, 25]}}))
-    fence = Geofence(network.bus("manager"))
+    fence = GeofenceChecker(network.bus("manager"))
     network.run_for(0.1)
     assert fence.ceiling == 24.5
     assert fence.refusal((49.5, 59.5, 1.0)) is None
@@ -45,21 +45,21 @@ def test_detours_of_the_mapping_mission_stay_inside() -> None:
 
 
 @pytest.mark.parametrize("target", [FENCE.low, FENCE.high, (0.0, 0.0, 5.0)])
-def test_what_lies_inside_is_not_refused(fence: Geofence, target: Vector3) -> None:
+def test_what_lies_inside_is_not_refused(fence: GeofenceChecker, target: Vector3) -> None:
     assert fence.refusal(target) is None
     assert fence.nearest_inside(target) == target
 
 
 @pytest.mark.parametrize("target", [(300.0, 0.0, 4.0), (0.0, -12.1, 4.0), (0.0, 0.0, 0.5), (math.nan, 0.0, 4.0)])
-def test_what_lies_outside_is_refused_with_a_sentence(fence: Geofence, target: Vector3) -> None:
+def test_what_lies_outside_is_refused_with_a_sentence(fence: GeofenceChecker, target: Vector3) -> None:
     assert "lies outside the geofence. Stay between" in (fence.refusal(target) or "")
 
 
-def test_the_nearest_place_inside_is_not_refused(fence: Geofence) -> None:
+def test_the_nearest_place_inside_is_not_refused(fence: GeofenceChecker) -> None:
     assert fence.nearest_inside((300.0, -13.0, 0.5)) == (42.0, -12.0, 1.0)
 
 
 def test_before_guidance_has_spoken_everything_is_left_to_it() -> None:
-    fence = Geofence(InProcessNetwork().bus("manager"))
+    fence = GeofenceChecker(InProcessNetwork().bus("manager"))
     assert fence.refusal((300.0, 0.0, 4.0)) is None
     assert fence.nearest_inside((300.0, 0.0, 4.0)) == (300.0, 0.0, 4.0)

@@ -11,9 +11,9 @@ import pytest
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.command import make_plans
 from skillwing.evaluation.campaign.flight_code import FlightCode, claim, read_code
-from skillwing.evaluation.campaign.ledger import LEDGER_FILE, Ledger, read_results
+from skillwing.evaluation.campaign.ledger import LEDGER_FILE, CampaignLedger, read_results
 from skillwing.evaluation.campaign.outcomes import outcomes
-from skillwing.evaluation.campaign.rerun import Sample, comparison
+from skillwing.evaluation.campaign.rerun import FlightSample, comparison
 from skillwing.evaluation.flights.conditions import Condition, conditions_of
 from skillwing.evaluation.flights.plan import FlightPlan
 from skillwing.evaluation.flights.result import End, FlightResult
@@ -73,7 +73,7 @@ def test_a_section_without_flights_and_flights_without_a_section_are_found(tmp_p
     path, campaigns = tmp_path / "missions.md", tmp_path / "campaigns"
     plan = FlightPlan(mission="mapping", world="courtyard", seed=1, condition=Condition.NONE)
     results = [FlightResult(plan=plan, end=End.HOME)]
-    ledger = Ledger(campaigns / "mapping", resume=False)
+    ledger = CampaignLedger(campaigns / "mapping", resume=False)
     ledger.add(results[0])
     ledger.close()
     claim(campaigns / "mapping", FlightCode({}))
@@ -152,7 +152,7 @@ def test_odometry_is_never_lost_where_nothing_that_it_reads_fails() -> None:
 def test_a_sample_is_told_beside_the_flights_it_repeats(name: str) -> None:
     results, repeated = flights_in(CAMPAIGNS / name), SAMPLES[name]
     told = page.read(PAGE, title_of(CAMPAIGNS / name)).splitlines()
-    assert set(comparison(Sample(repeated, flights_in(repeated), read_code(repeated)), results)) <= set(told)
+    assert set(comparison(FlightSample(repeated, flights_in(repeated), read_code(repeated)), results)) <= set(told)
 
 
 def test_flights_over_zenoh_repeat_flights_of_the_same_code() -> None:

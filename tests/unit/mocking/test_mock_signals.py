@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType
-from skillwing.services.mocking.signals import Moment, SignalReader, value_at
+from skillwing.services.mocking.signals import SignalContext, SignalReader, value_at
 
 NUMBER = ScalarType("float64")
 POINT = StructType("Point", (Field("x", NUMBER), Field("z", NUMBER)))
@@ -33,14 +33,14 @@ def read(raw: Any, kind: str, inputs: tuple[Field, ...] | None = INPUTS) -> tupl
     return signal, problems
 
 
-def value(raw: Any, kind: str, **moment: Any) -> Any:
+def value(raw: Any, kind: str, **context: Any) -> Any:
     signal, problems = read(raw, kind)
     assert problems == []
-    return value_at(signal, Moment(**{"before": None, **moment}))
+    return value_at(signal, SignalContext(**{"before": None, **context}))
 
 
 @pytest.mark.parametrize(
-    ("raw", "kind", "moment", "expected"),
+    ("raw", "kind", "context", "expected"),
     [
         (12, "number", {}, 12.0),
         ({"value": 12}, "number", {}, 12.0),
@@ -63,8 +63,8 @@ def value(raw: Any, kind: str, **moment: Any) -> Any:
         ({"from": 1, "to": 2}, "span", {"before": {"from": 0.0, "to": 0.0}}, {"from": 1.0, "to": 2.0}),
     ],
 )
-def test_values(raw: Any, kind: str, moment: dict[str, Any], expected: Any) -> None:
-    assert value(raw, kind, **moment) == expected
+def test_values(raw: Any, kind: str, context: dict[str, Any], expected: Any) -> None:
+    assert value(raw, kind, **context) == expected
 
 
 @pytest.mark.parametrize(

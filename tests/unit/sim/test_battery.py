@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skillwing.sim_mujoco.physics.battery import CAPACITY, CELLS, PACKS, Battery, open_circuit_voltage
+from skillwing.sim_mujoco.physics.battery import CAPACITY, CELLS, PACKS, BatteryModel, open_circuit_voltage
 
 HOVER = 137.3
 charges = st.floats(0.0, 100.0)
@@ -20,7 +20,7 @@ def test_a_fuller_battery_has_the_higher_voltage_and_no_cell_leaves_its_range(on
 
 @given(st.floats(5.0, 100.0), st.floats(0.0, 300.0), st.floats(0.0, 300.0))
 def test_more_thrust_takes_more_current_and_sags_more(percent: float, one: float, other: float) -> None:
-    gentle, strong = Battery(percent), Battery(percent)
+    gentle, strong = BatteryModel(percent), BatteryModel(percent)
     gentle.drain(min(one, other), 0.01)
     strong.drain(max(one, other), 0.01)
     assert gentle.current <= strong.current
@@ -29,7 +29,7 @@ def test_more_thrust_takes_more_current_and_sags_more(percent: float, one: float
 
 @given(st.floats(20.0, 100.0), st.floats(0.0, 200.0))
 def test_the_percentage_counts_the_charge_that_has_flowed(percent: float, thrust: float) -> None:
-    battery = Battery(percent)
+    battery = BatteryModel(percent)
     flowed = 0.0
     for _ in range(20):
         battery.drain(thrust, 0.5)
@@ -38,7 +38,7 @@ def test_the_percentage_counts_the_charge_that_has_flowed(percent: float, thrust
 
 
 def test_a_full_battery_hovers_for_about_twenty_minutes_and_then_is_empty() -> None:
-    battery, t = Battery(), 0.0
+    battery, t = BatteryModel(), 0.0
     while not battery.is_empty:
         battery.drain(HOVER, 1.0)
         t += 1.0
@@ -52,7 +52,7 @@ def test_a_full_battery_hovers_for_about_twenty_minutes_and_then_is_empty() -> N
 def test_packs_that_fail_take_their_charge_along_and_the_others_carry_the_load(
     percent: float, packs: int, thrust: float
 ) -> None:
-    whole, broken = Battery(percent), Battery(percent)
+    whole, broken = BatteryModel(percent), BatteryModel(percent)
     broken.fail(packs)
     assert broken.percent == pytest.approx(percent * (1.0 - packs / PACKS))
     left = broken.percent
@@ -64,7 +64,7 @@ def test_packs_that_fail_take_their_charge_along_and_the_others_carry_the_load(
 
 @pytest.mark.parametrize("fail", [[0], [PACKS], [3, 3]])
 def test_one_pack_at_least_is_left(fail: list[int]) -> None:
-    battery = Battery()
+    battery = BatteryModel()
     *first, last = fail
     for packs in first:
         battery.fail(packs)
@@ -75,4 +75,4 @@ def test_one_pack_at_least_is_left(fail: list[int]) -> None:
 @pytest.mark.parametrize("percent", [-1.0, 100.1, float("nan")])
 def test_no_battery_holds_less_than_nothing_or_more_than_all(percent: float) -> None:
     with pytest.raises(ValueError, match="give 0 to 100"):
-        Battery(percent)
+        BatteryModel(percent)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from skillwing.onboard.frames.extent import Box
-from skillwing.onboard.guidance.limits import Limits
+from skillwing.onboard.guidance.limits import GuidanceLimits
 from skillwing.onboard.guidance.node import make_guidance
 from skillwing.onboard.mapping.node import MappingOptions
 from skillwing.onboard.topics import guidance
@@ -24,7 +24,7 @@ def test_guidance_keeps_to_the_fence_and_the_map_to_the_bounds_of_the_chosen_sit
     told: list[guidance.Geofence] = []
     network.bus("listener").subscribe(guidance.GEOFENCE, message_reader(guidance.Geofence, told.append), events=True)
     network.run_for(0.1)
-    assert [Box(targets.low, targets.high) for targets in told] == [Limits(site.fence).targets]
+    assert [Box(targets.low, targets.high) for targets in told] == [GuidanceLimits(site.fence).targets]
     wanted = read_options(mapping_options(chosen), MappingOptions)
     assert Box(wanted.low, wanted.high) == site.bounds
 

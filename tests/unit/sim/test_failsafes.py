@@ -16,7 +16,7 @@ from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import to_body
 from skillwing.onboard.guidance.limits import SETPOINT_TIMEOUT
 from skillwing.onboard.topics.guidance import FlyTo, Land, MotionState, TakeOff, Turn, YawMode
-from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Mode, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, FailsafeLimits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import sink_speed
 from skillwing.sim_mujoco.autopilot.failsafes import (
     CRITICAL_CHARGE,
@@ -37,7 +37,7 @@ class Bench:
     """An autopilot on a bench, in flight by its inputs, with any combination of failures."""
 
     def __init__(self) -> None:
-        self.autopilot = Autopilot(Physics(WORLD).airframe, 0.002, Limits(FENCE))
+        self.autopilot = Autopilot(Physics(WORLD).airframe, 0.002, FailsafeLimits(FENCE))
         self.t, self.position, self.velocity, self.valid = 0.0, (0.0, 0.0, 5.0), STILL, True
         self.setpoints, self.charge, self.lost = True, 80.0, False
         self.wanted: float = 6.0
@@ -187,7 +187,7 @@ def test_navigation_has_to_be_good_for_a_while_before_it_counts_again() -> None:
 
 
 def test_a_critical_battery_stays_critical_and_a_short_sag_is_none() -> None:
-    emergencies = Emergencies(Limits())
+    emergencies = Emergencies(FailsafeLimits())
     for cell in [3.8] * 50 + [2.8] * 25 + [3.8] * 50:
         emergencies.battery(50.0, cell * CELLS, 0.02)
     assert emergencies.mode is None
@@ -213,7 +213,7 @@ def landed(simulator: Simulator, seconds: float = 20.0) -> bool:
 
 
 def test_a_critical_battery_lands_the_drone_whatever_guidance_wants() -> None:
-    rig = Rig(battery_percent=9.0, limits=Limits(FENCE, charge=8.5))
+    rig = Rig(battery_percent=9.0, limits=FailsafeLimits(FENCE, charge=8.5))
     rig.take_off(4.0)
     rig.command("leg", FlyTo(target=(15.0, 0.0, 4.0), speed=2.0, nose=YawMode.FREE))
     assert rig.fly(30.0, lambda: rig.sim.autopilot.mode is Mode.BATTERY)

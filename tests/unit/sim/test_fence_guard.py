@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.onboard.frames.extent import Box
-from skillwing.sim_mujoco.autopilot.autopilot import Limits, Mode, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits, Mode, Setpoint
 from skillwing.sim_mujoco.autopilot.fence_guard import LEVEL_BRAKING, MARGIN, REACTION, FenceGuard
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 
@@ -66,7 +66,7 @@ def test_setpoints_that_lead_out_are_not_followed(
     start: tuple[float, float, float], velocity: tuple[float, float, float], wall: str
 ) -> None:
     fence = Box((-10.0, -10.0, -1.0), (25.0, 25.0, 22.0))
-    simulator = Simulator(WORLD, sensors=(), limits=Limits(fence=fence))
+    simulator = Simulator(WORLD, sensors=(), limits=FailsafeLimits(fence=fence))
     simulator.place(start)
     stopped = False
     for k in range(400):

@@ -16,7 +16,7 @@ from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.core import GuidanceCore
-from skillwing.onboard.guidance.limits import HIGHEST, LOWEST, Limits
+from skillwing.onboard.guidance.limits import HIGHEST, LOWEST, GuidanceLimits
 from skillwing.onboard.topics.flight import FlightState
 from skillwing.onboard.topics.guidance import (
     FlyTo,
@@ -32,7 +32,7 @@ from skillwing.onboard.topics.guidance import (
     YawMode,
 )
 from skillwing.onboard.topics.navigation import Navigation
-from skillwing.sim_mujoco.autopilot.autopilot import Limits as AutopilotLimits
+from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits
 
 FENCE = Box((-10.0, -10.0, -1.0), (10.0, 10.0, 12.0))
 PERIOD = 0.02
@@ -178,9 +178,9 @@ def test_a_drone_that_the_pilot_leaves_outside_is_brought_back_inside() -> None:
 
 
 def test_targets_keep_a_margin_from_the_fence_and_not_from_the_ground() -> None:
-    assert Limits(FENCE).targets == Box((-9.5, -9.5, LOWEST), (9.5, 9.5, 11.5))
+    assert GuidanceLimits(FENCE).targets == Box((-9.5, -9.5, LOWEST), (9.5, 9.5, 11.5))
     above_a_wood = Box((-10.0, -10.0, 4.0), (10.0, 10.0, 200.0))
-    assert Limits(above_a_wood).targets == Box((-9.5, -9.5, 4.5), (9.5, 9.5, HIGHEST))
+    assert GuidanceLimits(above_a_wood).targets == Box((-9.5, -9.5, 4.5), (9.5, 9.5, HIGHEST))
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_what_is_accepted_is_reached_inside_the_fence_and_the_autopilot_lets_it(
 ) -> None:
     """Guidance's margin against the autopilot's guard, at the extreme targets."""
     fence = Box((-4.0, -4.0, -1.0), (10.0, 10.0, 10.0))
-    rig = Rig(limits=AutopilotLimits(fence=fence), **air)
+    rig = Rig(limits=FailsafeLimits(fence=fence), **air)
     rig.core = GuidanceCore(fence)
     rig.take_off()
     targets = rig.core.targets

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from skillwing.sim_mujoco.sensors.channel import Channel
+from skillwing.sim_mujoco.sensors.channel import SensorChannel
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
 from skillwing.sim_mujoco.sensors.faults import KINDS, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import ConditionChange, HealthMonitor, Limits, SensorCondition
 
 PERIOD = 1 / 15
 LIMITS = Limits(0.2, 20.0)
@@ -20,12 +20,12 @@ class Bench:
     def __init__(self) -> None:
         rng = np.random.default_rng(7)
         self._rng = rng
-        self.channel = Channel("zed", PERIOD, 0.03, LIMITS, Corruption(rng))
+        self.channel = SensorChannel("zed", PERIOD, 0.03, LIMITS, Corruption(rng))
         self.t = 0.0
         self.delivered = 0
 
-    def run(self, seconds: float) -> list[Change]:
-        changes: list[Change] = []
+    def run(self, seconds: float) -> list[ConditionChange]:
+        changes: list[ConditionChange] = []
         end = self.t + seconds
         while self.t < end:
             self.t += 0.01
@@ -41,7 +41,7 @@ class Bench:
 def test_good_data_is_trusted_after_a_moment() -> None:
     bench = Bench()
     (change,) = bench.run(5.0)
-    assert change.condition is Condition.OK
+    assert change.condition is SensorCondition.OK
     assert change.t < 1.0
     assert bench.delivered == pytest.approx(5.0 / PERIOD, abs=2)
 
@@ -62,13 +62,13 @@ def test_each_failure_is_noticed_named_and_survived(kind: str, within: float, re
     bench.channel.corruption.switch(kind, on=True, magnitude=10.0 if kind == "noise" else None)
     began = bench.t
     changes = bench.run(4.0)
-    assert changes[0].condition is Condition.FAILED
+    assert changes[0].condition is SensorCondition.FAILED
     assert changes[0].t - began < within
     assert any(word in changes[0].reason for word in reason.split("|"))
     bench.channel.corruption.switch(kind, on=False)
     ended = bench.t
     (recovery,) = bench.run(6.0)
-    assert recovery.condition is Condition.OK
+    assert recovery.condition is SensorCondition.OK
     assert recovery.t - ended >= 2.0 - PERIOD
 
 
@@ -76,14 +76,14 @@ def test_data_that_never_came_is_a_failure_too() -> None:
     monitor = HealthMonitor(PERIOD, LIMITS)
     changes = [monitor.check(0.01 * k) for k in range(100)]
     (change,) = [c for c in changes if c is not None]
-    assert change.condition is Condition.FAILED
+    assert change.condition is SensorCondition.FAILED
 
 
 def test_seeing_nothing_for_long_is_not_a_frozen_sensor() -> None:
     monitor = HealthMonitor(PERIOD, LIMITS)
     empty = np.zeros((4, 4), dtype=np.float32)
     changes = [monitor.observe(k * PERIOD, empty) for k in range(60)]
-    assert [c.condition for c in changes if c is not None] == [Condition.OK]
+    assert [c.condition for c in changes if c is not None] == [SensorCondition.OK]
 
 
 def test_a_small_bias_cannot_be_noticed() -> None:

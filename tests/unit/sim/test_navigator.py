@@ -12,7 +12,7 @@ from skillwing.onboard.frames.vectors import heading_of, wrap
 from skillwing.onboard.topics.guidance import FlyTo, MotionState, YawMode
 from skillwing.sim_mujoco.navigation.error_filter import POSITION, VELOCITY
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, FixSteps, Navigator, Solution
-from skillwing.sim_mujoco.sensors.health import Condition
+from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
 
 RTK = RECEIVERS["rtk"]
@@ -41,7 +41,7 @@ class Watch:
         return solution
 
     @property
-    def condition(self) -> Condition | None:
+    def condition(self) -> SensorCondition | None:
         return self.rig.sim.condition("gnss")
 
 
@@ -61,12 +61,12 @@ def test_without_fixes_it_grows_uncertain_says_so_in_time_and_recovers() -> None
     watch.fly(1.0)
     watch.rig.sim.set_fault("gnss", "blackout", on=True)
     watch.fly(3.0)
-    assert watch.condition is Condition.FAILED
+    assert watch.condition is SensorCondition.FAILED
     assert watch.solution.valid
     assert 0.05 < watch.solution.sigma < 1.0
     watch.rig.sim.set_fault("gnss", "blackout", on=False)
     watch.fly(3.0)
-    assert watch.condition is Condition.OK
+    assert watch.condition is SensorCondition.OK
     assert watch.solution.sigma < 0.05
     assert watch.rows[-1][1] < 0.15
     assert all(error < 4.0 * solution.sigma + 0.1 for solution, error in watch.rows)
@@ -77,11 +77,11 @@ def test_fixes_that_jump_are_not_followed_and_the_receiver_is_accused(kind: str,
     watch = Watch()
     watch.rig.sim.set_fault("gnss", kind, on=True, magnitude=magnitude)
     watch.fly(4.0)
-    assert watch.condition is Condition.FAILED
+    assert watch.condition is SensorCondition.FAILED
     assert max(error for _, error in watch.rows) < 0.5
     watch.rig.sim.set_fault("gnss", kind, on=False)
     watch.fly(3.0)
-    assert watch.condition is Condition.OK
+    assert watch.condition is SensorCondition.OK
     assert watch.rows[-1][1] < 0.15
 
 

@@ -15,7 +15,7 @@ from skillwing.services.protocol import decode
 from skillwing.sim_mujoco.navigation.navigator import Navigator
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
-from skillwing.sim_mujoco.sensors.health import Condition
+from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
 from skillwing.sim_mujoco.sensors.table import SENSORS
@@ -99,7 +99,7 @@ def test_a_late_batch_is_held_against_what_the_autopilot_felt_then() -> None:
         data = np.zeros((per_batch, 6), dtype=np.float32)
         data[:, 2] = felt[first : first + per_batch]
         end = (first + per_batch) * IMU_PERIOD
-        same_time.append(checks.of_imu(t, Measurement(IMU, end - IMU_BATCH, end, data), Condition.OK))
-        mistimed.append(other.of_imu(t, Measurement(IMU, t - IMU_BATCH, t, data), Condition.OK))
+        same_time.append(checks.of_imu(t, Measurement(IMU, end - IMU_BATCH, end, data), SensorCondition.OK))
+        mistimed.append(other.of_imu(t, Measurement(IMU, t - IMU_BATCH, t, data), SensorCondition.OK))
     assert not any(same_time)
     assert any(mistimed)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skillwing.sim_mujoco.camera.appearance import Appearance
-from skillwing.sim_mujoco.camera.ground import Ground
+from skillwing.sim_mujoco.camera.ground import GroundPaint
 from skillwing.sim_mujoco.camera.texture import SIDE, Pattern, Textures
 from skillwing.sim_mujoco.world.kinds import KINDS
 from skillwing.sim_mujoco.world.layouts.ground import Strip
@@ -31,7 +31,7 @@ def test_ground_is_painted_as_if_every_strip_were_tried_everywhere(world: World)
     triangles, grass = world.triangles(), world.colours()
     is_ground = triangles.labels == TERRAIN
     corners = np.stack(triangles.corners())
-    ground = Ground(corners, is_ground, grass, world.paving)
+    ground = GroundPaint(corners, is_ground, grass, world.paving)
     chosen, places = inside(corners[:, is_ground], np.random.default_rng(1), 20_000)
     faces = np.flatnonzero(is_ground)[chosen]
     found = np.ascontiguousarray(ground.colours[faces].T)
@@ -52,7 +52,7 @@ def test_of_strips_on_top_of_one_another_the_last_one_shows() -> None:
         ((line, yard, road), [0.1, 0.1, 0.1]),
         ((line, road, yard), [0.1, 0.1, 0.2]),
     ):
-        ground = Ground(corners, all_ground, grass, paving)
+        ground = GroundPaint(corners, all_ground, grass, paving)
         faces = np.zeros(3, dtype=np.intp)
         colours = np.ascontiguousarray(ground.colours[faces].T)
         ground.paint(colours, faces, x, y)

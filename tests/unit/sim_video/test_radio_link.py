@@ -22,7 +22,8 @@ from skillwing.services.options import OptionsError
 from skillwing.services.protocol import ErrorCode, decode, encode
 from skillwing.sim_mujoco.link.node import make_link
 from skillwing.sim_mujoco.link.packet_queue import BURST, CAPACITY, HEADER, LONGEST_WAIT, Packet, PacketQueue
-from skillwing.sim_mujoco.link.radio import Conditions, LinkFaultOptions, Radio, RadioOptions, RadioZone
+from skillwing.sim_mujoco.link.radio import Conditions, Radio
+from skillwing.sim_mujoco.scenario.format import LinkFaultOptions, RadioOptions, RadioZone
 
 OPEN = RadioOptions(bandwidth=4.0, reach=100.0, latency=0.02, loss=0.0)
 BALL = RadioZone(center=(50.0, 0.0), radius=10.0, edge=5.0, bandwidth=0.1, latency=0.2, loss=0.3)

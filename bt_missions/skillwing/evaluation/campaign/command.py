@@ -17,14 +17,14 @@ from rich.text import Text
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import page
 from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
-from skillwing.evaluation.campaign.ledger import Ledger
+from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
 from skillwing.evaluation.campaign.output import CampaignState, command_words, flight_line, print_summary, show_summary
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sample
 from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
 from skillwing.evaluation.flights.conditions import Condition, conditions_of
-from skillwing.evaluation.flights.plan import FlightPlan, Network, usual_world
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan, usual_world
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
@@ -71,8 +71,9 @@ def campaign(
         bool, typer.Option("--without-obstacles", help="Take obstacle detection's word away: drones collide.")
     ] = False,
     on: Annotated[
-        Network, typer.Option("--on", help="Fly in one process and virtual time, or with real processes over Zenoh.")
-    ] = Network.IN_PROCESS,
+        FlightNetwork,
+        typer.Option("--on", help="Fly in one process and virtual time, or with real processes over Zenoh."),
+    ] = FlightNetwork.IN_PROCESS,
     sample_of: Annotated[
         Path | None,
         typer.Option("--sample-of", metavar="DIR", help="Fly some of that campaign's flights again, and compare."),
@@ -114,12 +115,12 @@ def campaign(
     title = page.title_of(plans, again=earlier is not None)
     if write is not None:
         _check_page(write, title)
-    at_once = jobs or (1 if on is Network.ZENOH else os.cpu_count() or 1)
+    at_once = jobs or (1 if on is FlightNetwork.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
     shown = Console(quiet=True) if as_json else console
     called_off = False
-    with closing(Ledger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
+    with closing(CampaignLedger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
         ledger.require(plans)
         flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
@@ -149,7 +150,7 @@ def make_plans(
     worlds: str | None,
     *,
     watched: bool = True,
-    network: Network = Network.IN_PROCESS,
+    network: FlightNetwork = FlightNetwork.IN_PROCESS,
 ) -> list[FlightPlan]:
     """All flights of a campaign in the order of seeds: an interrupted one has flown all conditions equally often.
 
@@ -210,7 +211,7 @@ def _names(what: str, text: str, known: Sequence[str]) -> list[str]:
 
 def _fly(
     plans: Sequence[FlightPlan],
-    ledger: Ledger,
+    ledger: CampaignLedger,
     flying: FlyingCode,
     lost: list[LostFlight],
     jobs: int,
@@ -240,7 +241,7 @@ def _fly(
 
 
 def _record_worst(
-    ledger: Ledger,
+    ledger: CampaignLedger,
     flying: FlyingCode,
     count: int,
     state: CampaignState,

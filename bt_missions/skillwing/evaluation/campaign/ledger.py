@@ -24,7 +24,7 @@ LEDGER_FILE = "flights.jsonl"
 log = logging.getLogger(__name__)
 
 
-class Ledger:
+class CampaignLedger:
     """Results of a campaign, written to disk at once. The file is locked until it is closed.
 
     Raises InvalidOptionError for a folder that holds a campaign and is not to be resumed, and for one that another

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.evaluation.campaign.outcomes import outcome_table, outcomes
-from skillwing.evaluation.campaign.rerun import Sample, end_alike, verdict
+from skillwing.evaluation.campaign.rerun import FlightSample, end_alike, verdict
 from skillwing.evaluation.campaign.worker_pool import LostFlight
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.terminal.output import print_json
@@ -26,7 +26,7 @@ class CampaignState:
     """
 
     results: list[FlightResult]
-    earlier: Sample | None
+    earlier: FlightSample | None
     lost: list[LostFlight] = field(default_factory=list[LostFlight])
     differing: list[str] = field(default_factory=list[str])
     unrecorded: list[LostFlight] = field(default_factory=list[LostFlight])

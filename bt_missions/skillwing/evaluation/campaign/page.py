@@ -11,7 +11,7 @@ from pathlib import Path
 
 from skillwing.evaluation.campaign.outcomes import HEADINGS, Outcomes, worst_of
 from skillwing.evaluation.flights.conditions import Condition, conditions_of, met_from
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.terminal.doc_sections import Marks
 from skillwing.sim_mujoco.world.kinds import KINDS
@@ -33,7 +33,7 @@ def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
         f"{first.mission} in {worlds}: {met}",
         "" if first.watched else "without obstacle detection",
         *sorted({plan.label for plan in plans}),
-        "over Zenoh" if first.network is Network.ZENOH else "",
+        "over Zenoh" if first.network is FlightNetwork.ZENOH else "",
         "flown again" if again else "",
     ]
     return ", ".join(filter(None, told))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from skillwing.evaluation.campaign.flight_code import FlightCode, read_code
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.outcomes import metres, share
-from skillwing.evaluation.flights.plan import FlightPlan, Network
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.errors import InvalidOptionError
 
@@ -19,14 +19,14 @@ HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "
 
 
 @dataclass(frozen=True)
-class Sample:
+class FlightSample:
     """Flights of an earlier campaign that are to be flown again. code: by which they were flown."""
 
     folder: Path
     flights: Sequence[FlightResult]
     code: FlightCode
 
-    def plans(self, network: Network) -> list[FlightPlan]:
+    def plans(self, network: FlightNetwork) -> list[FlightPlan]:
         """The same flights on a network."""
         return [replace(flight.plan, network=network) for flight in self.flights]
 
@@ -36,7 +36,7 @@ class Sample:
         return [(flight, again[name]) for flight in self.flights if (name := _name(flight.plan)) in again]
 
 
-def take_sample(folder: Path, mission: str, count: int) -> Sample:
+def take_sample(folder: Path, mission: str, count: int) -> FlightSample:
     """So many of the flights of a mission in a campaign's folder.
 
     Raises InvalidOptionError if the folder has no campaign, or too few flights.
@@ -48,7 +48,7 @@ def take_sample(folder: Path, mission: str, count: int) -> Sample:
     if not 1 <= count <= len(flights):
         sentence = f"{folder} holds {len(flights)} flights of `{mission}`, and {count} were asked for."
         raise InvalidOptionError("sample", f"{sentence} Ask for one at least, and for no more than there are.")
-    return Sample(folder, choose(flights, count), read_code(folder))
+    return FlightSample(folder, choose(flights, count), read_code(folder))
 
 
 def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
@@ -74,12 +74,12 @@ def end_alike(flight: FlightResult, again: FlightResult) -> bool:
 
 def same_flight(flight: FlightResult, again: FlightResult) -> bool:
     """True for bit-by-bit equal flights. A flight over Zenoh never is; it only has to end alike."""
-    if again.plan.network is Network.ZENOH:
+    if again.plan.network is FlightNetwork.ZENOH:
         return end_alike(flight, again)
     return flight.digest == again.digest
 
 
-def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
+def verdict(sample: FlightSample, results: Sequence[FlightResult]) -> str:
     """Sentence that counts the flights with the same end as before."""
     pairs = sample.pairs(results)
     alike = sum(end_alike(*pair) for pair in pairs)
@@ -88,7 +88,7 @@ def verdict(sample: Sample, results: Sequence[FlightResult]) -> str:
     return f"{alike} of {len(pairs)} flights end as they did in {sample.folder.name}{bitwise}."
 
 
-def comparison(sample: Sample, results: Sequence[FlightResult]) -> list[str]:
+def comparison(sample: FlightSample, results: Sequence[FlightResult]) -> list[str]:
     """Lines of Markdown: the verdict, and each flight that is not the same bit by bit beside what it was."""
     other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
     then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
@@ -123,4 +123,4 @@ def _ended(result: FlightResult) -> str:
 
 def _name(plan: FlightPlan) -> str:
     """The same for a flight and its repetition."""
-    return replace(plan, network=Network.IN_PROCESS).name
+    return replace(plan, network=FlightNetwork.IN_PROCESS).name

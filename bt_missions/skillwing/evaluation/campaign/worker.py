@@ -25,7 +25,7 @@ def main(arguments: list[str]) -> None:
     plan = msgspec.json.decode(arguments[0], type=FlightPlan)
     run_dir = Path(arguments[1]) if len(arguments) > 1 else None
 
-    from skillwing.evaluation.flights.flight import fly  # noqa: PLC0415 - loads physics; a plan that is wrong needs none
+    from skillwing.evaluation.judged_flight import fly  # noqa: PLC0415 - loads physics; a plan that is wrong needs none
 
     sys.stdout.buffer.write(msgspec.json.encode(fly(plan, run_dir)) + b"\n")
 

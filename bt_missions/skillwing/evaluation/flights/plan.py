@@ -32,7 +32,7 @@ Place: TypeAlias = tuple[float, float, float]
 """Position in ENU, with home at the origin [m]."""
 
 
-class Network(StrEnum):
+class FlightNetwork(StrEnum):
     """Network of a flight: one process and virtual time, or real processes over Zenoh."""
 
     IN_PROCESS = "in-process"
@@ -52,7 +52,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     seed: int
     condition: Condition
     watched: bool = True
-    network: Network = Network.IN_PROCESS
+    network: FlightNetwork = FlightNetwork.IN_PROCESS
     happens: dict[str, Any] | None = None
     alternative: bool = False
     options: dict[str, Any] = {}
@@ -67,7 +67,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
     def name(self) -> str:
         """Name of the flight, unique within a campaign and valid as a file name."""
         kind = ("" if self.watched else "-unwatched") + (
-            "" if self.network is Network.IN_PROCESS else f"-{self.network}"
+            "" if self.network is FlightNetwork.IN_PROCESS else f"-{self.network}"
         )
         kind += f"-{self.label}" if self.label else ""
         return f"{self.mission}-{self.world}-{self.condition}-{self.seed}{kind}"
@@ -78,7 +78,7 @@ class FlightPlan(msgspec.Struct, frozen=True, kw_only=True):
         if self.label:
             return f"python -m skillwing.evaluation.campaign.worker {shlex.quote(msgspec.json.encode(self).decode())}"
         kind = "" if self.watched else " --without-obstacles"
-        kind += "" if self.network is Network.IN_PROCESS else f" --on {self.network}"
+        kind += "" if self.network is FlightNetwork.IN_PROCESS else f" --on {self.network}"
         return (
             f"skillwing campaign {self.mission} --seeds {self.seed}:{self.seed + 1} --faults {self.condition} "
             f"--worlds {self.world}{kind} --record"

@@ -9,8 +9,7 @@ from skillwing.dsl.checking.types import Types
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import DataItem, Effect, Field, Resource, Transition
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.syntax import Word
-from skillwing.dsl.spans import Span
+from skillwing.dsl.spans import Span, Word
 
 _ANY = "*"
 

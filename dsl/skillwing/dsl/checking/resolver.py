@@ -14,7 +14,7 @@ from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Event, Skill, Skillset
 from skillwing.dsl.naming import class_name
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.syntax import Word
+from skillwing.dsl.spans import Word
 
 _Element = TypeVar("_Element")
 

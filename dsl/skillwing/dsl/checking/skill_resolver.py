@@ -21,7 +21,7 @@ from skillwing.dsl.model import (
     Skill,
 )
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.syntax import Word
+from skillwing.dsl.spans import Word
 
 _NO_RELEASE = "Declare an effect that gives back what the start takes, and write `interrupt { apply=EFFECT }` with it."
 

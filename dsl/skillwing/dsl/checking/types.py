@@ -9,7 +9,7 @@ from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import Literal, NamedValue, literal_text
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type, Value
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.syntax import Word
+from skillwing.dsl.spans import Word
 from skillwing.dsl.suggest import closest, listed
 
 SCALARS: Mapping[str, ScalarType] = {

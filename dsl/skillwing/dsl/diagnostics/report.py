@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.naming import is_usable
-from skillwing.dsl.reading.syntax import Word
-from skillwing.dsl.spans import Span
+from skillwing.dsl.spans import Span, Word
 from skillwing.dsl.suggest import closest, listed
 
 

@@ -16,8 +16,7 @@ from skillwing.dsl.editor.positions import Lines
 from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, NamedValue, Not, Or
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.syntax import CoinedWord, Word
-from skillwing.dsl.spans import Span
+from skillwing.dsl.spans import Span, Word
 
 TYPES = NameScope("type")
 _DATA = NameScope("datum")
@@ -269,7 +268,7 @@ class _Builder:
         self, word: Word, scopes: tuple[NameScope, ...], symbol: Symbol | None, declares: bool
     ) -> Occurrence | None:
         """Note an occurrence. Synthesised words, which are not in the text, are left out."""
-        if isinstance(word, CoinedWord) or self._lines.text[word.start : word.end] != word.text:
+        if not isinstance(word, Lexeme) or self._lines.text[word.start : word.end] != word.text:
             return None
         known = self.occurrences.get(word.start)
         if known is None:

@@ -18,7 +18,7 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.expressions import Expression, Literal, NamedValue
 from skillwing.dsl.model import PredicateKind
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.spans import Span
+from skillwing.dsl.spans import Span, Word
 
 
 @dataclass(slots=True, eq=False)
@@ -27,10 +27,6 @@ class CoinedWord:
 
     text: str
     span: Span
-
-
-# A name, a unit or another single word. Both have `text` and `span`.
-Word: TypeAlias = Lexeme | CoinedWord
 
 
 @dataclass(slots=True, eq=False)

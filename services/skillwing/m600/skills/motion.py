@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from skillwing.m600.generated.types import Position
-from skillwing.m600.geofence import Geofence
+from skillwing.m600.geofence import GeofenceChecker
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.position_tracker import PositionTracker
 from skillwing.onboard.topics.common import Vector3
@@ -22,7 +22,7 @@ class MotionManager(SkillHooks[I, O, F]):
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.tracker = PositionTracker(self)
-        self.fence = Geofence(self.bus)
+        self.fence = GeofenceChecker(self.bus)
 
     def fly_to(self, goal: Goal[I], target: Vector3, speed: float, yaw: YawMode) -> None:
         """Fly to a point (ENU, m) at most at `speed` (m/s)."""

@@ -6,7 +6,7 @@ import math
 
 from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
-from skillwing.m600.geofence import HOME, Geofence
+from skillwing.m600.geofence import HOME, GeofenceChecker
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.position_tracker import PositionTracker
 from skillwing.m600.skills.timers import StallDetector
@@ -27,7 +27,7 @@ class TakeoffManager(AbstractTakeoffManager):
     def setup(self) -> None:
         self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
         self.tracker = PositionTracker(self)
-        self.fence = Geofence(self.bus)
+        self.fence = GeofenceChecker(self.bus)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
         return self.fence.refusal((*HOME, goal.inputs.height))

@@ -13,7 +13,7 @@ from skillwing.onboard.commands.authority import CommandAuthority
 from skillwing.onboard.frames.vectors import Vector, norm, subtract, wrap
 from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
-from skillwing.onboard.guidance.limits import MAX_SPEED, Limits
+from skillwing.onboard.guidance.limits import MAX_SPEED, GuidanceLimits
 from skillwing.onboard.guidance.path_monitor import PathMonitor, PathVisibility, stopping_distance
 from skillwing.onboard.guidance.trajectory import Segment, straight
 from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
@@ -48,7 +48,7 @@ _STILL: Vector = (0.0, 0.0, 0.0)
 class BodyMotion:
     """One motion after another; call `advance` at 50 Hz, then `place` for the setpoint."""
 
-    def __init__(self, heading: HeadingControl, limits: Limits, monitor: PathMonitor) -> None:
+    def __init__(self, heading: HeadingControl, limits: GuidanceLimits, monitor: PathMonitor) -> None:
         self.axis = CommandAuthority("body axes")
         self.path: Path | None = None
         self._heading = heading

@@ -15,7 +15,7 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.arc import rim
 from skillwing.onboard.guidance.body_motion import BodyMotion
 from skillwing.onboard.guidance.heading_control import HeadingControl
-from skillwing.onboard.guidance.limits import Limits
+from skillwing.onboard.guidance.limits import GuidanceLimits
 from skillwing.onboard.guidance.path_monitor import PathMonitor
 from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.onboard.topics.flight import AutopilotSetpoint, FlightState
@@ -68,7 +68,7 @@ class GuidanceCore:
     """
 
     def __init__(self, fence: Box, *, watch: bool = True) -> None:
-        self._limits = Limits(fence)
+        self._limits = GuidanceLimits(fence)
         self._monitor = PathMonitor()
         self._watch = watch
         self._heading = HeadingControl()

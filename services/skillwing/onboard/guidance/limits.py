@@ -23,7 +23,7 @@ _BLOWN_OUT = 1.0
 """Distance outside the fence from which the drone counts as having left it [m]."""
 
 
-class Limits:
+class GuidanceLimits:
     """Fence, altitude limits and speed limit of one drone.
 
     A target has to lie between the altitude limits; a setpoint may be lower, on the way up or down.

@@ -13,7 +13,7 @@ from skillwing.onboard.mapping.mapper import REACH
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
-from skillwing.onboard.odometry.odometry import Fix, Odometry, Phase
+from skillwing.onboard.odometry.odometry import Fix, LidarInertialOdometry, Phase
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.odometry.state import ATTITUDE
 from skillwing.onboard.sensor_data.names import IMU, LIDAR
@@ -118,7 +118,7 @@ class ByOdometry:
     ) -> None:
         """low, high: corners of the box that odometry maps planes in [m]."""
         self.source = source
-        self._odometry = Odometry(low, high, make_matcher=make_matcher)
+        self._odometry = LidarInertialOdometry(low, high, make_matcher=make_matcher)
 
     @property
     def lost(self) -> str:

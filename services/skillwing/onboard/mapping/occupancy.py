@@ -44,7 +44,7 @@ class Fit:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class OccupancyChange:
     """Voxels that have become occupied or free, and all that are `occupied` now."""
 
     appeared: Voxels
@@ -115,11 +115,11 @@ class OccupancyGrid:
         """Centres (N, 3) of the occupied voxels [m]."""
         return self.centres(self.occupied())
 
-    def changed_since(self, before: Voxels) -> Change:
+    def changed_since(self, before: Voxels) -> OccupancyChange:
         """Changes since `occupied()` was `before`."""
         now = self.occupied()
         appeared = np.setdiff1d(now, before, assume_unique=True)
-        return Change(appeared, np.setdiff1d(before, now, assume_unique=True), now)
+        return OccupancyChange(appeared, np.setdiff1d(before, now, assume_unique=True), now)
 
     def _touches_occupied(self, voxels: Voxels) -> NDArray[np.bool_]:
         """Mask of the voxels with an occupied one among their six neighbours."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.odometry.state import ATTITUDE, POSITION, State
+from skillwing.onboard.odometry.state import ATTITUDE, POSITION, FilterState
 
 MOST_ITERATIONS = 4
 _SMALL_MOVE, _SMALL_TURN = 1e-3, 1e-4
@@ -33,13 +33,16 @@ class Evidence:
 class Posterior:
     """The state after a scan and the covariance (N, N) of its error. `step` (N,) is the scan's correction."""
 
-    state: State
+    state: FilterState
     covariance: Floats
     step: Floats
 
 
 def update(
-    prior: State, covariance: Floats, evaluate: Callable[[State, int], Evidence], iterations: int = MOST_ITERATIONS
+    prior: FilterState,
+    covariance: Floats,
+    evaluate: Callable[[FilterState, int], Evidence],
+    iterations: int = MOST_ITERATIONS,
 ) -> Posterior:
     """Find the state that agrees best with both the prior and the scan.
 

@@ -22,7 +22,7 @@ from skillwing.onboard.odometry.matching import MakeMatcher, Match, unchanged
 from skillwing.onboard.odometry.propagation import Prediction
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.odometry.state import ATTITUDE, POSE, POSITION, State
+from skillwing.onboard.odometry.state import ATTITUDE, POSE, POSITION, FilterState
 
 VOXEL: Final = 0.35
 """Side of the voxels of the map [m]."""
@@ -97,14 +97,14 @@ class GicpMatcher:
         return Match(unchanged(predicted) if result.rejection else posterior, agreement, result)
 
 
-def _transform(state: State) -> Floats:
+def _transform(state: FilterState) -> Floats:
     """The pose as a homogeneous matrix (4, 4) from body to world."""
     transform = np.eye(4)
     transform[:3, :3], transform[:3, 3] = state.turn, state.position
     return transform
 
 
-def _moved(state: State, transform: Floats) -> State:
+def _moved(state: FilterState, transform: Floats) -> FilterState:
     """The same state with another pose."""
     turn, position = transform[:3, :3], transform[:3, 3]
     return replace(state, position=position, turn=turn)

@@ -15,8 +15,8 @@ from skillwing.onboard.odometry.state import (
     POSITION,
     SIZE,
     VELOCITY,
+    FilterState,
     G,
-    State,
 )
 from skillwing.onboard.topics.navigation import Navigation
 
@@ -126,7 +126,7 @@ class Initialisation:
             self._end_segment()
         self._segment.add(batch, duration)
 
-    def begin(self, t: float) -> tuple[State, Floats] | None:
+    def begin(self, t: float) -> tuple[FilterState, Floats] | None:
         """State and covariance (18, 18) of its error at `t`; None if it is too early, or navigation is silent."""
         latest = self._latest
         if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._latest_sample is None:
@@ -147,17 +147,17 @@ def _speed(navigation: Navigation) -> float:
     return float(np.linalg.norm(navigation.velocity))
 
 
-def _at_rest(rest: StationarySegment) -> tuple[State, Floats]:
-    state = State(rest.position, rest.turn, np.zeros(3), rest.rate, np.zeros(3))
+def _at_rest(rest: StationarySegment) -> tuple[FilterState, Floats]:
+    state = FilterState(rest.position, rest.turn, np.zeros(3), rest.rate, np.zeros(3))
     covariance = _covariance(speed=_REST_SPEED, gyro_bias=_REST_RATE)
     return _level(state, covariance, rest.force)
 
 
-def _in_motion(navigation: Navigation, t: float, before: StationarySegment | None) -> tuple[State, Floats]:
+def _in_motion(navigation: Navigation, t: float, before: StationarySegment | None) -> tuple[FilterState, Floats]:
     velocity = np.array(navigation.velocity)
     position = np.array(navigation.position) + (t - navigation.t) * velocity
     rate = before.rate if before else np.zeros(3)
-    state = State(position, so3.matrix(np.array(navigation.quaternion)), velocity, rate, np.zeros(3))
+    state = FilterState(position, so3.matrix(np.array(navigation.quaternion)), velocity, rate, np.zeros(3))
     return state, _covariance(speed=_MOVING_SPEED, gyro_bias=2.0 * _REST_RATE if before else _GYRO_BIAS)
 
 
@@ -169,7 +169,7 @@ def _covariance(*, speed: float, gyro_bias: float) -> Floats:
     return np.diag(sigmas**2)
 
 
-def _level(state: State, covariance: Floats, force: Floats) -> tuple[State, Floats]:
+def _level(state: FilterState, covariance: Floats, force: Floats) -> tuple[FilterState, Floats]:
     """Update with the mean force at rest, which is the reaction to gravity plus the accelerometers' bias.
 
     The two cannot be separated: a tilt of the frame by a milliradian looks like a bias of a centimetre per second

@@ -14,7 +14,7 @@ from skillwing.onboard.odometry.divergence_monitor import GateResult, Innovation
 from skillwing.onboard.odometry.filter import Posterior, update
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Prediction
-from skillwing.onboard.odometry.registration import Agreement, Registration
+from skillwing.onboard.odometry.registration import Agreement, ScanRegistration
 
 VOXEL = 1.0
 """Side of the voxels that hold a plane each [m]."""
@@ -62,7 +62,7 @@ class PlaneMatcher:
 
     def match(self, predicted: Prediction, scan: StillScan) -> Match:
         points = thinned(scan.points, _INSERTED_CELL)
-        registration = Registration(thinned(points, _MATCHED_CELL).astype(np.float64), scan.sensor, self._map)
+        registration = ScanRegistration(thinned(points, _MATCHED_CELL).astype(np.float64), scan.sensor, self._map)
         match = self._weigh(predicted, registration)
         if match.accepted:
             match = replace(match, posterior=_with_keyframe(match.posterior))
@@ -73,7 +73,7 @@ class PlaneMatcher:
             self._empty = False
         return match
 
-    def _weigh(self, predicted: Prediction, registration: Registration) -> Match:
+    def _weigh(self, predicted: Prediction, registration: ScanRegistration) -> Match:
         if self._empty:
             return Match(unchanged(predicted), registration.agreement, None)
         posterior = update(predicted.state, predicted.covariance, registration)

@@ -13,7 +13,7 @@ import numpy as np
 
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.odometry.state import ATTITUDE, POSITION, VELOCITY, State
+from skillwing.onboard.odometry.state import ATTITUDE, POSITION, VELOCITY, FilterState
 from skillwing.onboard.topics.navigation import Navigation
 
 VALID: Final = 0.2
@@ -38,7 +38,7 @@ class NavigationBridge:
         latest = self._latest
         self._left = (t, latest) if latest is not None and _covers(latest, t) else None
 
-    def over(self, state: State, covariance: Floats, end: float) -> tuple[State, Floats] | None:
+    def over(self, state: FilterState, covariance: Floats, end: float) -> tuple[FilterState, Floats] | None:
         """State and covariance (N, N) at `end`, from those at the last `reached`; None without navigation at either
         end."""
         latest = self._latest

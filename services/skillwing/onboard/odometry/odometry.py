@@ -19,7 +19,7 @@ from skillwing.onboard.odometry.navigation_bridge import NavigationBridge
 from skillwing.onboard.odometry.propagation import ImuNoise, predict
 from skillwing.onboard.odometry.registration import Agreement
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.odometry.state import GRAVITY, POSITION, SIZE, G, State
+from skillwing.onboard.odometry.state import GRAVITY, POSITION, SIZE, FilterState, G
 from skillwing.onboard.sensor_data.scans import LidarScan, PlacedPoints
 from skillwing.onboard.topics.navigation import Navigation
 
@@ -55,7 +55,7 @@ class Fix:
     """
 
     t: float
-    state: State
+    state: FilterState
     covariance: Floats
     agreement: Agreement
     accepted: bool
@@ -65,7 +65,7 @@ class Fix:
     scan: StillScan
 
     @cached_property
-    def levelled(self) -> State:
+    def levelled(self) -> FilterState:
         """The state in a level frame, as odometry publishes it.
 
         The frame of the planes is tilted as the first pose was, by up to a degree: distant points would be mapped too
@@ -94,7 +94,7 @@ class Fix:
         return PlacedPoints(self.t, state.turn, state.to_world(self.scan.sensor), points.T)
 
 
-class Odometry:
+class LidarInertialOdometry:
     """One flight's odometry inside the box from `low` to `high`.
 
     Its frame is navigation's ENU at the start of odometry; see `Initialisation`. Odometry processes a scan once the
@@ -125,7 +125,7 @@ class Odometry:
         self._monitor = DivergenceMonitor()
         self._matcher = self._make_matcher(self._low, self._high)
         self._t = self._fixed_at = self._way = 0.0
-        self._state: State | None = None
+        self._state: FilterState | None = None
         self._origin = np.zeros(3)
         self._covariance = np.zeros((SIZE, SIZE))
 
@@ -182,7 +182,7 @@ class Odometry:
         self._initialisation = None
         self.phase, self.text = Phase.TRACKING, ""
 
-    def _follow(self, state: State, scan: LidarScan) -> Fix | None:
+    def _follow(self, state: FilterState, scan: LidarScan) -> Fix | None:
         start, end = scan.span
         if start < self._t - 1e-6:
             return None
@@ -217,7 +217,7 @@ class Odometry:
             still,
         )
 
-    def _bridge_gap(self, state: State, end: float, gap: float) -> None:
+    def _bridge_gap(self, state: FilterState, end: float, gap: float) -> None:
         """Bridge a gap in inertial measurements by navigation, up to the scan's `end`, or up to a later scan's.
 
         If the measurements stay away, odometry is lost as without scans.
@@ -231,7 +231,7 @@ class Odometry:
         if end - self._t > PATIENCE:
             self._lose(self.text)
 
-    def _go_to(self, t: float, state: State, covariance: Floats) -> None:
+    def _go_to(self, t: float, state: FilterState, covariance: Floats) -> None:
         if self._state is not None:
             self._way += float(np.linalg.norm(state.position - self._state.position))
         self._t, self._state, self._covariance = t, state, covariance

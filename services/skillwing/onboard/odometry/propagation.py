@@ -21,7 +21,7 @@ from skillwing.onboard.odometry.state import (
     POSITION,
     SIZE,
     VELOCITY,
-    State,
+    FilterState,
 )
 
 _STRIDE = 13
@@ -65,12 +65,12 @@ class Prediction:
     """The path by inertial measurements, the state at its end, and the covariance (N, N) of its error."""
 
     track: Track
-    state: State
+    state: FilterState
     covariance: Floats
 
 
 def predict(
-    state: State, covariance: Floats, measured: Inertial, start: float, end: float, noise: ImuNoise
+    state: FilterState, covariance: Floats, measured: Inertial, start: float, end: float, noise: ImuNoise
 ) -> Prediction:
     """Propagate `state` at `start` by the measurements to `end`. There must be at least one.
 

@@ -19,7 +19,7 @@ from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.filter import Evidence
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.so3 import Floats
-from skillwing.onboard.odometry.state import State
+from skillwing.onboard.odometry.state import FilterState
 
 RANGE_SIGMA = 0.05
 """Standard deviation of a point about its plane [m]: the sensor's noise and the unevenness of surfaces."""
@@ -54,7 +54,7 @@ class Agreement:
         return self.close / self.points if self.points else 0.0
 
 
-class Registration:
+class ScanRegistration:
     """Comparison of one scan, as points (N, 3) and its `sensor` (3,) in body axes, with a map of planes."""
 
     def __init__(self, points: Floats, sensor: Floats, planes: PlaneMap) -> None:
@@ -64,7 +64,7 @@ class Registration:
         self.close: NDArray[np.bool_] = np.empty(0, dtype=np.bool_)
         """Results of the last call: planes (N,) with points in their voxels, and points close to their plane (N,)."""
 
-    def __call__(self, state: State, iteration: int) -> Evidence:
+    def __call__(self, state: FilterState, iteration: int) -> Evidence:
         """The evidence at a state; sets `agreement`."""
         matches = self._planes.match(state.placed(self._points), state.to_world(self._sensor))
         points = self._points[matches.points]
@@ -93,7 +93,7 @@ class Registration:
         return _evidence(state, correction @ information @ correction.T, pull @ correction.T)
 
 
-def _evidence(state: State, information: Floats, pulls: Floats) -> Evidence:
+def _evidence(state: FilterState, information: Floats, pulls: Floats) -> Evidence:
     """Evidence on a state by information (1 + K, 6, 6) and gradients (1 + K, 6) of relative poses of the drone.
 
     They are relative to the planes mapped before the K kept keyframes, and to those of each.
@@ -104,7 +104,7 @@ def _evidence(state: State, information: Floats, pulls: Floats) -> Evidence:
     return Evidence(across @ (information @ ways).reshape(-1, size), across @ pulls.ravel())
 
 
-def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
+def _shifts(state: FilterState, numbers: NDArray[np.int64]) -> Floats:
     """Errors (N, 6) of planes mapped from the keyframes of these numbers (N,), as errors of the pose; 0 for planes
     mapped from none, with number -1."""
     which, places = np.unique(numbers, return_inverse=True)
@@ -115,7 +115,7 @@ def _shifts(state: State, numbers: NDArray[np.int64]) -> Floats:
     return moves[places]
 
 
-def _slopes(directions: Floats, points: Floats, state: State) -> Floats:
+def _slopes(directions: Floats, points: Floats, state: FilterState) -> Floats:
     """Derivatives (N, 6) of points (N, 3) in body axes along these unit vectors (N, 3) by errors of the pose."""
     return np.column_stack([directions, *so3.crossed(points.T, (directions @ state.turn).T)])
 

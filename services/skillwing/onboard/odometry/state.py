@@ -32,7 +32,7 @@ G: Final = 9.81
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class FilterState:
     """Position, velocity and `gravity` (3,) in the world frame, `turn` (3, 3) from body to world, biases (3,) in body
     axes."""
 
@@ -52,7 +52,7 @@ class State:
         """Points (N, 3) in body axes, in the world frame. They lie in memory axis by axis, which is faster."""
         return (self.turn @ points.T + self.position[:, None]).T
 
-    def levelled(self, origin: Floats) -> State:
+    def levelled(self, origin: Floats) -> FilterState:
         """The state in a frame turned about `origin` (3,) so that its z axis is up, by the estimate of gravity; without
         keyframes, because the planes are not turned."""
         turn = so3.between(self.gravity, np.array([0.0, 0.0, -1.0]))
@@ -74,9 +74,9 @@ class State:
         theirs[1 + kept, :, kept] = -keyframes.seen_from(self.position, self.turn, keyframes.oldest + kept)
         return np.concatenate([own, theirs.reshape(len(own), 6, -1)], axis=2)
 
-    def plus(self, error: Floats) -> State:
+    def plus(self, error: Floats) -> FilterState:
         """The state that differs by this error (18 + 6 K,) from this one."""
-        return State(
+        return FilterState(
             self.position + error[POSITION],
             self.turn @ so3.exp(error[ATTITUDE]),
             self.velocity + error[VELOCITY],
@@ -86,7 +86,7 @@ class State:
             self.keyframes.plus(error[SIZE:]),
         )
 
-    def minus(self, other: State) -> Floats:
+    def minus(self, other: FilterState) -> Floats:
         """The error (18 + 6 K,) by which this state differs from the other; `other.plus` of it is this one."""
         return np.concatenate(
             [

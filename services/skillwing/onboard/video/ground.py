@@ -13,7 +13,7 @@ import numpy as np
 from skillwing.onboard.topics import video
 from skillwing.onboard.video.codec import Decoder, Picture, UndecodableError, jpeg
 from skillwing.onboard.video.packets import Received
-from skillwing.onboard.video.receiver import Receiver
+from skillwing.onboard.video.receiver import VideoReceiver
 from skillwing.onboard.video.similarity import similarity
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import stream_reader
@@ -28,13 +28,13 @@ REMEMBERED = 60
 
 
 class GroundNode:
-    """Shell around a `Receiver` and a `Decoder`. Without a stream it only listens."""
+    """Shell around a `VideoReceiver` and a `Decoder`. Without a stream it only listens."""
 
     name = "ground"
     owns_clock = False
 
     def __init__(self) -> None:
-        self._receiver = Receiver()
+        self._receiver = VideoReceiver()
         self._decoder: Decoder | None = None
         self._originals: dict[float, tuple[tuple[int, int, int], bytes]] = {}
         self._heard_at = self._measured_at = self._drawn_at = float("-inf")
@@ -100,7 +100,7 @@ class GroundNode:
         if now - self._heard_at > SILENCE and self._reporting is not None:
             self._reporting.cancel()
             self._reporting, self._decoder = None, None
-            self._receiver = Receiver()
+            self._receiver = VideoReceiver()
             self._originals.clear()
             return
         self._report.put(encode(self._receiver.status(now)))

@@ -12,7 +12,7 @@ WINDOW = 1.0
 """Time that the figures cover [s]."""
 
 
-class Receiver:
+class VideoReceiver:
     """Packets in, whole decodable access units out; the stream of another goal resets it. Pure.
 
     A picture builds on the one before it. After a gap nothing is decodable before the next keyframe: the last picture

@@ -10,7 +10,7 @@ from typing import Any
 from skillwing.dsl.model import Skill
 from skillwing.services.mocking.defaults import default_fields
 from skillwing.services.mocking.fitting import FittedRun, FittedRuns
-from skillwing.services.mocking.signals import Moment, value_at
+from skillwing.services.mocking.signals import SignalContext, value_at
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +84,13 @@ class SkillPlayer:
         """The output of a goal with these inputs; None if the skill has none."""
         if not self._skill.outputs:
             return None
-        return value_at(run.output, Moment(default_fields(self._skill.outputs), inputs=inputs, span=0.0))
+        return value_at(run.output, SignalContext(default_fields(self._skill.outputs), inputs=inputs, span=0.0))
 
     def feedback(self, planned: PlannedRun, inputs: dict[str, Any], elapsed: float, number: int) -> dict[str, Any]:
         """The feedback of that number, from 0, `elapsed` seconds after the dispatch."""
         before = default_fields(self._skill.feedback)
-        moment = Moment(before, elapsed=elapsed, sample=number, inputs=inputs, span=planned.delay)
-        return value_at(planned.run.progress, moment)
+        context = SignalContext(before, elapsed=elapsed, sample=number, inputs=inputs, span=planned.delay)
+        return value_at(planned.run.progress, context)
 
     def _drawn(self) -> FittedRun:
         runs = self._runs.runs

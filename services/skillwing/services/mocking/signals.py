@@ -26,7 +26,7 @@ KEYS = ("value", "each", "from", "to", "over", "input")
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class SignalContext:
     """The context of an evaluation.
 
     elapsed: seconds since the signal began; sample: number of its values so far; inputs: of its goal; before: the value
@@ -52,7 +52,7 @@ class ListOf:
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """A ramp. start: None for the value before. over: seconds, None for the span of the moment."""
+    """A ramp. start: None for the value before. over: seconds, None for the span of the context."""
 
     kind: Type
     start: Signal | None
@@ -73,31 +73,31 @@ class Fields:
 Signal: TypeAlias = "Constant | ListOf | Ramp | FromInput | Fields"
 
 
-def value_at(signal: Signal, moment: Moment) -> Any:
-    """The signal's value, as plain values. Raises KeyError if it names an input that the moment lacks."""
+def value_at(signal: Signal, context: SignalContext) -> Any:
+    """The signal's value, as plain values. Raises KeyError if it names an input that the context lacks."""
     match signal:
         case Constant(value):
             return value
         case ListOf(values):
-            return values[min(moment.sample, len(values) - 1)]
+            return values[min(context.sample, len(values) - 1)]
         case FromInput(path):
-            value: Any = moment.inputs
+            value: Any = context.inputs
             for name in path:
                 value = value[name]
             return value
         case Fields(parts):
-            before = cast(Mapping[str, Any], moment.before)
-            return {**before, **{name: value_at(part, _inside(moment, name)) for name, part in parts.items()}}
+            before = cast(Mapping[str, Any], context.before)
+            return {**before, **{name: value_at(part, _inside(context, name)) for name, part in parts.items()}}
         case Ramp():
-            over = moment.span if signal.over is None else signal.over
-            share = 1.0 if over <= 0.0 else min(1.0, max(0.0, moment.elapsed / over))
-            start = moment.before if signal.start is None else value_at(signal.start, moment)
-            return _between(start, value_at(signal.end, moment), share, signal.kind)
+            over = context.span if signal.over is None else signal.over
+            share = 1.0 if over <= 0.0 else min(1.0, max(0.0, context.elapsed / over))
+            start = context.before if signal.start is None else value_at(signal.start, context)
+            return _between(start, value_at(signal.end, context), share, signal.kind)
 
 
-def _inside(moment: Moment, name: str) -> Moment:
-    """The moment for a field of a structure."""
-    return Moment(moment.before[name], moment.elapsed, moment.sample, moment.inputs, moment.span)
+def _inside(context: SignalContext, name: str) -> SignalContext:
+    """The context for a field of a structure."""
+    return SignalContext(context.before[name], context.elapsed, context.sample, context.inputs, context.span)
 
 
 def _between(start: Any, end: Any, share: float, kind: Type) -> Any:

@@ -10,7 +10,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.mocking.defaults import default_data
 from skillwing.services.mocking.fitting import FittedReaction, FittedScript
-from skillwing.services.mocking.signals import Constant, Moment, Signal, value_at
+from skillwing.services.mocking.signals import Constant, Signal, SignalContext, value_at
 from skillwing.services.protocol import Ending, GoalStatus, MockedGoal, ResourceChange, State
 
 GOALS_REMEMBERED = 1000
@@ -175,5 +175,5 @@ class MockedValues:
         return {name: self.value(name, now) for name in self._tracks}
 
     def _evaluate(self, track: _Track, now: float) -> Any:
-        moment = Moment(track.before, elapsed=now - track.begun, sample=track.samples, inputs=track.inputs)
-        return value_at(track.signal, moment)
+        context = SignalContext(track.before, elapsed=now - track.begun, sample=track.samples, inputs=track.inputs)
+        return value_at(track.signal, context)

@@ -15,7 +15,8 @@ from pathlib import Path
 
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.processes.restart_policy import Restart, RestartPolicy
+from skillwing.services.processes.restart_policy import RestartPolicy
+from skillwing.services.robot import Restart
 
 LOG_LINES = 8
 RESTARTED = "--- restarted"

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from skillwing.services.names import DATA_MANAGER, skill_process
-from skillwing.services.processes.restart_policy import Restart
-from skillwing.services.robot import ProcessSpec
+from skillwing.services.robot import ProcessSpec, Restart
 
 MANAGERS = "managers"
 """Name of the process that hosts managers without a process of their own."""

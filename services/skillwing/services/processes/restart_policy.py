@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
-Restart = Literal["always", "never"]
+from skillwing.services.robot import Restart
 
 FIRST_PAUSE = 0.2
 LONGEST_PAUSE = 5.0

@@ -18,14 +18,14 @@ from skillwing.sim_mujoco.autopilot.failsafes import (
     LANDING,
     OVERRULING,
     Emergencies,
-    Limits,
+    FailsafeLimits,
     Mode,
 )
 from skillwing.sim_mujoco.autopilot.fence_guard import FenceGuard
 from skillwing.sim_mujoco.autopilot.rotor_watch import RotorWatch
 from skillwing.sim_mujoco.physics.hexacopter import ROTORS, Airframe
 
-__all__ = ["Autopilot", "Estimate", "Limits", "Mode", "Setpoint"]
+__all__ = ["Autopilot", "Estimate", "FailsafeLimits", "Mode", "Setpoint"]
 
 GUIDE_PERIOD = 0.02
 """Period of `guide` [s]."""
@@ -54,8 +54,8 @@ class Setpoint:
 class Autopilot:
     """The autopilot of one drone. Call `guide` every 20 ms and `stabilise` every `dt` seconds."""
 
-    def __init__(self, airframe: Airframe, dt: float, limits: Limits | None = None) -> None:
-        limits = limits or Limits()
+    def __init__(self, airframe: Airframe, dt: float, limits: FailsafeLimits | None = None) -> None:
+        limits = limits or FailsafeLimits()
         self._velocity_loop = VelocityLoop()
         self._attitude_loop = AttitudeLoop(airframe, dt)
         self._emergencies = Emergencies(limits)

@@ -40,7 +40,7 @@ OVERRULING = (Mode.ROTOR, Mode.NAVIGATION, Mode.BATTERY, Mode.FENCE)
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class FailsafeLimits:
     """Limits of the failsafes: least charge [%], least voltage [V], and the fence."""
 
     fence: Box | None = None
@@ -51,7 +51,7 @@ class Limits:
 class Emergencies:
     """Emergencies that no setpoint can change. A failed rotor and a critical battery last until the next start."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: FailsafeLimits) -> None:
         self._limits = limits
         self.rotor: int | None = None
         """Number of the failed rotor (0 to 5)."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.camera import texture
-from skillwing.sim_mujoco.camera.ground import Ground
+from skillwing.sim_mujoco.camera.ground import GroundPaint
 from skillwing.sim_mujoco.camera.texture import Textures
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
 
@@ -51,7 +51,7 @@ class Appearance:
         """Share of the sun's light (F + 1,) that falls on each face, 0 for the sky."""
         self._open_sky = np.append(np.float32(0.65) + np.float32(0.35) * normals[:, 2], np.float32(1.0))
         colours = world.colours()
-        self._ground = Ground(corners, terrain, colours, world.paving)
+        self._ground = GroundPaint(corners, terrain, colours, world.paving)
         # In the full light of the sky a surface has its own brightness.
         self._colours = np.concatenate([self._ground.colours.T, _ZENITH / _SKYLIGHT], axis=1)
         green = (colours[:, 1] > colours[:, 0]) & (colours[:, 1] > colours[:, 2])

@@ -15,7 +15,7 @@ Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-class Ground:
+class GroundPaint:
     """Colours of places on the ground, as `painted` gives them, but only from the strips near each place.
 
     Faces with the same strips are painted together. Faces within one strip have its colour.

@@ -19,7 +19,8 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.link.packet_queue import Packet, PacketQueue
-from skillwing.sim_mujoco.link.radio import Conditions, Radio, RadioOptions, RadioZone, occlusion_zones
+from skillwing.sim_mujoco.link.radio import Conditions, Radio, occlusion_zones
+from skillwing.sim_mujoco.scenario.format import RadioOptions, RadioZone
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.faults import MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.world.kinds import SiteOptions

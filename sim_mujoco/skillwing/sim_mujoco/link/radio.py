@@ -9,71 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, TypeAlias
-
-import msgspec
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.onboard.topics.faults import Megabits
-from skillwing.sim_mujoco.sensors.faults import (
-    Fault,
-    FaultSchedule,
-    Seconds,
-    UnknownFaultError,
-    Zone,
-    check_no_magnitude,
-)
-from skillwing.sim_mujoco.world.site import Target
+from skillwing.sim_mujoco.scenario.format import CUT, LINK_FAULTS, NARROW, RadioOptions, RadioZone, check_link_fault
+from skillwing.sim_mujoco.sensors.faults import FaultSchedule
+from skillwing.sim_mujoco.world.site import InspectionTarget
 
 MEGABIT = 1e6
 FLOOR = 1.0
 """Least bandwidth for blending, because logarithms are blended [bit/s]."""
-
-NARROW, CUT = "narrow", "cut"
-FAULTS = (NARROW, CUT)
-LinkFaultKind: TypeAlias = Literal["narrow", "cut"]
-Latency: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=10.0)]
-Share: TypeAlias = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-Metres: TypeAlias = Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]
-
-
-class RadioZone(Zone, frozen=True, forbid_unknown_fields=True):
-    """A zone with the link's properties inside it; absent ones stay as outside. Its effect begins at a distance of
-    `edge` outside its border [m]."""
-
-    edge: Metres = 4.0
-    bandwidth: Megabits | None = None
-    latency: Latency | None = None
-    loss: Share | None = None
-
-
-class LinkFaultOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"duration": "for"}):
-    """A scheduled fault: `{"kind": "narrow", "at": 60.0}`, optionally with `for` seconds and, of a narrow link, a
-    `magnitude`: the Mbit/s that are left. Raises MagnitudeError."""
-
-    kind: LinkFaultKind
-    at: Seconds = 0.0
-    duration: Seconds | None = None
-    magnitude: Megabits | None = None
-
-    def __post_init__(self) -> None:
-        check_link_fault(self.kind, self.magnitude)
-
-    @property
-    def scheduled(self) -> Fault:
-        """The same fault for a schedule."""
-        return Fault("link", self.kind, self.at, self.duration, self.magnitude)
-
-
-class RadioOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The link without zones: `bandwidth` close by [Mbit/s], half of it at `reach` [m], `latency` [s] and `loss`."""
-
-    bandwidth: Megabits = 4.0
-    reach: Metres = 200.0
-    latency: Latency = 0.03
-    loss: Share = 0.0
-    zones: tuple[RadioZone, ...] = ()
-    faults: tuple[LinkFaultOptions, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +36,7 @@ RIM = 30.0
 LOW, HIGH = -10.0, 100.0
 
 
-def occlusion_zones(target: Target) -> tuple[RadioZone, RadioZone]:
+def occlusion_zones(target: InspectionTarget) -> tuple[RadioZone, RadioZone]:
     """Zones beside a building and behind it, which lose the video there. Home lies to the west of the building."""
     (x, y), radius = target.centre, target.radius
 
@@ -105,14 +49,6 @@ def occlusion_zones(target: Target) -> tuple[RadioZone, RadioZone]:
 
 USUAL_NARROW = 0.15
 """Default bandwidth of a narrow link [Mbit/s]."""
-
-
-def check_link_fault(kind: str, magnitude: float | None = None) -> None:
-    """Raise UnknownFaultError for a kind that does not exist, MagnitudeError for a magnitude of a cut link."""
-    if kind not in FAULTS:
-        raise UnknownFaultError("kind of link fault", kind, FAULTS)
-    if kind == CUT:
-        check_no_magnitude(kind, magnitude)
 
 
 class Radio:
@@ -159,7 +95,7 @@ class Radio:
     def faults(self, t: float) -> tuple[str, ...]:
         """The kinds of fault that are on at robot time `t` [s]."""
         self._follow_schedule(t)
-        return tuple(kind for kind in FAULTS if kind in self._faults)
+        return tuple(kind for kind in LINK_FAULTS if kind in self._faults)
 
     def _with_faults(self, conditions: Conditions) -> Conditions:
         """Conditions with the active faults."""

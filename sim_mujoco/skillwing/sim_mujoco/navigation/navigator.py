@@ -37,7 +37,7 @@ from skillwing.sim_mujoco.navigation.error_filter import (
 from skillwing.sim_mujoco.navigation.odometry_aid import GATED, WEIGHED, OdometryReport, Reputation
 from skillwing.sim_mujoco.navigation.strapdown import ZERO, Strapdown
 from skillwing.sim_mujoco.sensors.instruments import BAROMETER_NOISE, IMU_PERIOD
-from skillwing.sim_mujoco.sensors.receivers import Receiver
+from skillwing.sim_mujoco.sensors.receivers import ReceiverClass
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE
 
 EPOCH = 0.1
@@ -93,7 +93,7 @@ class _Past:
 class FixSteps:
     """Detector of jumps: compares the steps between a receiver's fixes with its own velocity."""
 
-    def __init__(self, receiver: Receiver) -> None:
+    def __init__(self, receiver: ReceiverClass) -> None:
         self._jitter = 10.0 * receiver.jitter
         self._last: tuple[float, NDArray[np.float32]] | None = None
         self._jumps = np.zeros(3)
@@ -132,7 +132,7 @@ class FixSteps:
 class Navigator:
     """Navigation of one drone with one class of satellite receiver."""
 
-    def __init__(self, receiver: Receiver) -> None:
+    def __init__(self, receiver: ReceiverClass) -> None:
         level, height = _COLOURED * receiver.level, _COLOURED * receiver.height
         self._noise = np.array([level, level, height, *[receiver.speed] * 3, receiver.heading])
         self._receiver = receiver

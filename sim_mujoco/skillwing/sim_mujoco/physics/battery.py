@@ -33,7 +33,7 @@ def resistance(charge: float) -> float:
     return _RESISTANCE * (1.0 + _EMPTY_RESISTANCE * math.exp(-_EMPTY_RATE * charge))
 
 
-class Battery:
+class BatteryModel:
     """The battery in flight. Charge is counted in coulombs; power follows from thrust by momentum theory."""
 
     def __init__(self, percent: float = 100.0) -> None:

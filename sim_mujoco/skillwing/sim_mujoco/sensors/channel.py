@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from skillwing.sim_mujoco.sensors.corruptors import Corruption, Data
-from skillwing.sim_mujoco.sensors.health import Change, Condition, HealthMonitor, Limits
+from skillwing.sim_mujoco.sensors.health import ConditionChange, HealthMonitor, Limits, SensorCondition
 from skillwing.sim_mujoco.sensors.self_tests import SelfTest
 
 
@@ -37,16 +37,16 @@ class Measurement:
     data: Data
 
 
-Observer: TypeAlias = Callable[[float, Measurement, Condition], str | None]
+Observer: TypeAlias = Callable[[float, Measurement, SensorCondition], str | None]
 """A cross-check of an arriving measurement by other instruments: from time, measurement and the sensor's condition to a
 sentence against the measurement, or None."""
 
 
-def no_residual(_t: float, _measurement: Measurement, _condition: Condition) -> None:
+def no_residual(_t: float, _measurement: Measurement, _condition: SensorCondition) -> None:
     """Find nothing: the observer of a sensor that no other instrument can check."""
 
 
-class Channel:
+class SensorChannel:
     """The path of one sensor's measurements. `deliver` takes one when it is `due`; `collect` returns those that ended
     at least `delay` seconds ago."""
 
@@ -68,7 +68,7 @@ class Channel:
         self._under_way: deque[Measurement] = deque()
 
     @property
-    def condition(self) -> Condition:
+    def condition(self) -> SensorCondition:
         """Condition of the sensor, by its own diagnosis."""
         return self._monitor.condition
 
@@ -82,10 +82,10 @@ class Channel:
         if corrupted is not None:
             self._under_way.append(Measurement(self.sensor, start, end, corrupted))
 
-    def collect(self, t: float) -> tuple[list[Measurement], list[Change]]:
+    def collect(self, t: float) -> tuple[list[Measurement], list[ConditionChange]]:
         """The measurements that have arrived by time `t`, and the changes of the sensor's health."""
         arrived: list[Measurement] = []
-        changes: list[Change] = []
+        changes: list[ConditionChange] = []
         while self._under_way and self._under_way[0].end + self._delay <= t + 1e-9:
             measurement = self._under_way.popleft()
             arrived.append(measurement)

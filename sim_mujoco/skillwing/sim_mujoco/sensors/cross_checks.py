@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from skillwing.sim_mujoco.sensors.channel import Measurement
 from skillwing.sim_mujoco.sensors.corruptors import Data
-from skillwing.sim_mujoco.sensors.health import Condition
+from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE, Contradiction
-
-if TYPE_CHECKING:
-    from skillwing.sim_mujoco.navigation.navigator import Navigator
 
 _LIMITS = (0.35, 0.35, 0.35, 0.03, 0.03, 0.03)
 """Mean difference between two IMUs on one body that biases and noise do not explain: [m/s2] (3), [rad/s] (3)."""
@@ -89,10 +86,16 @@ class GroundCrossCheck:
         return self._seen[1:]
 
 
+class FixChecker(Protocol):
+    """Inertial navigation: it takes a fix that is plausible and `usable`, and returns what speaks against it."""
+
+    def fix(self, now: float, t: float, fix: Data, *, usable: bool) -> str | None: ...
+
+
 class CrossChecks:
     """Observers of the sensors: each compares a measurement with other instruments of the drone."""
 
-    def __init__(self, standing_range: float, navigator: Navigator) -> None:
+    def __init__(self, standing_range: float, navigator: FixChecker) -> None:
         self.standing = True
         self._imu, self._ground, self._navigator = ImuCrossCheck(), GroundCrossCheck(standing_range), navigator
         self._samples: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=_REMEMBERED)
@@ -101,20 +104,20 @@ class CrossChecks:
         """Remember a sample (6) of the autopilot's IMU, taken at `t`."""
         self._samples.append((t, sample))
 
-    def of_imu(self, _t: float, batch: Measurement, _condition: Condition) -> str | None:
+    def of_imu(self, _t: float, batch: Measurement, _condition: SensorCondition) -> str | None:
         """The autopilot's IMU against a batch of the computer's, which comes late."""
         start, end = batch.start + 1e-6, batch.end + 1e-6
         return self._imu.residual(batch.data, [sample for t, sample in self._samples if start < t <= end])
 
-    def of_range(self, _t: float, measured: Measurement, _condition: Condition) -> str | None:
+    def of_range(self, _t: float, measured: Measurement, _condition: SensorCondition) -> str | None:
         """The LiDAR, or the ground under the skids, against the range-finder."""
         return self._ground.residual(measured.end, float(measured.data[0]), standing=self.standing)
 
-    def of_lidar(self, _t: float, scan: Measurement, condition: Condition) -> None:
+    def of_lidar(self, _t: float, scan: Measurement, condition: SensorCondition) -> None:
         """Nothing speaks against a scan; while the LiDAR can be trusted, the range-finder is compared with it."""
-        if condition is Condition.OK:
+        if condition is SensorCondition.OK:
             self._ground.update(scan.end, scan.data)
 
-    def of_gnss(self, t: float, fix: Measurement, condition: Condition) -> str | None:
+    def of_gnss(self, t: float, fix: Measurement, condition: SensorCondition) -> str | None:
         """Inertial navigation against a fix, which it takes unless the receiver has failed."""
-        return self._navigator.fix(t, fix.end, fix.data, usable=condition is not Condition.FAILED)
+        return self._navigator.fix(t, fix.end, fix.data, usable=condition is not SensorCondition.FAILED)

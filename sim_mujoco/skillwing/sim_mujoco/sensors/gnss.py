@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skillwing.onboard.frames.vectors import Motion, heading_of
 from skillwing.onboard.topics import common, sensors
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.sensors.receivers import Receiver
+from skillwing.sim_mujoco.sensors.receivers import ReceiverClass
 
 PERIOD, DELAY = 0.1, 0.1
 FARTHEST = 10_000.0
@@ -25,10 +25,10 @@ LARGEST_ERROR = 0.1 * common.LARGEST_COMPONENT
 messages."""
 
 
-class Gnss:
+class GnssReceiver:
     """A satellite receiver."""
 
-    def __init__(self, receiver: Receiver, rng: np.random.Generator) -> None:
+    def __init__(self, receiver: ReceiverClass, rng: np.random.Generator) -> None:
         self._receiver, self._rng = receiver, rng
         self._spread = np.array([receiver.level, receiver.level, receiver.height])
         self._keep = math.exp(-PERIOD / receiver.correlation)

@@ -29,7 +29,7 @@ _WINDOW_PERIODS = 15
 """Periods over which the rate is measured, but at least half a second and at most two."""
 
 
-class Condition(StrEnum):
+class SensorCondition(StrEnum):
     UNKNOWN = "UNKNOWN"
     OK = "OK"
     FAILED = "FAILED"
@@ -45,11 +45,11 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class ConditionChange:
     """The condition changed at `t`; `reason` is a sentence."""
 
     t: float
-    condition: Condition
+    condition: SensorCondition
     reason: str
 
 
@@ -69,37 +69,37 @@ class HealthMonitor:
         self._arrivals: deque[float] = deque()
         self._previous: Data | None = None
         self._repeats = 0
-        self.condition = Condition.UNKNOWN
+        self.condition = SensorCondition.UNKNOWN
 
-    def observe(self, t: float, data: Data, residual: str | None = None) -> Change | None:
+    def observe(self, t: float, data: Data, residual: str | None = None) -> ConditionChange | None:
         """Take a measurement that was delivered at `t`; `residual` is the objection of other instruments."""
         self._last_seen = t
         self._arrivals.append(t)
         return self._conclude(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)
 
-    def check(self, t: float) -> Change | None:
+    def check(self, t: float) -> ConditionChange | None:
         """Take the time. Call it at least once a period."""
         if self._started is None:
             self._started = self._counting_since = t
         problem = self._silent(t) or self._sparse(t)
         return None if problem is None else self._conclude(t, problem)
 
-    def _conclude(self, t: float, problem: str | None) -> Change | None:
+    def _conclude(self, t: float, problem: str | None) -> ConditionChange | None:
         if problem is not None:
             self._good_since = None
-            return self._become(t, Condition.FAILED, problem)
+            return self._become(t, SensorCondition.FAILED, problem)
         if self._good_since is None:
             self._good_since = t
-        needed = TRUST_AFTER if self.condition is Condition.FAILED else FIRST_TRUST_AFTER
+        needed = TRUST_AFTER if self.condition is SensorCondition.FAILED else FIRST_TRUST_AFTER
         if t - self._good_since < needed:
             return None
-        return self._become(t, Condition.OK, f"good data for {needed:g} s")
+        return self._become(t, SensorCondition.OK, f"good data for {needed:g} s")
 
-    def _become(self, t: float, condition: Condition, reason: str) -> Change | None:
+    def _become(self, t: float, condition: SensorCondition, reason: str) -> ConditionChange | None:
         if condition is self.condition:
             return None
         self.condition = condition
-        return Change(t, condition, reason)
+        return ConditionChange(t, condition, reason)
 
     def _silent(self, t: float) -> str | None:
         since = self._last_seen if self._last_seen is not None else self._started

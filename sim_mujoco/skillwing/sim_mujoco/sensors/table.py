@@ -15,11 +15,11 @@ from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.onboard.topics import common, sensors
 from skillwing.sim_mujoco.sensors import depth_camera, gnss, instruments, lidar
-from skillwing.sim_mujoco.sensors.channel import Channel, Observer, no_residual
+from skillwing.sim_mujoco.sensors.channel import Observer, SensorChannel, no_residual
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.health import Limits
-from skillwing.sim_mujoco.sensors.receivers import Receiver
+from skillwing.sim_mujoco.sensors.receivers import ReceiverClass
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ class Surroundings:
     """Parts that sensors are made with: the world for rays, and the class of the satellite receiver."""
 
     rays: RayScene
-    receiver: Receiver
+    receiver: ReceiverClass
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +82,11 @@ class SensorSpec:
     self_tests: Callable[[], tuple[SelfTest, ...]] = tuple
     observer: Callable[[CrossChecks], Observer] = lambda _: no_residual
 
-    def channel(self, rng: np.random.Generator, checks: CrossChecks) -> Channel:
+    def channel(self, rng: np.random.Generator, checks: CrossChecks) -> SensorChannel:
         """A channel from this sensor to its readers."""
         corruption = Corruption(rng, self.unit, self.largest)
         tests, observer = self.self_tests(), self.observer(checks)
-        return Channel(self.name, self.period, self.delay, self.limits, corruption, tests, observer)
+        return SensorChannel(self.name, self.period, self.delay, self.limits, corruption, tests, observer)
 
 
 _ROWS = (
@@ -151,7 +151,7 @@ _ROWS = (
         gnss.PERIOD,
         gnss.DELAY,
         Limits(-gnss.FARTHEST, gnss.FARTHEST, zero_is_none=False),
-        make=lambda surroundings, rng: gnss.Gnss(surroundings.receiver, rng),
+        make=lambda surroundings, rng: gnss.GnssReceiver(surroundings.receiver, rng),
         measure=lambda receiver, moment: receiver.measure(moment.motion),
         message=gnss.publication,
         # One unit is a metre of position; velocity and heading stay right.

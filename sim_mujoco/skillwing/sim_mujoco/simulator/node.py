@@ -19,7 +19,7 @@ from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.options import OptionsError, read_options
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Message, encode
-from skillwing.sim_mujoco.autopilot.autopilot import Limits, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits, Setpoint
 from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
 from skillwing.sim_mujoco.camera.camera import camera_header
 from skillwing.sim_mujoco.navigation.navigator import Solution
@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.scenario.format import FaultOptions, GustOptions, Pilo
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
 from skillwing.sim_mujoco.sensors.faults import Fault, MagnitudeError, Seconds, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change
+from skillwing.sim_mujoco.sensors.health import ConditionChange
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
@@ -132,7 +132,7 @@ class SimNode:
             header = camera_header(self._epoch + shot.t, shot.tilt)
             self._out[video.CAMERA].put(shot.picture.tobytes(), encode(header))
 
-    def _publish_health(self, sensor: str, change: Change) -> None:
+    def _publish_health(self, sensor: str, change: ConditionChange) -> None:
         self._health_count += 1
         active = self._sim.active_faults(sensor)
         health = Health(
@@ -283,7 +283,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
             wind=wanted.wind,
             turbulence=wanted.turbulence,
             gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
-            limits=Limits(fence=world.geofence, charge=wanted.battery_floor),
+            limits=FailsafeLimits(fence=world.geofence, charge=wanted.battery_floor),
             battery_percent=wanted.battery,
             packs_fail=[(event.at, event.packs) for event in wanted.packs_fail],
             sensors=wanted.sensors,

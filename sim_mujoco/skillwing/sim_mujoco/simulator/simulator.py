@@ -15,13 +15,13 @@ import numpy as np
 from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.onboard.sensor_data.names import CAMERA, GNSS, RANGE
-from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Limits, Setpoint
+from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, FailsafeLimits, Setpoint
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CameraFeed
 from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.physics.battery import PACKS, Battery
+from skillwing.sim_mujoco.physics.battery import PACKS, BatteryModel
 from skillwing.sim_mujoco.physics.clearance import Clearance
 from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, ROTORS, RotorFaults
@@ -30,7 +30,7 @@ from skillwing.sim_mujoco.scenario.fault_checks import check_fault
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import Change, Condition
+from skillwing.sim_mujoco.sensors.health import ConditionChange, SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD, Barometer, Imu
 from skillwing.sim_mujoco.sensors.receivers import receiver_class
 from skillwing.sim_mujoco.sensors.table import SENSORS, Moment, Surroundings
@@ -57,7 +57,7 @@ class Output:
 
     measurements: list[Measurement] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
-    health: list[tuple[str, Change]] = field(default_factory=list)
+    health: list[tuple[str, ConditionChange]] = field(default_factory=list)
 
 
 class Simulator:
@@ -72,7 +72,7 @@ class Simulator:
         wind: Vector = (0.0, 0.0, 0.0),
         turbulence: float = 0.0,
         gusts: Iterable[Gust] = (),
-        limits: Limits | None = None,
+        limits: FailsafeLimits | None = None,
         battery_percent: float = 100.0,
         packs_fail: Iterable[tuple[float, int]] = (),
         sensors: Collection[str] = SENSORS,
@@ -93,9 +93,9 @@ class Simulator:
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()
-        limits = limits or Limits(fence=world.geofence)
+        limits = limits or FailsafeLimits(fence=world.geofence)
         self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
-        self.battery = Battery(battery_percent)
+        self.battery = BatteryModel(battery_percent)
         triangles = world.triangles()
         rays = RayScene(triangles)
         self.camera = CameraFeed(lambda: Camera(world, rays), self._random(30))
@@ -191,7 +191,7 @@ class Simulator:
             return self._rotors.active(sensor)
         return self._corruptions[sensor].active
 
-    def condition(self, name: str) -> Condition | None:
+    def condition(self, name: str) -> SensorCondition | None:
         """Condition of a sensor; None for a rotor and for the camera, which have no self-diagnosis."""
         return self._channels[name].condition if name in self._channels else None
 
@@ -231,7 +231,8 @@ class Simulator:
             return
         output.solutions.append(solution)
         measured_at, ground = self._ground
-        known = self.condition(RANGE) is not Condition.FAILED and ground > 0.0 and self.t - measured_at < _RANGE_VALID
+        failed = self.condition(RANGE) is SensorCondition.FAILED
+        known = not failed and ground > 0.0 and self.t - measured_at < _RANGE_VALID
         now = Estimate(
             solution.position,
             solution.velocity,

@@ -8,7 +8,7 @@ import mujoco
 
 from skillwing.sim_mujoco.world.terrain import Terrain
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
-from skillwing.sim_mujoco.world.things.shapes import Box, Capsule, Cylinder, Ellipsoid, Shape, Solid
+from skillwing.sim_mujoco.world.things.shapes import Capsule, Cuboid, Cylinder, Ellipsoid, Shape, Solid
 
 _GRASS = (0.42, 0.49, 0.30)
 
@@ -46,7 +46,7 @@ def _add_solid(spec: mujoco.MjSpec, name: str, solid: Solid, meshes: dict[Shape,
         name=name, pos=list(solid.position), quat=list(solid.quaternion), rgba=[*solid.colour, 1.0]
     )
     match solid.shape:
-        case Box(half):
+        case Cuboid(half):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, list(half)
         case Cylinder(radius, half):
             geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [radius, half, 0.0]

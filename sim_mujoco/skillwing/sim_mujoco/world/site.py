@@ -19,7 +19,7 @@ Area = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
+class InspectionTarget:
     """A building to fly around: on the circle with this `radius` around `centre`, at this `height` above the pad."""
 
     centre: Point
@@ -47,7 +47,7 @@ class Site:
     ceiling: float
     return_height: float
     home: Point = (0.0, 0.0)
-    target: Target | None = None
+    target: InspectionTarget | None = None
     passage: float = 5.0
 
     @property

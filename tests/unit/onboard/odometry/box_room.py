@@ -13,7 +13,7 @@ import numpy as np
 
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.inertial import Inertial
-from skillwing.onboard.odometry.odometry import Fix, Odometry
+from skillwing.onboard.odometry.odometry import Fix, LidarInertialOdometry
 from skillwing.onboard.odometry.so3 import Floats
 from skillwing.onboard.sensor_data.directions import lidar_directions
 from skillwing.onboard.sensor_data.scans import LidarScan
@@ -115,7 +115,7 @@ class Room:
         ranges += self.lidar_bias + self.lidar_noise * self._rng.standard_normal(ranges.shape)
         return LidarScan.decode(ranges.astype(np.float32).tobytes(), encode(header))
 
-    def fly(self, odometry: Odometry, seconds: float) -> Iterator[Fix]:
+    def fly(self, odometry: LidarInertialOdometry, seconds: float) -> Iterator[Fix]:
         """Let time pass, in the order in which a simulator publishes: scan, inertial measurements, navigation."""
         for _ in range(round(seconds / BATCH)):
             start, self.t = self.t, round(self.t + BATCH, 6)

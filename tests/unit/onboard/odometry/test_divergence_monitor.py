@@ -16,7 +16,7 @@ from skillwing.onboard.odometry.divergence_monitor import (
 )
 from skillwing.onboard.odometry.filter import Posterior
 from skillwing.onboard.odometry.registration import Agreement
-from skillwing.onboard.odometry.state import SIZE, State
+from skillwing.onboard.odometry.state import SIZE, FilterState
 
 SOUND = Agreement(1000, 900, 895)
 COVARIANCE = np.diag(np.linspace(0.01, 1.0, SIZE + 12))
@@ -26,7 +26,7 @@ def judged(gate: InnovationGate, nis: float, agreement: Agreement = SOUND) -> Ga
     """Result for a scan that changes the prediction by `nis`, in squared standard deviations."""
     step = np.zeros(len(COVARIANCE))
     step[7] = np.sqrt(nis * COVARIANCE[7, 7])
-    state = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    state = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     return gate(agreement, COVARIANCE, Posterior(state, COVARIANCE, step))
 
 

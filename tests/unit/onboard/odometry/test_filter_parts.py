@@ -20,8 +20,8 @@ from skillwing.onboard.odometry.inertial import Inertial, InertialMemory
 from skillwing.onboard.odometry.keyframes import Keyframes
 from skillwing.onboard.odometry.plane_map import LATELY, PlaneMap
 from skillwing.onboard.odometry.propagation import ImuNoise, Track, predict
-from skillwing.onboard.odometry.registration import Registration
-from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, State
+from skillwing.onboard.odometry.registration import ScanRegistration
+from skillwing.onboard.odometry.state import ATTITUDE, POSE, SIZE, FilterState
 from skillwing.onboard.topics.sensors import ImuHeader
 from skillwing.services.protocol import ProtocolError, encode
 
@@ -32,8 +32,8 @@ half_turns = vectors.filter(lambda axis: np.linalg.norm(axis) > 0.01).map(
 errors = st.lists(st.floats(-0.5, 0.5), min_size=SIZE, max_size=SIZE).map(np.array)
 
 
-def state_at(t: float, room: Room) -> State:
-    return State(room.position(t), room.turn(t), room.velocity(t), room.gyro_bias, room.accel_bias)
+def state_at(t: float, room: Room) -> FilterState:
+    return FilterState(room.position(t), room.turn(t), room.velocity(t), room.gyro_bias, room.accel_bias)
 
 
 @given(vectors)
@@ -55,7 +55,7 @@ def test_a_quaternion_and_its_matrix_are_the_same_rotation(vector: np.ndarray) -
 
 @given(errors, errors)
 def test_errors_add_and_subtract(first: np.ndarray, second: np.ndarray) -> None:
-    origin = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    origin = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     one, other = origin.plus(first), origin.plus(second)
     again = one.plus(other.minus(one))
     assert np.allclose(again.turn, other.turn, atol=1e-9)
@@ -64,7 +64,7 @@ def test_errors_add_and_subtract(first: np.ndarray, second: np.ndarray) -> None:
 
 @given(errors, vectors)
 def test_levelling_turns_gravity_down_and_changes_no_distance(error: np.ndarray, origin: np.ndarray) -> None:
-    state = State(np.zeros(3), np.eye(3), np.ones(3), np.zeros(3), np.zeros(3)).plus(error)
+    state = FilterState(np.zeros(3), np.eye(3), np.ones(3), np.zeros(3), np.zeros(3)).plus(error)
     keyframes, _ = Keyframes().with_one_more(state.position, state.turn, np.eye(SIZE))
     levelled = replace(state, keyframes=keyframes).levelled(origin)
     assert np.allclose(levelled.gravity, [0.0, 0.0, -float(np.linalg.norm(state.gravity))], atol=1e-9)
@@ -179,9 +179,9 @@ def test_a_plane_speaks_against_a_scan_only_if_one_lay_on_it_lately(offset: floa
     wall = on_a_plane(east, rng) + 4.5 * east
     planes = PlaneMap((-6.0, -6.0, -6.0), (6.0, 6.0, 6.0), 1.0)
 
-    def compare(*surfaces: np.ndarray) -> Registration:
-        registration = Registration(np.vstack(surfaces), sensor, planes)
-        registration(State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3)), 3)
+    def compare(*surfaces: np.ndarray) -> ScanRegistration:
+        registration = ScanRegistration(np.vstack(surfaces), sensor, planes)
+        registration(FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3)), 3)
         return registration
 
     def take_in(*surfaces: np.ndarray) -> None:
@@ -238,11 +238,11 @@ def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -
     *earlier, last = (deskew(room.scan(1.0, 1.1), track, 60.0) for _ in range(5))
     for scan in earlier:
         planes.insert(scan.points.astype(np.float64), scan.sensor)
-    truth = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    truth = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     wrong = np.zeros(SIZE)
     wrong[POSE] = error
     wrong[ATTITUDE] *= 0.3
-    look = Registration(last.points.astype(np.float64), last.sensor, planes)
+    look = ScanRegistration(last.points.astype(np.float64), last.sensor, planes)
     found = update(truth.plus(wrong), 0.3**2 * np.eye(SIZE), look, iterations=8)
     assert np.abs(found.state.minus(truth)[POSE]).max() < 0.01
 
@@ -266,10 +266,10 @@ def _above_strips(seed: int) -> tuple[float, float]:
 
     planes = PlaneMap((-8.0, -8.0, -6.0), (8.0, 8.0, 6.0), 1.0)
     planes.insert(strips(), np.zeros(3))
-    prior = State(np.array([0.6, 0.0, 0.0]), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    prior = FilterState(np.array([0.6, 0.0, 0.0]), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-8))
     covariance[0, 0] = covariance[2, 2] = 0.3**2
-    found = update(prior, covariance, Registration(strips(), np.zeros(3), planes))
+    found = update(prior, covariance, ScanRegistration(strips(), np.zeros(3), planes))
     return float(found.step[0]), math.sqrt(found.covariance[0, 0])
 
 

@@ -16,8 +16,8 @@ from skillwing.onboard.odometry.filter import Posterior, update
 from skillwing.onboard.odometry.keyframes import MAPPING_SIGMA, MOST, STEP, TURN, Keyframes
 from skillwing.onboard.odometry.plane_map import PlaneMap
 from skillwing.onboard.odometry.propagation import Track
-from skillwing.onboard.odometry.registration import Registration
-from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, State
+from skillwing.onboard.odometry.registration import ScanRegistration
+from skillwing.onboard.odometry.state import POSE, POSITION, SIZE, VELOCITY, FilterState
 
 vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3).map(np.array)
 seeds = st.integers(0, 2**31)
@@ -78,7 +78,7 @@ def test_a_shift_moves_the_world_as_the_error_that_it_is_seen_as(
 def test_errors_of_keyframes_add_and_subtract(count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     keyframes, _ = strung(count, rng)
-    state = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
+    state = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
     error = 0.3 * rng.standard_normal(SIZE + 6 * keyframes.kept)
     moved = state.plus(error)
     assert np.allclose(moved.minus(state), error)
@@ -106,7 +106,7 @@ def test_one_is_due_after_half_a_metre_or_a_turn() -> None:
     assert keyframes.is_due(np.ones(3), so3.exp(1.01 * TURN * east))
 
 
-def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Registration]:
+def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, ScanRegistration]:
     """The walls of a room as a drone in its middle lays them from a keyframe, and its next scan.
 
     shift (6,): error of the keyframe, and with it of the map.
@@ -120,11 +120,11 @@ def mapped(keyframe: int, shift: np.ndarray | None = None) -> tuple[PlaneMap, Re
     for scan in earlier:
         laid = wrong.mapped(np.vstack([scan.points.astype(np.float64), scan.sensor]))
         planes.insert(laid[:-1], laid[-1], keyframe)
-    return planes, Registration(last.points.astype(np.float64), last.sensor, planes)
+    return planes, ScanRegistration(last.points.astype(np.float64), last.sensor, planes)
 
 
-def in_the_middle(keyframes: Keyframes) -> State:
-    return State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
+def in_the_middle(keyframes: Keyframes) -> FilterState:
+    return FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), keyframes=keyframes)
 
 
 @given(st.tuples(*[st.floats(-0.25, 0.25)] * 3).map(np.array), st.sampled_from([1, MOST + 3]))
@@ -180,7 +180,7 @@ def test_each_keyframe_is_pulled_by_its_own_planes_only() -> None:
     planes, east = PlaneMap((-20.0, -20.0, -10.0), (20.0, 20.0, 20.0), 1.0), scan[:, 0] > 0.0
     for side, keyframe in ((east, 2), (~east, 0)):
         planes.insert(scan[side], np.zeros(3), keyframe)
-    look = Registration(scan, np.zeros(3), planes)
+    look = ScanRegistration(scan, np.zeros(3), planes)
     state = in_the_middle(Keyframes(np.arange(9.0).reshape(3, 3), np.eye(3), np.zeros((3, 6))))
     evidence = look(state.plus(np.r_[[0.1, 0.05, -0.1], np.zeros(SIZE + 15)]), 3)
     first, second, third = (slice(start, start + 6) for start in (SIZE, SIZE + 6, SIZE + 12))
@@ -231,7 +231,7 @@ PLACE, SPEED = 0.2, 0.1
 def after_a_second(error: float) -> Posterior:
     """Posterior a second after a keyframe of uncertain position, with a speed that is wrong by `error` [m/s]."""
     _, look = mapped(0)
-    there = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+    there = FilterState(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
     covariance = np.diag(np.full(SIZE, 1e-6))
     covariance[POSITION, POSITION] = PLACE**2 * np.eye(3)
     covariance[VELOCITY, VELOCITY] = SPEED**2 * np.eye(3)

@@ -6,7 +6,7 @@ import numpy as np
 
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.navigation_bridge import NavigationBridge
-from skillwing.onboard.odometry.state import ATTITUDE, GYRO_BIAS, SIZE, State
+from skillwing.onboard.odometry.state import ATTITUDE, GYRO_BIAS, SIZE, FilterState
 from skillwing.onboard.topics.navigation import Navigation
 
 
@@ -29,9 +29,9 @@ def bridge_over_a_quarter_turn() -> NavigationBridge:
     return bridge
 
 
-def somewhere(error: np.ndarray) -> State:
+def somewhere(error: np.ndarray) -> FilterState:
     zero = np.zeros(3)
-    return State(zero, so3.exp(np.array([0.0, 0.0, 0.3])), zero, zero, zero).plus(error)
+    return FilterState(zero, so3.exp(np.array([0.0, 0.0, 0.3])), zero, zero, zero).plus(error)
 
 
 def test_errors_before_become_the_errors_afterwards_that_the_covariance_tells() -> None:

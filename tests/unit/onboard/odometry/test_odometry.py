@@ -10,14 +10,14 @@ from box_room import BATCH, HIGH, IMU_RATE, LOW, STANDING, Room
 
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.divergence_monitor import MOST_REJECTED
-from skillwing.onboard.odometry.odometry import KEPT, PATIENCE, SCANS_WITHOUT_IMU, Odometry, Phase
+from skillwing.onboard.odometry.odometry import KEPT, PATIENCE, SCANS_WITHOUT_IMU, LidarInertialOdometry, Phase
 
 
-def make_odometry() -> Odometry:
-    return Odometry(LOW, HIGH)
+def make_odometry() -> LidarInertialOdometry:
+    return LidarInertialOdometry(LOW, HIGH)
 
 
-def flying(room: Room, seconds: float = 2.0) -> Odometry:
+def flying(room: Room, seconds: float = 2.0) -> LidarInertialOdometry:
     """Odometry in the air, `seconds` after the drone began to move."""
     odometry = make_odometry()
     for _ in room.fly(odometry, STANDING + seconds):
@@ -214,7 +214,7 @@ def test_scans_that_were_missing_are_bridged_by_inertial_measurements() -> None:
     assert np.linalg.norm(fixes[-1].state.position - room.position(fixes[-1].t)) < 0.06
 
 
-def without_everything(room: Room, odometry: Odometry, seconds: float) -> None:
+def without_everything(room: Room, odometry: LidarInertialOdometry, seconds: float) -> None:
     """As long as a router takes to be started again nothing arrives."""
     room.deaf = room.blind = room.lost = True
     list(room.fly(odometry, seconds))

@@ -12,7 +12,7 @@ from box_room import HIGH, LOW, STANDING, Room
 from skillwing.onboard.mapping.node import make_mapping
 from skillwing.onboard.odometry import so3
 from skillwing.onboard.odometry.gicp import MissingLibraryError, gicp_matcher
-from skillwing.onboard.odometry.odometry import Odometry, Phase
+from skillwing.onboard.odometry.odometry import LidarInertialOdometry, Phase
 from skillwing.services.options import OptionsError
 from skillwing.sim_mujoco.launching import mapping_options
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
@@ -20,9 +20,9 @@ from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 BOX = {"low": list(LOW), "high": list(HIGH)}
 
 
-def make_odometry() -> Odometry:
+def make_odometry() -> LidarInertialOdometry:
     try:
-        return Odometry(LOW, HIGH, make_matcher=gicp_matcher())
+        return LidarInertialOdometry(LOW, HIGH, make_matcher=gicp_matcher())
     except MissingLibraryError as error:
         pytest.skip(str(error))
 

@@ -14,7 +14,7 @@ from skillwing.onboard.topics.video import VideoPacket
 from skillwing.onboard.video import erasure
 from skillwing.onboard.video.codec import AccessUnit, Decoder, Encoder, Picture, UndecodableError, jpeg
 from skillwing.onboard.video.packets import LARGEST, Assembly, cut
-from skillwing.onboard.video.receiver import Receiver
+from skillwing.onboard.video.receiver import VideoReceiver
 from skillwing.onboard.video.similarity import similarity
 
 HEIGHT, WIDTH, FPS = 90, 160, 15
@@ -183,7 +183,7 @@ def test_only_whole_pictures_that_can_be_decoded_are_shown(
 ) -> None:
     """A picture is shown if and only if it and all since the last keyframe arrived whole, whatever is lost."""
     keyframes.add(0)
-    receiver = Receiver()
+    receiver = VideoReceiver()
     packets = sent(sizes, keyframes)
     shown = [
         whole.frame
@@ -199,7 +199,7 @@ def test_only_whole_pictures_that_can_be_decoded_are_shown(
 
 
 def test_the_report_counts_the_last_second() -> None:
-    receiver = Receiver()
+    receiver = VideoReceiver()
     for header, data in sent([500] * 30, {0}):
         if header.sequence % 5 == 4 and header.t >= 2.0:
             continue
@@ -217,7 +217,7 @@ def test_the_report_counts_the_last_second() -> None:
 
 
 def test_another_goals_stream_begins_anew() -> None:
-    receiver = Receiver()
+    receiver = VideoReceiver()
     for header, data in sent([500] * 3, {0}):
         receiver.packet(header.t, header, data)
     ((header, data),) = cut(AccessUnit(b"x", keyframe=False), "another", 7, 90, 1.0)

@@ -28,7 +28,7 @@ PAUSE = 2.0
 """Robot seconds before a video that ended is asked for again."""
 
 
-class OtherwiseOptions(InspectionOptions, frozen=True, kw_only=True):
+class InspectionOtherwiseOptions(InspectionOptions, frozen=True, kw_only=True):
     """instead: no alternative, so that the guards above land the drone at once; come home at once; or fly on as if
     nobody watched the video."""
 
@@ -56,10 +56,10 @@ class Unwatched(Decorator):
 
 
 class InspectionOtherwise(InspectionMission):
-    Options = OtherwiseOptions
+    Options = InspectionOtherwiseOptions
 
     def build(self, context: MissionContext, options: InspectionOptions) -> MissionTrees:
-        assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
+        assert isinstance(options, InspectionOtherwiseOptions), "a mission is built with options of its own"
         trees = super().build(context, options)
         come_home = _named(trees.root, "come home")
         _parent(come_home).remove_child(come_home)

@@ -28,7 +28,7 @@ TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""
 
 
-class OtherwiseOptions(MappingMissionOptions, frozen=True, kw_only=True):
+class MappingOtherwiseOptions(MappingMissionOptions, frozen=True, kw_only=True):
     """instead: no alternative, so that the guards above land the drone at once; come home at once; or fly on along the
     route with nothing that looks ahead."""
 
@@ -36,10 +36,10 @@ class OtherwiseOptions(MappingMissionOptions, frozen=True, kw_only=True):
 
 
 class MappingOtherwise(MappingMission):
-    Options = OtherwiseOptions
+    Options = MappingOtherwiseOptions
 
     def build(self, context: MissionContext, options: MappingMissionOptions) -> MissionTrees:
-        assert isinstance(options, OtherwiseOptions), "a mission is built with options of its own"
+        assert isinstance(options, MappingOtherwiseOptions), "a mission is built with options of its own"
         limited = msgspec.structs.replace(options, time_limit=TIME_LIMIT) if options.instead == "blind" else options
         trees = super().build(context, limited)
         nodes = list(trees.root.iterate())
@@ -62,7 +62,7 @@ def _parent(node: Behaviour) -> Composite:
     return node.parent
 
 
-def _branch(context: MissionContext, route: Route, options: OtherwiseOptions) -> Behaviour:
+def _branch(context: MissionContext, route: Route, options: MappingOtherwiseOptions) -> Behaviour:
     if options.instead == "home":
         # The way home is watched as on every other flight of this mission.
         return in_order(

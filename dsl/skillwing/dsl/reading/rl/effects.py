@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from skillwing.dsl.reading.syntax import ChangeSyntax, CoinedWord, EffectSyntax, Word
+from skillwing.dsl.reading.syntax import ChangeSyntax, CoinedWord, EffectSyntax
+from skillwing.dsl.spans import Word
 
 NOTHING = "nothing"
 

@@ -28,7 +28,8 @@ from skillwing.dsl.reading.rl.syntax import (
     TypesNode,
 )
 from skillwing.dsl.reading.rl.types import RlTypes
-from skillwing.dsl.reading.syntax import CoinedWord, Word
+from skillwing.dsl.reading.syntax import CoinedWord
+from skillwing.dsl.spans import Word
 
 _Kind = TypeVar("_Kind")
 

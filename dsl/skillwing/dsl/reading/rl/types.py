@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from skillwing.dsl.diagnostics.report import DiagnosticReport
-from skillwing.dsl.reading.syntax import CoinedWord, StructSyntax, TypeUse, Word
+from skillwing.dsl.reading.syntax import CoinedWord, StructSyntax, TypeUse
+from skillwing.dsl.spans import Word
 from skillwing.dsl.suggest import closest
 
 # Declared names that can only mean one thing, in any letter case.

@@ -19,7 +19,7 @@ from skillwing.sim_mujoco.world.layouts.surroundings import (
     grow_tree,
     site_around,
 )
-from skillwing.sim_mujoco.world.site import Site, Target
+from skillwing.sim_mujoco.world.site import InspectionTarget, Site
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.things.buildings import reach_of, tower_block
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
@@ -59,7 +59,7 @@ def inspection_site(seed: int, scale: float) -> Site:
         area=area,
         ceiling=ceiling,
         top=ceiling + 2 * OVER_ALL,
-        target=Target(centre=outline.centre, radius=radius, height=level),
+        target=InspectionTarget(centre=outline.centre, radius=radius, height=level),
     )
 
 

@@ -8,7 +8,7 @@ from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.footprint import Footprint, Point
 from skillwing.sim_mujoco.world.layouts.plot import Plot
-from skillwing.sim_mujoco.world.site import Area, Site, Target
+from skillwing.sim_mujoco.world.site import Area, InspectionTarget, Site
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 from skillwing.sim_mujoco.world.things.plain import tree
 from skillwing.sim_mujoco.world.things.shapes import Colour
@@ -39,7 +39,7 @@ def site_around(
     area: Area,
     ceiling: float,
     top: float,
-    target: Target | None = None,
+    target: InspectionTarget | None = None,
 ) -> Site:
     """The site whose borders follow from its area of detours. top: of the geofence, above the pad [m]."""
     west, south, east, north = area

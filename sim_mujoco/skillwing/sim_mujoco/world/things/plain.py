@@ -5,8 +5,8 @@ from __future__ import annotations
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import SINK, Obstacle, ObstacleKind
 from skillwing.sim_mujoco.world.things.shapes import (
-    Box,
     Colour,
+    Cuboid,
     Cylinder,
     Ellipsoid,
     Solid,
@@ -26,7 +26,7 @@ def block(name: str, kind: ObstacleKind, footprint: Footprint, height: float, co
     """A box that fills its outline: a wall, a crate, a hedge."""
     half = (height + SINK) / 2
     solid = Solid(
-        Box((*footprint.half, half)),
+        Cuboid((*footprint.half, half)),
         (*footprint.centre, height - half),
         about_z(footprint.yaw),
         colour=colour or (CRATE if kind is ObstacleKind.BOX else MASONRY),

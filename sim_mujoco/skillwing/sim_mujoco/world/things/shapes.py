@@ -25,7 +25,7 @@ _AROUND = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class Cuboid:
     """Half extents [m], centred."""
 
     half: Vector
@@ -115,7 +115,7 @@ class Cone:
         return vertices, np.concatenate([np.stack(each, axis=1) for each in faces]).astype(np.int32)
 
 
-Shape: TypeAlias = Box | Cylinder | Ellipsoid | Capsule | WindowedBlock | GableRoof | Spire | Cone
+Shape: TypeAlias = Cuboid | Cylinder | Ellipsoid | Capsule | WindowedBlock | GableRoof | Spire | Cone
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +177,7 @@ class ObjectFrame:
     def box(self, low: Vector, high: Vector, part: str, colour: Colour) -> Solid:
         """The box between two opposite corners."""
         half = (high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2
-        return self.put(Box(half), (low[0] + half[0], low[1] + half[1], low[2] + half[2]), part, colour)
+        return self.put(Cuboid(half), (low[0] + half[0], low[1] + half[1], low[2] + half[2]), part, colour)
 
     def rod(self, start: Vector, end: Vector, radius: float, part: str, colour: Colour) -> Solid:
         """A rod with round ends."""

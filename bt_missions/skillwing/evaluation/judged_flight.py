@@ -13,7 +13,7 @@ from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.cost import CostMeter
 from skillwing.evaluation.flights.coverage import judge_map
 from skillwing.evaluation.flights.observer import FlightObserver
-from skillwing.evaluation.flights.plan import FlightPlan, Network, planned_circle, planned_way
+from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan, planned_circle, planned_way
 from skillwing.evaluation.flights.result import FlightResult
 from skillwing.evaluation.flights.session import in_process, over_zenoh
 from skillwing.m600.robot import ROBOT
@@ -41,7 +41,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     options = plan.robot_options()
     if run_dir is not None:
         options["run_dir"] = str(run_dir)
-    if plan.network is Network.IN_PROCESS:
+    if plan.network is FlightNetwork.IN_PROCESS:
         session = in_process(observer, processes(plan, options), longest)
     else:
         options["speed"] = AS_FAST_AS_POSSIBLE
