@@ -89,7 +89,7 @@ class Rounds:
         return self.simulator.t
 
     def fly(self, seconds: float) -> Iterator[tuple[str, ConditionChange]]:
-        """Let time pass; changes of health as they come."""
+        """Fly for some time; yields changes of health."""
         end = self.t + seconds
         while self.t < end - 1e-9:
             self.simulator.command(self._setpoint(self.t))
@@ -167,7 +167,7 @@ class Listener(FlightObserver):
 
 
 def fly_mission(seed: int) -> Flight:
-    """The mapping mission with nothing wrong, as a campaign flies it."""
+    """Fly the mapping mission without faults, as a campaign does."""
     plan = FlightPlan(mission="mapping", world="courtyard", seed=seed, condition=Condition.NONE)
     listener = Listener(seed)
     course = in_process(listener, processes(plan, plan.robot_options()), LONGEST)

@@ -62,7 +62,7 @@ def test_every_key_of_the_protocol_is_fuzzed() -> None:
 
 
 def keys_of_the_protocol() -> dict[str, str]:
-    """Everything that `Keys` and the functional layer's topics name, with a wildcard for what is variable."""
+    """Keys of `Keys` and of the functional layer's topics by name, with a wildcard for each variable part."""
     found = {topic.pattern: topic.spell(KEYS, "*") for topic in TOPICS}
     for name, member in inspect.getmembers(Keys):
         if isinstance(member, property):

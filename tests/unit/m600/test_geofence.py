@@ -18,7 +18,7 @@ from skillwing.services.protocol import encode
 
 @pytest.fixture
 def fence() -> GeofenceChecker:
-    """As a manager has it that comes later than guidance."""
+    """Fence of a manager that starts after guidance."""
     network = InProcessNetwork()
     network.bus("guidance").advertise(GEOFENCE, events=True).put(encode(FENCE))
     fence = GeofenceChecker(network.bus("manager"))

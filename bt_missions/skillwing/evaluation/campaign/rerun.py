@@ -20,14 +20,14 @@ HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "
 
 @dataclass(frozen=True)
 class FlightSample:
-    """Flights of an earlier campaign that are to be flown again. code: by which they were flown."""
+    """Flights of an earlier campaign, to be flown again. code: digest of the code that flew them."""
 
     folder: Path
     flights: Sequence[FlightResult]
     code: FlightCode
 
     def plans(self, network: FlightNetwork) -> list[FlightPlan]:
-        """The same flights on a network."""
+        """Plans of the same flights for a network."""
         return [replace(flight.plan, network=network) for flight in self.flights]
 
     def pairs(self, results: Sequence[FlightResult]) -> list[tuple[FlightResult, FlightResult]]:
@@ -37,7 +37,7 @@ class FlightSample:
 
 
 def take_sample(folder: Path, mission: str, count: int) -> FlightSample:
-    """So many of the flights of a mission in a campaign's folder.
+    """Choose `count` flights of a mission from a campaign's folder.
 
     Raises InvalidOptionError if the folder has no campaign, or too few flights.
     """
@@ -73,7 +73,7 @@ def end_alike(flight: FlightResult, again: FlightResult) -> bool:
 
 
 def same_flight(flight: FlightResult, again: FlightResult) -> bool:
-    """True for bit-by-bit equal flights. A flight over Zenoh never is; it only has to end alike."""
+    """True for flights that are equal bit by bit. Over Zenoh they cannot be; equal ends suffice there."""
     if again.plan.network is FlightNetwork.ZENOH:
         return end_alike(flight, again)
     return flight.digest == again.digest
@@ -89,7 +89,7 @@ def verdict(sample: FlightSample, results: Sequence[FlightResult]) -> str:
 
 
 def comparison(sample: FlightSample, results: Sequence[FlightResult]) -> list[str]:
-    """Lines of Markdown: the verdict, and each flight that is not the same bit by bit beside what it was."""
+    """Lines of Markdown: the verdict, and each flight that is not equal bit by bit, with its earlier result."""
     other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
     then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
     if not other:
@@ -122,5 +122,5 @@ def _ended(result: FlightResult) -> str:
 
 
 def _name(plan: FlightPlan) -> str:
-    """The same for a flight and its repetition."""
+    """Name of a flight, the same for its repetition."""
     return replace(plan, network=FlightNetwork.IN_PROCESS).name

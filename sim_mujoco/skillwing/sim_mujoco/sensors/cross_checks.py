@@ -105,19 +105,19 @@ class CrossChecks:
         self._samples.append((t, sample))
 
     def of_imu(self, _t: float, batch: Measurement, _condition: SensorCondition) -> str | None:
-        """The autopilot's IMU against a batch of the computer's, which comes late."""
+        """Check a late batch of the computer's IMU against the autopilot's IMU."""
         start, end = batch.start + 1e-6, batch.end + 1e-6
         return self._imu.residual(batch.data, [sample for t, sample in self._samples if start < t <= end])
 
     def of_range(self, _t: float, measured: Measurement, _condition: SensorCondition) -> str | None:
-        """The LiDAR, or the ground under the skids, against the range-finder."""
+        """Check the range-finder against the LiDAR, or against the ground under the skids."""
         return self._ground.residual(measured.end, float(measured.data[0]), standing=self.standing)
 
     def of_lidar(self, _t: float, scan: Measurement, condition: SensorCondition) -> None:
-        """Nothing speaks against a scan; while the LiDAR can be trusted, the range-finder is compared with it."""
+        """Take a scan without a check of its own, as reference for the range-finder while the LiDAR can be trusted."""
         if condition is SensorCondition.OK:
             self._ground.update(scan.end, scan.data)
 
     def of_gnss(self, t: float, fix: Measurement, condition: SensorCondition) -> str | None:
-        """Inertial navigation against a fix, which it takes unless the receiver has failed."""
+        """Check a fix against inertial navigation, which uses it unless the receiver has failed."""
         return self._navigator.fix(t, fix.end, fix.data, usable=condition is not SensorCondition.FAILED)

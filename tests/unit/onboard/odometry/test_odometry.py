@@ -215,7 +215,7 @@ def test_scans_that_were_missing_are_bridged_by_inertial_measurements() -> None:
 
 
 def without_everything(room: Room, odometry: LidarInertialOdometry, seconds: float) -> None:
-    """As long as a router takes to be started again nothing arrives."""
+    """Let time pass without any measurements, as while the router is restarted."""
     room.deaf = room.blind = room.lost = True
     list(room.fly(odometry, seconds))
     room.deaf = room.blind = room.lost = False
