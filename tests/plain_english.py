@@ -13,9 +13,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 LONGEST_SENTENCE = 25
-QUESTION_WORDS = frozenset(
-    ("who", "what", "whether", "how", "where", "when", "which", "that", "why", "whose", "whatever", "whoever")
-)
 ARCHAIC = (
     *("mend", "mends", "mended", "mending", "whoever", "anew", "lest", "hence", "whence", "besides"),
     *("befall", "befalls", "befell", "thereby", "whereby"),
@@ -33,6 +30,15 @@ RETIRED_CLASSES = {
 }
 """Words of everyday language that are no longer names of classes."""
 
+_FIRST = re.compile(
+    r"(who|what|whether|how|where|when|which|that|why|whose|whatever|whoever|of|so|by|with"
+    r"|for|in|at|as|until|and|from|over|below|about|above|if|told|this|it|there|those|its"
+    r"|has|another|never|not|too|farther|even|also|only|nor|or|but|called|like|then|while"
+    r"|after|before|since|still|more|they|nobody|somebody|everybody|nothing|something"
+    r"|anything|everything|such|to|beside|between|without|under|because|raised)\b",
+    re.IGNORECASE,
+)
+"""First words of docstrings that do not name the thing."""
 _ARCHAIC = re.compile(rf"\b({'|'.join(ARCHAIC)})\b", re.IGNORECASE)
 _RETIRED = re.compile(rf"\b({'|'.join(RETIRED)})\b")
 _FENCE = re.compile(r"^ *(```|~~~).*?^ *\1", re.MULTILINE | re.DOTALL)
@@ -63,8 +69,8 @@ def python_problems(text: str) -> Iterator[tuple[int, str]]:
     """Problems of docstrings, comments and names of classes."""
     tree = ast.parse(text)
     for line, doc in docstrings(tree):
-        first = _WORD.search(doc.strip())
-        if first and first.group(0).lower().rstrip(",.") in QUESTION_WORDS:
+        first = _FIRST.match(doc.strip())
+        if first and first.group(0)[0].isupper():  # generated remarks on fields are no sentences: `in 0.1..20.0`
             yield line, f"begins with `{first.group(0)}`: {doc.strip()[:80]}"
         prose = "\n".join("" if each.startswith("    ") else each for each in inspect.cleandoc(doc).splitlines())
         yield from ((line + number - 1, problem) for number, problem in markdown_problems(prose))

@@ -28,6 +28,7 @@ def test_docstrings_and_pages_are_in_plain_english() -> None:
     ("source", "problem"),
     [
         ('"""How a core says no."""', "begins with `How`"),
+        ('"""Of a path, the end."""', "begins with `Of`"),
         (f'"""A noun. {"word " * 26}."""', "26 words"),
         ('"""A door, mended."""', "archaic word: mended"),
         ("# Begun anew.", "archaic word: anew"),
