@@ -12,7 +12,11 @@ from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
 REPORT_FILE = "report.json"
 
-RESULTS = {MissionPhase.SUCCEEDED: "success", MissionPhase.FAILED: "failure", MissionPhase.ABORTED: "aborted"}
+RESULTS: dict[str, str] = {
+    MissionPhase.SUCCEEDED: "success",
+    MissionPhase.FAILED: "failure",
+    MissionPhase.ABORTED: "aborted",
+}
 """Result of a mission by its last phase; any other phase is `unfinished`."""
 
 
