@@ -171,6 +171,7 @@ generate: setup errors
 	$(BIN)/skillwing generate $(M600)/m600.skillset -o $(M600) --no-skeletons
 	$(BIN)/skillwing docs $(M600)/m600.skillset -o docs/m600.md
 	$(BIN)/python tests/unit/cli/cli_page.py
+	$(BIN)/python tests/edges/edges_run.py --table --write docs/semantics.md
 	$(BIN)/python tests/unit/m600/compose_services.py
 	$(BIN)/skillwing protocol > docs/protocol.md.new && mv docs/protocol.md.new docs/protocol.md
 	$(BIN)/skillwing functional-layer > docs/functional-layer.md.new && mv docs/functional-layer.md.new docs/functional-layer.md

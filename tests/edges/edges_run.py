@@ -1,8 +1,8 @@
 """Count of the edges of the goal table that tests, simulated runs and flown missions take: `make edges`.
 
-    python tests/edges/edges_run.py [--runs N] [--flights MISSION:CONDITION ...] [--write PAGE]
+    python tests/edges/edges_run.py [--runs N] [--flights MISSION:CONDITION ...] [--table] [--write PAGE]
 
---write: the page that gets the diagram, the table and the counts.
+--write: the page that gets the diagram, the table and the counts. --table: only diagram and table, without a count.
 """
 
 from __future__ import annotations
@@ -92,17 +92,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=2000, help="simulated runs (default: 2000)")
     parser.add_argument("--flights", nargs="*", default=FLIGHTS, help="missions, each with its condition")
+    parser.add_argument("--table", action="store_true", help="write the table only, without a count")
     parser.add_argument("--write", type=page_with(TABLE, COUNT), help="the page that gets table and counts")
     arguments = parser.parse_args()
+    if arguments.write is not None:
+        TABLE.replace(arguments.write, page_text())
+    if arguments.table:
+        return
     with tempfile.TemporaryDirectory() as folder:
-        counts = {"tests": count_tests(Path(folder) / "edges.json")}
+        counts = {"tests of the managers": count_tests(Path(folder) / "edges.json")}
     edge_counter.install()
     counts[f"simulation, {arguments.runs:,} runs"] = count_runs(arguments.runs)
     counts[f"missions, {len(arguments.flights)} flights"] = count_flights(arguments.flights)
     text = report(counts)
     sys.stdout.write(text + "\n")
     if arguments.write is not None:
-        TABLE.replace(arguments.write, page_text())
         COUNT.replace(arguments.write, text)
 
 

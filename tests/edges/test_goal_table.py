@@ -24,7 +24,7 @@ REACTIONS = [
 
 
 def test_the_page_shows_the_table_of_the_code() -> None:
-    assert edges_run.TABLE.read(PAGE) == page_text(), "run `make edges`"
+    assert edges_run.TABLE.read(PAGE) == page_text(), "run `make generate`"
 
 
 def test_cells_of_the_table_have_forty_words_at_most() -> None:
