@@ -7,10 +7,13 @@ import re
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import Any, get_args
 
 import pytest
 
+from skillwing.onboard.interface.table import TOPICS
 from skillwing.services.protocol import Keys
+from skillwing.services.wire.channels import CHANNELS
 
 PAGE = Path(__file__).parents[2] / "docs" / "one_goal.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -18,7 +21,7 @@ FUNCTION = re.compile(r"\[`([\w.]+)`\]\((\.\./[\w/]+\.py)\)")
 KEY_ROW = re.compile(r"^\| `([^`]+)` \| `([\w.]+)` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
 FUNCTIONS = sorted(set(FUNCTION.findall(TEXT)))
 KEYS = KEY_ROW.findall(TEXT)
-TOPICS = ("flight", "guidance", "navigation")
+MODULES = ("flight", "guidance", "navigation")
 
 
 @cache
@@ -45,10 +48,24 @@ def value_of(constant: str) -> str:
     """The key that a method of `Keys`, or a constant of the topics, stands for."""
     name = constant.removeprefix("Keys.")
     if name == constant:
-        modules = [import_module(f"skillwing.onboard.topics.{topic}") for topic in TOPICS]
+        modules = [import_module(f"skillwing.onboard.topics.{topic}") for topic in MODULES]
         return next(getattr(module, name) for module in modules if hasattr(module, name))
     key = getattr(Keys("<skillset>"), name)
     return key if isinstance(key, str) else key("<resource>" if name == "resource" else "<skill>")
+
+
+def class_names(kind: Any) -> frozenset[str]:
+    """Names of a class of messages, or of those in a union."""
+    return frozenset(each.__name__ for each in get_args(kind) or (kind,))
+
+
+MESSAGES = {
+    channel.spell(Keys("<skillset>"), f"<{channel.each}>"): {
+        class_names(kind) for kind in (channel.message, channel.reply) if kind is not None
+    }
+    for channel in (*CHANNELS, *TOPICS)
+}
+"""Classes of publications, or of requests and replies, by key."""
 
 
 def test_the_page_names_functions_and_keys() -> None:
@@ -63,8 +80,8 @@ def test_each_function_exists(name: str, file: str) -> None:
 
 @pytest.mark.parametrize(("key", "constant", "message", "senders", "receivers"), KEYS)
 def test_both_sides_of_each_key_use_it(key: str, constant: str, message: str, senders: str, receivers: str) -> None:
-    del message
     assert value_of(constant) == key
+    assert {frozenset(re.findall(r"\w+", part)) for part in message.split("->")} == MESSAGES[key], f"see {key}"
     word = re.compile(rf"\b{constant.rpartition('.')[2]}\b")
     for name, file in FUNCTION.findall(senders) + FUNCTION.findall(receivers):
         assert word.search(source_of(name, file) or ""), f"`{name}` does not use {constant}"

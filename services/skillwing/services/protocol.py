@@ -251,6 +251,8 @@ class StartGoal(Message, frozen=True, kw_only=True):
 
 
 class InterruptGoal(Message, frozen=True, kw_only=True):
+    """Ask a goal to stop. `cause` is the record that led to it."""
+
     goal_id: Label
     client: Label
     cause: Label | None = None
@@ -266,12 +268,16 @@ class QueryGoal(Message, frozen=True, kw_only=True):
 
 
 class ResourceStates(Message, frozen=True, kw_only=True):
+    """States of all resources at a revision, by resource."""
+
     revision: int
     states: dict[str, str]
     t: Time
 
 
 class ResourceChange(Message, frozen=True, kw_only=True):
+    """A transition of one resource. `record` is its timeline record, `cause` the record that led to it."""
+
     resource: str
     before: str
     after: str
@@ -282,7 +288,7 @@ class ResourceChange(Message, frozen=True, kw_only=True):
 
 
 class QueryStates(Message, frozen=True, kw_only=True):
-    pass
+    """Ask for the states of all resources."""
 
 
 class FireExtern(Message, frozen=True, kw_only=True, tag="fire_extern"):
@@ -470,7 +476,7 @@ class DataSample(Message, frozen=True, kw_only=True, tag="sample"):
 
 
 class QueryData(Message, frozen=True, kw_only=True):
-    pass
+    """Ask for the latest value of a datum."""
 
 
 class DataReading(Message, frozen=True, kw_only=True):
@@ -533,6 +539,8 @@ class TreeNode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class TreeSnapshot(Message, frozen=True, kw_only=True):
+    """Nodes of a mission's tree, with their states."""
+
     mission: str
     t: Time
     nodes: tuple[TreeNode, ...]

@@ -1,4 +1,4 @@
-"""Checks of a scenario against the simulated drone: its sensors, rotors and optional libraries. Loads no physics."""
+"""Checks of a scenario against the simulated drone: sensors, rotors, libraries. Loads neither MuJoCo nor Embree."""
 
 from __future__ import annotations
 
