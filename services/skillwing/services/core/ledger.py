@@ -1,4 +1,4 @@
-"""Grants in force, and the history of finished goals."""
+"""Active grants, and the history of finished goals."""
 
 from __future__ import annotations
 
