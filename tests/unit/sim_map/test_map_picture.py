@@ -21,7 +21,7 @@ from skillwing.evaluation.judge.map_picture import (
     MapScene,
     draw_map,
 )
-from skillwing.evaluation.judge.standing import STANDING
+from skillwing.evaluation.judge.obstacle_shapes import STANDING
 from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind

@@ -21,7 +21,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from skillwing.evaluation.judge.standing import stand_in_perspective, stand_in_plan
+from skillwing.evaluation.judge.obstacle_shapes import stand_in_perspective, stand_in_plan
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
