@@ -16,9 +16,9 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+from cost_picture import PRICE_PICTURE, draw_price
 from paper_flights import paper_plans
 from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
-from price_picture import PRICE_PICTURE, draw_price
 from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.evaluation.campaign.command import parse_seeds

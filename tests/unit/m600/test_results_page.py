@@ -40,7 +40,7 @@ from skillwing.services.protocol import Record, RecordKind
 
 flights = script("paper/paper_flights")
 page = script("paper/paper_page")
-price = script("paper/price_picture")
+price = script("paper/cost_picture")
 ways = script("paper/way_picture")
 run = script("paper/run")
 PLANS = flights.paper_plans(range(2))
