@@ -23,7 +23,7 @@ from typing import Final, TypeVar
 import numpy as np
 from mapping_flight import free_route
 from numpy.typing import NDArray
-from performance_page import machine, spread, table, tell
+from performance_page import machine, spread, table, write_section
 
 from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
 from skillwing.onboard.frames.pose_history import PoseHistory
@@ -242,7 +242,7 @@ def main() -> None:
         name: [fly(seed, across, stopwatch) for seed in range(1, wanted.seeds + 1)] for name, across in NOSES.items()
     }
     told = maps_told(flown) if wanted.no_times else f"{maps_told(flown)}\n\n{times_told(stopwatch)}"
-    tell("mapping_quality.py", "The map at its best", told, write=wanted.write, file=PAGE)
+    write_section("mapping_quality.py", "The map at its best", told, write=wanted.write, file=PAGE)
 
 
 if __name__ == "__main__":

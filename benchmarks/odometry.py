@@ -26,7 +26,7 @@ from mapping_flight import MappingFlight, Moment, as_navigation
 from odometry_compared import GICP, OURS, compare
 from odometry_compared import report as report_comparison
 from odometry_on_flight import TruePath, as_scan, drifts, give, make_odometry, off, rms, turned
-from performance_page import PAGE, machine, make_parser, spread, spread_said, table, tell
+from performance_page import PAGE, machine, make_parser, spread, spread_said, table, write_section
 from recorded_flight import flights
 from workers import workers
 
@@ -362,7 +362,7 @@ def main() -> None:
         raise SystemExit(str(error)) from error
     body, variant = report_comparison(outcomes, wanted.method, seeds), f"--method {wanted.method}"
     title = f"Odometry compared with {wanted.method}"
-    tell("odometry.py", title, body, write=wanted.write, file=MAPPING_PAGE, variant=variant)
+    write_section("odometry.py", title, body, write=wanted.write, file=MAPPING_PAGE, variant=variant)
 
 
 def _measure(seeds: str, processes: int, keep: Path | None, *, write: bool) -> None:
@@ -371,7 +371,7 @@ def _measure(seeds: str, processes: int, keep: Path | None, *, write: bool) -> N
     done = {(r.seed, r.across) for r in known}
     results = [*known, *flown([job for job in jobs if job not in done], processes, keep)]
     results.sort(key=lambda r: (r.seed, r.across))
-    tell("odometry.py", "Odometry, measured", report(results, seeds), write=write, file=MAPPING_PAGE)
+    write_section("odometry.py", "Odometry, measured", report(results, seeds), write=write, file=MAPPING_PAGE)
 
 
 if __name__ == "__main__":
