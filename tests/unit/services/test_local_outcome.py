@@ -9,9 +9,9 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
 from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
-from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
