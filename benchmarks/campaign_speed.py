@@ -11,7 +11,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable
 
-from performance_page import machine, make_flight_parser, table, tell
+from performance_page import machine, make_flight_parser, table, write_section
 
 from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.observer import FlightObserver
@@ -77,7 +77,7 @@ def main() -> None:
         f"on one core. All sensors, odometry and map run. {machine()}.\n\n"
         + table(("process", "processor time", "share", "per second of flight"), rows)
     )
-    tell("campaign_speed.py", "A campaign's flight", body, write=options.write)
+    write_section("campaign_speed.py", "A campaign's flight", body, write=options.write)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from statistics import median
 
-from performance_page import against, machine, make_parser, table, tell
+from performance_page import against, machine, make_parser, table, write_section
 
 RUNS = 11
 BUDGET = 0.3
@@ -64,7 +64,7 @@ def main() -> None:
 {machine()}.
 
 {table(heads, rows)}"""
-    tell("command_line.py", "The command line", body, write=given.write)
+    write_section("command_line.py", "The command line", body, write=given.write)
 
 
 if __name__ == "__main__":

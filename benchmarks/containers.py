@@ -25,7 +25,7 @@ from functools import cache
 from pathlib import Path
 from statistics import median
 
-from performance_page import machine, table, tell
+from performance_page import machine, table, write_section
 
 from skillwing.services.viewer.viewer import free_port
 
@@ -173,7 +173,7 @@ def main() -> None:
     _compose(*EVERY_IMAGE, "build", *shlex.split(os.environ.get("SKILLWING_BUILD_ARGS", "")))
     with _cleared_away():
         body = f"{machine()}. Docker {engine}.\n\n{sizes()}\n\n{life()}"
-        tell("containers.py", "Measured", body, write=given.write, file=PAGE)
+        write_section("containers.py", "Measured", body, write=given.write, file=PAGE)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-from performance_page import machine, table, tell
+from performance_page import machine, table, write_section
 from scipy.stats import chi2
 from workers import workers
 
@@ -256,7 +256,7 @@ def main() -> None:
             [future.result() for future in futures] for futures in (tried, flown, missions)
         )
     section = page_section(with_faults, rounds, missions, wanted.seeds)
-    tell("fault_detection.py", "How soon faults are noticed", section, write=wanted.write, file=PAGE)
+    write_section("fault_detection.py", "How soon faults are noticed", section, write=wanted.write, file=PAGE)
 
 
 if __name__ == "__main__":

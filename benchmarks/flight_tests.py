@@ -31,7 +31,7 @@ from flight_trials import (
     turn,
 )
 from flight_without_fixes import lost_fixes, lost_fixes_seeing, route_without_fixes
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_parser, table, write_section
 
 DOCS = Path(__file__).parents[1] / "docs"
 Figures = dict[str, float]
@@ -170,7 +170,7 @@ def main() -> None:
             draw(tests.flights, picture)
         where = f"{wanted.seeds} seeds each: median (least to largest). {machine()}."
         text = f"{where}\n\n{body}\n\n![{title}](images/flight/{name}.png)"
-        tell(f"flight_tests.py {name}", title, text, write=wanted.write, file=DOCS / "flight.md")
+        write_section(f"flight_tests.py {name}", title, text, write=wanted.write, file=DOCS / "flight.md")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_parser, table, write_section
 
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.checker import check, paused_collector
@@ -153,7 +153,7 @@ def main() -> None:
         sys.stdout.write(text)
         return
     body = section(given.skills, text, measured(text, given.runs))
-    tell("language.py", "The language", body, write=given.write)
+    write_section("language.py", "The language", body, write=given.write)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from typing import Any
 
 import zenoh
 from latency_peers import PING, PONG, QUERY
-from performance_page import against, machine, make_parser, milliseconds, ratio, table, tell
+from performance_page import against, machine, make_parser, milliseconds, ratio, table, write_section
 from py_trees.behaviours import Success
 from py_trees.composites import Sequence
 from py_trees.decorators import FailureIsRunning
@@ -343,10 +343,10 @@ def main() -> None:
     if given.topology == "mesh":
         found = measure(("router", "mesh"), given.blocks, given.calls)
         body = mesh_section(found["router"], found["mesh"])
-        tell("latency.py", "Latency in a mesh", body, write=given.write, variant="--topology mesh")
+        write_section("latency.py", "Latency in a mesh", body, write=given.write, variant="--topology mesh")
         return
     body = section(measure(("router",), given.blocks, given.calls)["router"], measure_ros())
-    tell("latency.py", "Latency", body, write=given.write)
+    write_section("latency.py", "Latency", body, write=given.write)
 
 
 if __name__ == "__main__":

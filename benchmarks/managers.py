@@ -12,7 +12,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from performance_page import against, machine, make_parser, table, tell
+from performance_page import against, machine, make_parser, table, write_section
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
@@ -152,7 +152,7 @@ def main() -> None:
         watch("`--topology mesh`", given.seconds, topology="mesh"),
         watch("`--colocate --topology mesh`", given.seconds, colocate=True, topology="mesh"),
     ]
-    tell("managers.py", "Idle managers", section(usual, others), write=given.write)
+    write_section("managers.py", "Idle managers", section(usual, others), write=given.write)
 
 
 if __name__ == "__main__":

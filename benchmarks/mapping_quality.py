@@ -23,7 +23,7 @@ from typing import Final, TypeVar
 import numpy as np
 from mapping_flight import free_route
 from numpy.typing import NDArray
-from performance_page import machine, spread, table, tell
+from performance_page import machine, spread, table, write_section
 
 from skillwing.evaluation.flights.coverage import CoverageJudge, MapQuality
 from skillwing.onboard.frames.pose_history import PoseHistory
@@ -96,11 +96,11 @@ def _motion(t: float, position: Vector, velocity: Vector, heading: float) -> Mot
 
 @dataclass(frozen=True, slots=True)
 class Mapped:
-    """Result of one flight; `misfits` are those of scans displaced by MISPLACED."""
+    """Result of one flight; `mismatches` are those of scans displaced by MISPLACED."""
 
     coverage: MapQuality
-    worst_misfit: float
-    misfits: dict[str, list[float]]
+    worst_mismatch: float
+    mismatches: dict[str, list[float]]
     diverged: bool
 
 
@@ -114,7 +114,7 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
     mapper.start()
     track: list[Motion] = []
     worst = 0.0
-    misfits: dict[str, list[float]] = {name: [] for name in MISPLACED}
+    mismatches: dict[str, list[float]] = {name: [] for name in MISPLACED}
     for tick, motion in enumerate(flight(world, across)):
         if tick % 2 == 0:
             poses.add(_navigation(motion))
@@ -127,10 +127,10 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
         if not poses.covers(*scan.span):
             continue
         placed = stopwatch.measure("a scan, put into the world", lambda s=scan: s.place(poses, REACH))
-        worst = max(worst, _misfit(mapper.grid, placed.points))
+        worst = max(worst, _mismatch(mapper.grid, placed.points))
         if mapper.scans >= SETTLED and mapper.scans % MISPLACED_EVERY == 0:
             for name, (aside, turn) in MISPLACED.items():
-                misfits[name].append(_misfit(mapper.grid, _moved(placed, aside, turn)))
+                mismatches[name].append(_mismatch(mapper.grid, _moved(placed, aside, turn)))
         stopwatch.measure("a scan, put into the map", lambda p=placed: mapper.add(p))
         ring = RingView.of(scan)
         stopwatch.measure(
@@ -149,11 +149,11 @@ def fly(seed: int, across: float, stopwatch: Stopwatch) -> Mapped:
                 lambda s=space, m=motion, a=ahead: s.outlook(m.t, m.position, m.velocity, 0.0, ((a[0], a[1], a[2]),)),
             )
     coverage = CoverageJudge(world, world.route).coverage(mapper.grid.occupied_centres(), mapper.grid.size)
-    return Mapped(coverage, worst, misfits, mapper.diverged)
+    return Mapped(coverage, worst, mismatches, mapper.diverged)
 
 
-def _misfit(grid: OccupancyGrid, points: NDArray[np.float32]) -> float:
-    return grid.fit(grid.hit_by(points)).misfit
+def _mismatch(grid: OccupancyGrid, points: NDArray[np.float32]) -> float:
+    return grid.fit(grid.hit_by(points)).mismatch
 
 
 def _moved(placed: PlacedPoints, aside: Vector, turn: float) -> NDArray[np.float32]:
@@ -202,10 +202,10 @@ def maps_told(flown: dict[str, list[Mapped]]) -> str:
     for name, each in flown.items():
         judged = [[getattr(one.coverage, part) for one in each] for part in JUDGED]
         shares = [spread([value for value in values if value is not None]) for values in judged]
-        worst, diverged = max(one.worst_misfit for one in each), sum(one.diverged for one in each)
+        worst, diverged = max(one.worst_mismatch for one in each), sum(one.diverged for one in each)
         maps.append([name, *shares, f"{worst:.3f}", str(diverged)])
-    misfits = {
-        way: [value for each in flown.values() for one in each for value in one.misfits[way]] for way in MISPLACED
+    mismatches = {
+        way: [value for each in flown.values() for one in each for value in one.mismatches[way]] for way in MISPLACED
     }
     count = len(next(iter(flown.values())))
     return f"""Sensors flown without physics, with true poses, along the routes of {count} courtyards (seeds from 1 on)
@@ -213,11 +213,11 @@ without the obstacles on the route. They fly level, and begin with their heading
 and so see more across the track. Medians, the least and the largest in brackets.
 {machine()}.
 
-{table(["", *JUDGED.values(), "worst misfit", "diverged"], maps)}
+{table(["", *JUDGED.values(), "worst mismatch", "diverged"], maps)}
 
 Scans in the right place and in wrong ones, compared with the map before their integration:
 
-{table(["scan", "misfit"], [[way, spread(values)] for way, values in misfits.items()])}"""
+{table(["scan", "mismatch"], [[way, spread(values)] for way, values in mismatches.items()])}"""
 
 
 def times_told(stopwatch: Stopwatch) -> str:
@@ -242,7 +242,7 @@ def main() -> None:
         name: [fly(seed, across, stopwatch) for seed in range(1, wanted.seeds + 1)] for name, across in NOSES.items()
     }
     told = maps_told(flown) if wanted.no_times else f"{maps_told(flown)}\n\n{times_told(stopwatch)}"
-    tell("mapping_quality.py", "The map at its best", told, write=wanted.write, file=PAGE)
+    write_section("mapping_quality.py", "The map at its best", told, write=wanted.write, file=PAGE)
 
 
 if __name__ == "__main__":

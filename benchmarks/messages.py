@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 
 import msgspec
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_parser, table, write_section
 
 from skillwing.onboard.topics.navigation import Navigation
 from skillwing.services.protocol import ClockTick, DataSample, GoalStatus, Message, StartGoal, State, decode, encode
@@ -67,7 +67,7 @@ is finite. What can be told from its bytes is told from them, which spares most 
 {machine()}.
 
 {table(heads, [_row(message) for message in MESSAGES])}"""
-    tell("messages.py", "Messages", body, write=given.write)
+    write_section("messages.py", "Messages", body, write=given.write)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 
 from obstacle_course import COURSES, Flown, fly, make_course
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_parser, table, write_section
 from workers import workers
 
 from skillwing.onboard.topics.obstacles import ObstacleSource
@@ -156,7 +156,7 @@ def main() -> None:
     kept, wanted = FlightFile(asked.keep), trials(asked.seeds)
     if not asked.only_kept:
         fly_all(wanted, kept, asked.jobs)
-    tell("obstacles.py", "Courses", report(kept, wanted, asked.seeds), write=asked.write, file=PAGE)
+    write_section("obstacles.py", "Courses", report(kept, wanted, asked.seeds), write=asked.write, file=PAGE)
 
 
 if __name__ == "__main__":

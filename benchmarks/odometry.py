@@ -26,7 +26,7 @@ from mapping_flight import MappingFlight, Moment, as_navigation
 from odometry_compared import GICP, OURS, compare
 from odometry_compared import report as report_comparison
 from odometry_on_flight import TruePath, as_scan, drifts, give, make_odometry, off, rms, turned
-from performance_page import PAGE, machine, make_parser, spread, spread_said, table, tell
+from performance_page import PAGE, machine, make_parser, spread, spread_said, table, write_section
 from recorded_flight import flights
 from workers import workers
 
@@ -105,7 +105,7 @@ class Result(msgspec.Struct, frozen=True):
     map_error: float | None
     navigation_coverage: tuple[float | None, float | None, float | None]
     navigation_map_error: float | None
-    misfit: float
+    mismatch: float
     trials: tuple[Trial, ...]
 
 
@@ -154,7 +154,7 @@ def fly(job: tuple[int, bool]) -> Result:
     path, truths = TruePath(), list[Motion]()
     times: list[float] = []
     map_times: list[float] = []
-    misfits: list[float] = [0.0]
+    mismatches: list[float] = [0.0]
     tries: list[Try] = []
     for moment in flight:
         truth = moment.truth
@@ -171,7 +171,7 @@ def fly(job: tuple[int, bool]) -> Result:
                 truths.append(path.at(fix.t))
                 if fix.accepted and mapper.running:
                     placed = fix.placed(REACH)
-                    misfits.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).misfit)
+                    mismatches.append(mapper.grid.fit(mapper.grid.hit_by(placed.points)).mismatch)
                     started = time.process_time()
                     mapper.add(placed)
                     map_times.append(time.process_time() - started)
@@ -217,7 +217,7 @@ def fly(job: tuple[int, bool]) -> Result:
         map_error=judged[0].error,
         navigation_coverage=(judged[1].all, judged[1].buildings, judged[1].terrain),
         navigation_map_error=judged[1].error,
-        misfit=max(misfits),
+        mismatch=max(mismatches),
         trials=tuple(each.trial for each in tries),
     )
 
@@ -305,9 +305,9 @@ def map_table(both: Sequence[tuple[str, Sequence[Result]]]) -> str:
         ):
             cells = [spread([s for r in group if (s := shares(r)[k]) is not None]) for k in range(3)]
             off_by = spread([e for r in group if (e := error(r)) is not None])
-            worst = f"{max((r.misfit for r in group), default=0.0):.3f}" if source == "odometry" else ""
+            worst = f"{max((r.mismatch for r in group), default=0.0):.3f}" if source == "odometry" else ""
             lines.append((f"nose {name}, poses of {source}", *cells, off_by, worst))
-    return table(("", "all", "buildings", "terrain", "error [m]", "worst misfit"), lines)
+    return table(("", "all", "buildings", "terrain", "error [m]", "worst mismatch"), lines)
 
 
 def fault_table(results: Sequence[Result]) -> str:
@@ -362,7 +362,7 @@ def main() -> None:
         raise SystemExit(str(error)) from error
     body, variant = report_comparison(outcomes, wanted.method, seeds), f"--method {wanted.method}"
     title = f"Odometry compared with {wanted.method}"
-    tell("odometry.py", title, body, write=wanted.write, file=MAPPING_PAGE, variant=variant)
+    write_section("odometry.py", title, body, write=wanted.write, file=MAPPING_PAGE, variant=variant)
 
 
 def _measure(seeds: str, processes: int, keep: Path | None, *, write: bool) -> None:
@@ -371,7 +371,7 @@ def _measure(seeds: str, processes: int, keep: Path | None, *, write: bool) -> N
     done = {(r.seed, r.across) for r in known}
     results = [*known, *flown([job for job in jobs if job not in done], processes, keep)]
     results.sort(key=lambda r: (r.seed, r.across))
-    tell("odometry.py", "Odometry, measured", report(results, seeds), write=write, file=MAPPING_PAGE)
+    write_section("odometry.py", "Odometry, measured", report(results, seeds), write=write, file=MAPPING_PAGE)
 
 
 if __name__ == "__main__":

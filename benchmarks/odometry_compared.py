@@ -17,7 +17,7 @@ from workers import workers
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.mapping.mapper import REACH, Mapper
-from skillwing.onboard.mapping.node import MISFITS, VOXEL_SIZE
+from skillwing.onboard.mapping.node import MAP_DIVERGED, VOXEL_SIZE
 from skillwing.onboard.mapping.occupancy import OccupancyGrid
 from skillwing.onboard.odometry.gicp import gicp_matcher
 from skillwing.onboard.odometry.matching import MakeMatcher, PlaneMatcher
@@ -85,7 +85,7 @@ class Follower:
         self._odometry.check(moment.truth.t)
         if self._odometry.phase is Phase.LOST or self._mapper.diverged:
             self._lost_at = moment.truth.t
-            self._lost = self._odometry.text or MISFITS
+            self._lost = self._odometry.text or MAP_DIVERGED
 
     def outcome(self, seed: int, *, across: bool) -> Outcome:
         fixes, truths = self._fixes, self._truths

@@ -1,4 +1,4 @@
-"""docs/performance.md, of which each benchmark writes its own section, and how figures are told there."""
+"""Page docs/performance.md: each benchmark writes its own section, with figures in one format."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from statistics import median, quantiles
 from skillwing.services.terminal.doc_sections import Marks, PageError
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
-NOT_TOLD = {"--write": 0, "--only-kept": 0, "--keep": 1, "--recorded": 1, "--pictures": 1, "--jobs": 1}
-"""Options of benchmarks that change no figure, but save time or say where to put something; and how many words each
-takes."""
+OMITTED_OPTIONS = {"--write": 0, "--only-kept": 0, "--keep": 1, "--recorded": 1, "--pictures": 1, "--jobs": 1}
+"""Options of benchmarks that change no figure, and the number of words that follow each: the page omits them."""
 
 
 def make_parser(description: str | None) -> argparse.ArgumentParser:
-    """A parser with what every benchmark understands; `description` is its module's documentation."""
+    """Parser with the options of all benchmarks. description: the module's docstring."""
     options = argparse.ArgumentParser(description=(description or "").splitlines()[0])
     options.add_argument("--write", action="store_true", help="put the figures into docs/performance.md")
     return options
 
 
 def make_flight_parser(description: str | None) -> argparse.ArgumentParser:
-    """The same for benchmarks that fly a mission."""
+    """Parser for benchmarks that fly a mission."""
     options = make_parser(description)
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--world", default="courtyard")
@@ -35,10 +34,10 @@ def make_flight_parser(description: str | None) -> argparse.ArgumentParser:
     return options
 
 
-def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, variant: str = "") -> None:
-    """Print a section, and with `write` put it into the page `file` in place of the one `script` wrote before.
+def write_section(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, variant: str = "") -> None:
+    """Print a section. With `write`, replace the section that `script` wrote before in the page `file`.
 
-    variant: the words of an option with which the script writes a section of its own.
+    variant: an option with which the script writes a section of its own.
     """
     name = f"{script} {variant.lstrip('-')}" if variant else script
     command = again_by([*script.split(), *variant.split()], sys.argv[1:])
@@ -53,17 +52,17 @@ def tell(script: str, title: str, body: str, *, write: bool, file: Path = PAGE, 
 
 
 def again_by(fixed: Sequence[str], asked: Sequence[str]) -> str:
-    """The command that writes a section again: the words that make it this section, and those it was asked with."""
+    """Command that writes a section again. fixed: words of this section. asked: words of the command line."""
     words = iter([word for word in asked if word not in fixed])
-    told: list[str] = []
+    kept: list[str] = []
     for word in words:
         option, _, value = word.partition("=")
-        if option not in NOT_TOLD:
-            told.append(word)
+        if option not in OMITTED_OPTIONS:
+            kept.append(word)
         elif not value:
-            for _ in range(NOT_TOLD[option]):
+            for _ in range(OMITTED_OPTIONS[option]):
                 next(words, None)
-    return shlex.join([*fixed, *told, "--write"])
+    return shlex.join([*fixed, *kept, "--write"])
 
 
 def spread(values: Sequence[float]) -> str:

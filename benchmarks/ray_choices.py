@@ -20,7 +20,7 @@ from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
-from performance_page import machine, ratio, table, tell
+from performance_page import machine, ratio, table, write_section
 from ray_aims import Ground, Rays, picture_rays, places, scan_rays
 from ray_rivals import EitherSide, EveryPixel, EverySecondRow, RobustRays, WatchedRays, camera_with
 from sim_speed import fly
@@ -252,9 +252,11 @@ def main() -> None:
     for world in worlds:
         found.count(world, list(places(world, wanted.places)))
     told = differences_told(found, wanted.places)
-    tell("ray_choices.py", "What is not cast, and what slips through", told, write=wanted.write, file=SENSORS_PAGE)
+    write_section(
+        "ray_choices.py", "What is not cast, and what slips through", told, write=wanted.write, file=SENSORS_PAGE
+    )
     if not wanted.no_times:
-        tell("ray_choices.py", "Rays", times_told(worlds, wanted.places), write=wanted.write)
+        write_section("ray_choices.py", "Rays", times_told(worlds, wanted.places), write=wanted.write)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
-from performance_page import machine, spread, spread_said, table, tell
+from performance_page import machine, spread, spread_said, table, write_section
 
 PAGE = Path(__file__).parents[1] / "docs" / "recordings.md"
 FLIGHTS = {"the depth camera fails": (), "no fault": ("--no-fault",)}
@@ -126,7 +126,7 @@ def main() -> None:
     asked = parser.parse_args()
     seeds = range(1, 1 + asked.seeds)
     flights = {name: [fly(seed, options) for seed in seeds] for name, options in FLIGHTS.items()}
-    tell("recording_cost.py", "Sizes and costs", section(flights, seeds), write=asked.write, file=PAGE)
+    write_section("recording_cost.py", "Sizes and costs", section(flights, seeds), write=asked.write, file=PAGE)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
-from performance_page import against, machine, make_parser, table, tell
+from performance_page import against, machine, make_parser, table, write_section
 
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.video.rate_control import USUAL_FPS
@@ -164,7 +164,7 @@ def main() -> None:
         + "\n\n"
         + table(["simulator", "times real time", "blocks"], rows)
     )
-    tell("sim_speed.py", "The simulator", body, write=wanted.write)
+    write_section("sim_speed.py", "The simulator", body, write=wanted.write)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import time
 from itertools import pairwise
 from statistics import median
 
-from performance_page import against, machine, make_flight_parser, table, tell
+from performance_page import against, machine, make_flight_parser, table, write_section
 
 from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.observer import FlightObserver
@@ -91,7 +91,7 @@ def main() -> None:
             ],
         )
     )
-    tell("stack_speed.py", "The whole stack", body, write=options.write)
+    write_section("stack_speed.py", "The whole stack", body, write=options.write)
 
 
 if __name__ == "__main__":

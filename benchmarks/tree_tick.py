@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from performance_page import machine, make_parser, milliseconds, ratio, table, tell
+from performance_page import machine, make_parser, milliseconds, ratio, table, write_section
 from py_trees import behaviours
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
@@ -122,7 +122,7 @@ in processor time; nothing in it waits for the network. The budget is 1.5 times 
 {machine()}.
 
 {table(("tree", "p50, ms", "p99, ms", "ratio (blocks)"), rows)}"""
-    tell("tree_tick.py", "The tick of a mission tree", body, write=given.write)
+    write_section("tree_tick.py", "The tick of a mission tree", body, write=given.write)
 
 
 if __name__ == "__main__":

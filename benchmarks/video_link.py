@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import matplotlib as mpl
 import numpy as np
-from performance_page import machine, make_parser, table, tell
+from performance_page import machine, make_parser, table, write_section
 from video_trial import START_UP, Album, Orbiter, Trial, inspection_world, stream
 
 from skillwing.onboard.video.codec import Decoder, Encoder
@@ -179,7 +179,7 @@ def main() -> None:
             "![Bandwidth, rates, frames and quality over time](images/video_link.png)",
         ]
     )
-    tell("video_link.py", "Measured", body, write=options.write, file=PAGE)
+    write_section("video_link.py", "Measured", body, write=options.write, file=PAGE)
 
 
 if __name__ == "__main__":

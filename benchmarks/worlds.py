@@ -18,7 +18,7 @@ from statistics import median
 
 import mujoco
 import numpy as np
-from performance_page import machine, table, tell
+from performance_page import machine, table, write_section
 from world_promises import broken_promises
 
 from skillwing.onboard.frames.vectors import Motion, Vector
@@ -199,7 +199,7 @@ courtyard in the same round.
 of the returns from it in one picture or revolution, and the share of looks with {ENOUGH} returns or more.
 
 {wire()}"""
-    tell("worlds.py", "Figures", body, write=wanted.write, file=PAGE)
+    write_section("worlds.py", "Figures", body, write=wanted.write, file=PAGE)
 
 
 if __name__ == "__main__":

@@ -156,9 +156,9 @@ class FaultyNetwork(InProcessNetwork):
         """End a node's lease: the others see its tokens vanish, and it sees theirs vanish."""
         if bus.closed or bus.given_up:
             return
-        before = bus.robot.standing()
+        before = bus.robot.visible_tokens()
         bus.given_up = True
-        self._tell_others(bus, [key for key in before if key not in bus.robot.standing()], alive=False)
+        self._tell_others(bus, [key for key in before if key not in bus.robot.visible_tokens()], alive=False)
         if not self._session(bus).stopped:
             self._lose_sight(bus)
 
@@ -179,10 +179,10 @@ class FaultyNetwork(InProcessNetwork):
             for message in [each for each in held if each.traffic is Traffic.LIVELINESS]:
                 held.remove(message)
                 self._drop(message)
-            before = bus.robot.standing()
+            before = bus.robot.visible_tokens()
             bus.given_up = False
             session.reachable_from = self._now + self._random.uniform(0.0, UNREACHABLE)
-            self._tell_others(bus, [key for key in bus.robot.standing() if key not in before], alive=True)
+            self._tell_others(bus, [key for key in bus.robot.visible_tokens() if key not in before], alive=True)
             self._show_others(bus)
         for message in held:
             self._launch(message)
@@ -194,7 +194,7 @@ class FaultyNetwork(InProcessNetwork):
 
     def _show_others(self, bus: InProcessBus) -> None:
         for watch in bus.robot.watches:
-            for key in bus.robot.standing() if watch.bus is bus else ():
+            for key in bus.robot.visible_tokens() if watch.bus is bus else ():
                 watch.send(bus, key, alive=True)
 
     # --- what happens to messages ------------------------------------------------------------------------------------
@@ -234,8 +234,8 @@ class FaultyNetwork(InProcessNetwork):
         self._agenda.add(self._now + late, take)
 
     def _nobody_answers(self, question: Question) -> None:
-        settle = lambda: question.settle(NoReply(timed_out=False))  # noqa: E731
-        self.send(question.asker, question.asker, settle, Traffic.LIVELINESS)
+        complete = lambda: question.complete(NoReply(timed_out=False))  # noqa: E731
+        self.send(question.asker, question.asker, complete, Traffic.LIVELINESS)
 
     def send(
         self,

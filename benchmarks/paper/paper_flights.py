@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from skillwing.evaluation.demo.story import INSPECTION, MAPPING, tell
+from skillwing.evaluation.demo.story import INSPECTION, MAPPING, make_story
 from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.plan import FlightPlan, planned_way, way_time
 
@@ -63,7 +63,7 @@ def camera_fails_at(seed: int) -> float:
 def _plan(mission: str, seed: int, policy: Policy) -> FlightPlan:
     """Plan of one flight: the camera fails for good, or the link is critical behind the building, as in the demo."""
     at = camera_fails_at(seed) if mission == MAPPING and policy.fails else None
-    story = tell(mission, seed, fault=policy.fails, fault_at=at, scenario=None)
+    story = make_story(mission, seed, fault=policy.fails, fault_at=at, scenario=None)
     happens: dict[str, Any] = {name: value for name, value in story.robot.items() if name in ("faults", "link")}
     return FlightPlan(
         mission=mission,

@@ -132,7 +132,7 @@ def tables(results: Sequence[FlightResult], plans: Sequence[FlightPlan], code: s
     for mission in POLICIES:
         flown = [each for each in results if each.plan.mission == mission]
         if flown:
-            parts += [f"### {mission.capitalize()}", _figures(mission, flown), _price(mission, flown)]
+            parts += [f"### {mission.capitalize()}", _figures(mission, flown), _cost_table(mission, flown)]
             parts += [_by_seed(flown)] if mission == MAPPING else []
     return "\n\n".join(parts)
 
@@ -177,7 +177,7 @@ def _figures(mission: str, results: Sequence[FlightResult]) -> str:
     return _table(heads, rows)
 
 
-def _price(mission: str, results: Sequence[FlightResult]) -> str:
+def _cost_table(mission: str, results: Sequence[FlightResult]) -> str:
     """Table of the cost of recovery: its flights against those of the same seed under the other policies."""
     recovered = {each.plan.seed: each for each in results if each.plan.label == RECOVERY}
     columns = [(column, column.change) for column in COLUMNS[mission] if column.change is not None]

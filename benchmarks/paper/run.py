@@ -16,9 +16,9 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+from cost_picture import COST_PICTURE, draw_costs
 from paper_flights import paper_plans
 from paper_page import MARKS, PICTURES, SHOWN, picture_name, write_page
-from price_picture import PRICE_PICTURE, draw_price
 from way_picture import WAYS_PICTURE, draw_ways, flights_drawn
 
 from skillwing.evaluation.campaign.command import parse_seeds
@@ -59,8 +59,8 @@ def main() -> None:
         first = [result.plan for result in results if result.plan.seed == plans[0].seed]
         images = chosen.page.parent / "images" / "results"
         drawn = draw_pictures(first, folder, images)
-        draw_price(images / PRICE_PICTURE, results)
-        write_page(chosen.page, results, plans, digest, {*drawn, PRICE_PICTURE})
+        draw_costs(images / COST_PICTURE, results)
+        write_page(chosen.page, results, plans, digest, {*drawn, COST_PICTURE})
     except SkillwingError as error:
         sys.exit(str(error))
     except KeyboardInterrupt:

@@ -44,7 +44,7 @@ from skillwing.services.core.skill_events import (
     Terminated,
     Validated,
 )
-from skillwing.services.core.verdicts import TAKEN_FROM_HERE
+from skillwing.services.core.verdicts import REVOKED_CODES
 from skillwing.services.protocol import (
     Ended,
     Ending,
@@ -147,7 +147,7 @@ def _answer_name(answer: object) -> str:
         case None:
             return "none"
         case ErrorReply(code=code):
-            return "goal is not held" if code in TAKEN_FROM_HERE else "refused"
+            return "goal is not held" if code in REVOKED_CODES else "refused"
         case Ended(terminal=Terminal()):
             return "outcome"
         case NotReady():

@@ -14,11 +14,12 @@ from held_objects import items_held
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.core.delivery import SILENCES_UNTIL_SETTLED
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
+from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import GOALS_REMEMBERED, PENDING_OUTCOMES_LIMIT, SkillCore
+from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT, SkillCore
 from skillwing.services.core.skill_events import Dispatched, QuestionAnswered, Terminated, Validated
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
@@ -93,7 +94,7 @@ class Goals:
             while questions:
                 asked += 1
                 questions = self._questions(self.skill.step(QuestionAnswered(questions[0], None), now))
-            assert asked == SILENCES_UNTIL_SETTLED
+            assert asked == SILENCES_UNTIL_ABANDONED
 
     def _questions(self, actions: tuple[object, ...]) -> list[AskResources]:
         return [action for action in actions if isinstance(action, AskResources)]

@@ -125,7 +125,7 @@ def test_a_reader_who_leaves_ends_the_flight(demo: Demo) -> None:
     demo.process.stdout.close()
     assert demo.process.wait(2 * PATIENCE) == FAILED
     assert demo.processes() == []
-    assert "Called off, for nobody reads" in (demo.run_dir / "report.md").read_text(encoding="utf-8")
+    assert "the output pipe is closed" in (demo.run_dir / "report.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     fault("rotor/2", kind="weak", magnitude=0.9)
     fault("link", kind="narrow")
     capsys.readouterr()
-    fault(tell=True, as_json=True)
+    fault(list_faults=True, as_json=True)
     told = {each["name"]: each for each in json.loads(capsys.readouterr().out)}
     assert told["range"]["active"] == ["slow"]
     assert "freeze" in told["gnss"]["kinds"]
@@ -75,7 +75,7 @@ def test_shows_what_can_fail_and_what_does(capsys: pytest.CaptureFixture[str]) -
     assert told["link"]["active"] == ["narrow"]
     assert told["zed"]["status"] in {"UNKNOWN", "OK", "FAILED"}
     assert (told["rotor/2"]["active"], told["rotor/2"]["status"]) == (["weak"], None)
-    fault(tell=True)
+    fault(list_faults=True)
     assert any(line.split()[0] == "rotor/2" and "weak" in line for line in capsys.readouterr().out.splitlines())
     fault("link", kind="narrow", off=True)
     fault("range", kind="slow", off=True)

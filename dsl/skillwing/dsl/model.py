@@ -16,7 +16,7 @@ from typing import Literal as OneOf
 
 from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, Not, Or, to_text
 from skillwing.dsl.spans import Span
-from skillwing.dsl.suggest import closest, listed
+from skillwing.dsl.suggest import did_you_mean, listed
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -40,8 +40,7 @@ class UnknownNameError(LookupError):
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        guess = closest(name, self.known)
-        hint = f"; did you mean `{guess}`?" if guess else "."
+        hint = did_you_mean(name, self.known)
         what, of, owner = kind.partition(" of ")
         where = f" of `{owner}`" if of else ""
         super().__init__(f"There is no {what} `{name}`{where}{hint} What exists: {listed(self.known, limit=30)}.")

@@ -21,6 +21,12 @@ def closest(name: str, known: Iterable[str], resemblance: float = 0.6) -> str | 
     return folded[matches[0]] if matches else None
 
 
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = ".") -> str:
+    """Clause that suggests the name in `known` closest to `name`; `otherwise` if none is close."""
+    guess = closest(name, known)
+    return f"; did you mean `{guess}`?" if guess else otherwise
+
+
 def listed(names: Iterable[str], limit: int = 12) -> str:
     """A list of names for a sentence: `a`, `b` and `c`. A long list is shortened."""
     quoted = [f"`{name}`" for name in names]

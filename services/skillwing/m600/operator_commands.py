@@ -82,13 +82,13 @@ def fault(
         float | None,
         typer.Option("--magnitude", metavar="X", help="How badly, in the fault's own unit; it has a default."),
     ] = None,
-    tell: Annotated[bool, typer.Option("--list", help="Show all that can fail, and the active faults.")] = False,
+    list_faults: Annotated[bool, typer.Option("--list", help="Show all that can fail, and the active faults.")] = False,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults. See
     docs/sensors.md."""
-    if tell:
+    if list_faults:
         if sensor is not None or kind is not None or off or magnitude is not None:
             raise InvalidOptionError("list", "--list shows all that can fail. Leave out what else you gave.")
         _list_faults(robot, as_json)

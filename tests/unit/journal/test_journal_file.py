@@ -11,7 +11,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from skillwing.services.core.ledger import GOALS_REMEMBERED, Ledger
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
+from skillwing.services.core.ledger import Ledger
 from skillwing.services.core.snapshot import DatumEntry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
 from skillwing.services.journal import rows
 from skillwing.services.journal.errors import (

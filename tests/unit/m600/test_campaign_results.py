@@ -190,9 +190,9 @@ def test_no_campaign_has_the_title_of_another_one(
                 for kind in kinds
                 for met in conditions
             ],
-            again=again,
+            repeated=repeated,
         )
-        for kinds, conditions, watched, network, again in two
+        for kinds, conditions, watched, network, repeated in two
     )
     assert (one == other) == (two[0] == two[1])
 
@@ -202,7 +202,7 @@ def test_the_title_tells_what_is_flown() -> None:
     assert page.title_of(plans) == "mapping in courtyard: all conditions"
     plans = make_plans("mapping", "0:2", "camera,none", "village,street", watched=False, network=FlightNetwork.ZENOH)
     told = "mapping in street, village: none, camera, without obstacle detection, over Zenoh, flown again"
-    assert page.title_of(plans, again=True) == told
+    assert page.title_of(plans, repeated=True) == told
     text = page.section(told, [], [flown(1)], outcomes([flown(1)]), "abc")
     assert text.startswith(f"## M{told[1:]}\n")
 

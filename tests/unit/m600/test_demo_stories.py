@@ -9,7 +9,7 @@ import pytest
 
 from skillwing.bt_missions.library import find_mission
 from skillwing.dsl.model import UnknownNameError
-from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, tell
+from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, Story, make_story
 from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.link.radio import CRITICAL, POOR, Radio, occlusion_zones
 from skillwing.sim_mujoco.scenario.format import RadioOptions
@@ -17,7 +17,7 @@ from skillwing.sim_mujoco.world.kinds import make_site
 
 
 def story(mission: str, *, fault: bool = True, fault_at: float | None = None, scenario: Path | None = None) -> Story:
-    return tell(mission, 1, fault=fault, fault_at=fault_at, scenario=scenario)
+    return make_story(mission, 1, fault=fault, fault_at=fault_at, scenario=scenario)
 
 
 @pytest.mark.parametrize(("fault_at", "at"), [(None, CAMERA_FAILS_AT), (60.0, 60.0), (0.0, 0.0)])

@@ -151,8 +151,8 @@ def test_a_wrong_name_is_answered_with_all_that_can_fail(name: str, drone: Recor
 @pytest.mark.parametrize(
     ("arguments", "option"),
     [
-        ({"sensor": "zed", "tell": True}, "list"),
-        ({"tell": True, "off": True}, "list"),
+        ({"sensor": "zed", "list_faults": True}, "list"),
+        ({"list_faults": True, "off": True}, "list"),
         ({"sensor": "zed", "off": True, "magnitude": 1.0}, "magnitude"),
     ],
 )

@@ -40,7 +40,7 @@ def flights_in(folder: Path) -> list[FlightResult]:
 
 def title_of(folder: Path) -> str:
     plans = [result.plan for result in read_results(folder / LEDGER_FILE)]
-    return page.title_of(plans, again=folder.name in SAMPLES)
+    return page.title_of(plans, repeated=folder.name in SAMPLES)
 
 
 def plans_of_make() -> dict[str, list[FlightPlan]]:

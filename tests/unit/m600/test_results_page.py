@@ -40,7 +40,7 @@ from skillwing.services.protocol import Record, RecordKind
 
 flights = script("paper/paper_flights")
 page = script("paper/paper_page")
-price = script("paper/price_picture")
+pictures = script("paper/cost_picture")
 ways = script("paper/way_picture")
 run = script("paper/run")
 PLANS = flights.paper_plans(range(2))
@@ -310,8 +310,8 @@ def test_what_was_hit_is_said() -> None:
 
 
 def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
-    price = Cost(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
-    text = page.tables([flown("inspection", "recovery", 0, cost=price)], PLANS, "c0de")
+    cost = Cost(charge=10.0, circled=0.75, circled_live=0.5, unseen=4.0)
+    text = page.tables([flown("inspection", "recovery", 0, cost=cost)], PLANS, "c0de")
     row = next(line for line in text.splitlines() if line.startswith("| recovery"))
     assert "| 75 % |" in row
     assert row.endswith("| 25 % | 4 s |")
@@ -370,8 +370,8 @@ def test_a_cell_tells_of_how_many_flights_it_is() -> None:
 def test_the_picture_has_a_row_of_panels_for_each_mission_that_was_flown(tmp_path: Path) -> None:
     one, both = tmp_path / "one.png", tmp_path / "both.png"
     mapping = [flown("mapping", "nominal", 0), flown("mapping", "none", 0, collisions=1, coverage=None)]
-    price.draw_price(one, mapping)
-    price.draw_price(both, [*mapping, flown("inspection", "recovery", 0)])
+    pictures.draw_costs(one, mapping)
+    pictures.draw_costs(both, [*mapping, flown("inspection", "recovery", 0)])
     assert imread(both).shape[0] > 1.5 * imread(one).shape[0]
 
 

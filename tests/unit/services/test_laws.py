@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, RuleBasedStateMachine, invariant, multiple, rule
 from rig import RIG
 
-from skillwing.services.core.delivery import SILENCES_UNTIL_SETTLED
+from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED
 from skillwing.services.core.events import GoalSilent, ManagerGone, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step
@@ -243,7 +243,7 @@ class Managers(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         """Let the network heal: then every accepted goal gets its answer, and nothing stays taken."""
-        for _ in range(SILENCES_UNTIL_SETTLED):
+        for _ in range(SILENCES_UNTIL_ABANDONED):
             if not self.questions and not self.pushes and all(core.current is None for core in self.skills.values()):
                 break
             while self.questions:

@@ -9,9 +9,9 @@ import pytest
 from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
-from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
+from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
 from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
-from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
@@ -165,7 +165,7 @@ def test_a_silent_resource_manager_is_asked_again_until_the_goal_gets_its_answer
     call = desk.asked.call
     assert isinstance(call, RecordOutcome)
     assert call.terminal == terminal, "what the client was told is what is to be written down"
-    while desk.asked.silences < SILENCES_UNTIL_SETTLED - 1:
+    while desk.asked.silences < SILENCES_UNTIL_ABANDONED - 1:
         before = desk.asked.silences
         desk.answer(None)
         assert desk.asked.silences == before + 1

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 import pytest
 from skill_desk import ENDED, REFUSED, TOKEN, VIOLATED, Desk, dispatching, interrupting, owned, running, validating
 
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import CallHook, Hook
-from skillwing.services.core.skill_core import GOALS_REMEMBERED
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
     BeginGoal,

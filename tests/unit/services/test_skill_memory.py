@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 from skill_desk import Desk
 
-from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.skill_core import GOALS_REMEMBERED
 from skillwing.services.protocol import State
 
 

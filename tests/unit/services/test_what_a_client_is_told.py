@@ -9,7 +9,7 @@ from skill_desk import ENDED, TOKEN, VIOLATED, Desk, dispatching, running, valid
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR, SILENCES_UNTIL_SETTLED
+from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources
 from skillwing.services.protocol import (
@@ -193,7 +193,7 @@ def test_giving_back_ends_after_ten_minutes() -> None:
     while asked != len(desk.actions):
         asked = len(desk.actions)
         desk.answer(None)
-    assert desk.asked.silences == SILENCES_UNTIL_SETTLED - 1, "that was the last of so many questions"
+    assert desk.asked.silences == SILENCES_UNTIL_ABANDONED - 1, "that was the last of so many questions"
 
 
 @pytest.mark.parametrize("code", list(ErrorCode))

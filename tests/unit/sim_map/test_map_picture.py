@@ -21,7 +21,7 @@ from skillwing.evaluation.judge.map_picture import (
     MapScene,
     draw_map,
 )
-from skillwing.evaluation.judge.standing import STANDING
+from skillwing.evaluation.judge.obstacle_shapes import OBSTACLE_COLOUR
 from skillwing.onboard.frames.extent import Box
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle, ObstacleKind
@@ -124,8 +124,8 @@ def test_what_failed_and_the_fence_are_marked(tmp_path: Path) -> None:
 @pytest.mark.parametrize("footprint", [Footprint((20.0, 10.0), (5.0, 4.0), 0.3), Footprint((20.0, 10.0), radius=4.0)])
 def test_what_stands_there_is_drawn_where_no_map_was_built(tmp_path: Path, footprint: Footprint) -> None:
     building = Obstacle("building-0", ObstacleKind.BUILDING, footprint, 8.0)
-    blind = MapScene(NOTHING, 0.4, ROUTE, [Flown("lidar", np.array(ROUTE))], standing=[building])
+    blind = MapScene(NOTHING, 0.4, ROUTE, [Flown("lidar", np.array(ROUTE))], obstacles=[building])
     assert blind.caveats == "No map was built: what stands here is drawn as the simulator knows it."
-    assert share_of(STANDING, drawn(tmp_path / "blind.png", blind)) > 0.005
+    assert share_of(OBSTACLE_COLOUR, drawn(tmp_path / "blind.png", blind)) > 0.005
     mapped = replace(blind, centres=ground(38.0))
-    assert share_of(STANDING, drawn(tmp_path / "mapped.png", mapped)) < 1e-4, "the map is the robot's own"
+    assert share_of(OBSTACLE_COLOUR, drawn(tmp_path / "mapped.png", mapped)) < 1e-4, "the map is the robot's own"

@@ -298,7 +298,7 @@ class MissionRun:
         self._at_end.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
 
     def _finish(self) -> None:
-        """Conclude when every goal has stopped, or had its time to stop."""
+        """Finish when every goal has stopped, or its time to stop is over."""
         if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome

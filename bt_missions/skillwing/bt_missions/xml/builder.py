@@ -15,7 +15,7 @@ from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
 from skillwing.bt_missions.xml.document import Element, FileProblem
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
-from skillwing.dsl.suggest import closest, listed
+from skillwing.dsl.suggest import closest, did_you_mean, listed
 
 _AUTOREMAP = "_autoremap"
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
@@ -80,9 +80,8 @@ class Builder:
             self.problems.append(FileProblem(first.line, text + _other_lines(lines)))
         self.problems += [problem for entry, problem in self._early if entry.is_filled]
         for tree, lines in self._callers.items():
-            near = closest(tree, self._source.trees)
-            hint = f"did you mean `{near}`?" if near else f"there is {listed(self._source.trees)}."
-            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`; {hint}{_other_lines(lines)}"))
+            hint = did_you_mean(tree, self._source.trees, f"; there is {listed(self._source.trees)}.")
+            self.problems.append(FileProblem(lines[0], f"There is no tree `{tree}`{hint}{_other_lines(lines)}"))
 
     def _node(self, element: Element, blackboard: Blackboard) -> Behaviour:
         tag, attributes = _plain_form(element)

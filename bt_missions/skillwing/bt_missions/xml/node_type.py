@@ -13,7 +13,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
 from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
-from skillwing.dsl.suggest import closest
+from skillwing.dsl.suggest import did_you_mean
 
 T = TypeVar("T")
 D = TypeVar("D")
@@ -150,9 +150,8 @@ class NodeConfig:
             text = str(value).strip()
             if text in known:
                 return text
-            near = closest(text, known)
-            hint = f"did you mean `{near}`?" if near else "it takes one of " + ", ".join(known) + "."
-            raise PortError(f"`{port}` is `{text}`; {hint}")
+            hint = did_you_mean(text, known, f"; it takes one of {', '.join(known)}.")
+            raise PortError(f"`{port}` is `{text}`{hint}")
 
         return self.value(port, use, known[0])
 

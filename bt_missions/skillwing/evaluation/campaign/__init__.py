@@ -1,1 +1,1 @@
-"""Many flights of one mission, each of another seed, and what became of them."""
+"""Many flights of one mission, each of another seed, and their results."""

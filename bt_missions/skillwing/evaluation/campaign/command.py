@@ -36,7 +36,7 @@ from skillwing.services.terminal.output import make_console
 SEEDS = "0:10"
 """Default seeds."""
 MOST_FLIGHTS = 100_000
-"""Limit against typing errors: weeks of processor time."""
+"""Largest number of flights: more would take weeks of processor time, and hint at a typing error."""
 MISSIONS = "skillwing.missions"
 
 
@@ -112,7 +112,7 @@ def campaign(
             watched=not without_obstacles,
             network=on,
         )
-    title = page.title_of(plans, again=earlier is not None)
+    title = page.title_of(plans, repeated=earlier is not None)
     if write is not None:
         _check_page(write, title)
     at_once = jobs or (1 if on is FlightNetwork.ZENOH else os.cpu_count() or 1)
@@ -140,7 +140,7 @@ def campaign(
     raise typer.Exit(FAILED if not state.as_promised else INTERRUPTED if called_off else OK)
 
 
-# --- what is flown ---------------------------------------------------------------------------------------------------
+# --- plans -----------------------------------------------------------------------------------------------------------
 
 
 def make_plans(
@@ -220,7 +220,7 @@ def _fly(
     console: Console,
     stop: StopSignal,
 ) -> None:
-    """Fly all missing flights. A flight that does not end is added to `lost`."""
+    """Fly all missing flights. Flights without a result are added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
     console.print(f"{len(missing)} flights, {min(jobs, len(missing)) or 1} at once; results go to {ledger.folder}.")
@@ -258,17 +258,17 @@ def _record_worst(
     with WorkerPool(jobs) as pool:
         plans = [each.plan for each in before.values()]
         flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
-        for again in flying.kept(flights):
-            told = Text(f"  {ledger.folder / again.plan.name}")
-            if isinstance(again, LostFlight):
-                told.append(f": not recorded. {again.why}", "red")
-                state.unrecorded.append(again)
+        for repeated in flying.kept(flights):
+            line = Text(f"  {ledger.folder / repeated.plan.name}")
+            if isinstance(repeated, LostFlight):
+                line.append(f": not recorded. {repeated.why}", "red")
+                state.unrecorded.append(repeated)
             else:
-                keep_recording(ledger.folder, again.plan)
-                if not same_flight(before[again.plan.name], again):
-                    told.append(f": not the same flight again; it {again.end}", "red")
-                    state.differing.append(again.plan.name)
-            console.print(told, soft_wrap=True)
+                keep_recording(ledger.folder, repeated.plan)
+                if not same_flight(before[repeated.plan.name], repeated):
+                    line.append(f": not the same flight again; it {repeated.end}", "red")
+                    state.differing.append(repeated.plan.name)
+            console.print(line, soft_wrap=True)
 
 
 # --- output ----------------------------------------------------------------------------------------------------------

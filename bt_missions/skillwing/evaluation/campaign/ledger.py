@@ -1,6 +1,6 @@
-"""A folder of one campaign: `flights.jsonl` has one line for each flight, written when it ends.
+"""Folder of one campaign. `flights.jsonl` gets a line when a flight ends.
 
-A campaign that was killed goes on after its last whole line.
+A resumed campaign continues after the last complete line.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class CampaignLedger:
             opened.pop_all()
 
     def require(self, plans: Iterable[FlightPlan]) -> None:
-        """Raises InvalidOptionError if a flight is in it that is none of these: a folder holds one campaign."""
+        """Raise InvalidOptionError if the ledger has a flight without a plan: a folder holds one campaign."""
         planned = {plan.name: plan for plan in plans}
         others = [each.plan.name for each in self.results if planned.get(each.plan.name) != each.plan]
         if others:
@@ -59,7 +59,7 @@ class CampaignLedger:
             raise InvalidOptionError("resume", f"{text} {advice}")
 
     def add(self, result: FlightResult) -> None:
-        """Keep a result."""
+        """Store a result."""
         self.results.append(result)
         self._file.write(_line(result))
         self._file.flush()
@@ -70,9 +70,9 @@ class CampaignLedger:
 
 
 def read_results(path: Path) -> list[FlightResult]:
-    """Every result in a ledger's file but one that its writer could not finish.
+    """All results in a ledger's file, without an incomplete last line.
 
-    Raises InvalidOptionError for a line that is no flight, and for one that is there twice.
+    Raises InvalidOptionError for a line that is no flight, and for a repeated flight.
     """
     *lines, _ = path.read_bytes().split(b"\n")
     results: dict[bytes, FlightResult] = {}
@@ -94,9 +94,9 @@ def _unreadable(path: Path, number: int, why: str) -> InvalidOptionError:
 
 
 def _reserve(file: BinaryIO, folder: Path) -> None:
-    """Keep other campaigns out until the file is closed, which the kernel does for a process that was killed.
+    """Lock the file until it is closed. The kernel closes the file of a killed process.
 
-    Raises InvalidOptionError if there is one already. A file system without locks keeps nobody out, which is told.
+    Raises InvalidOptionError if another campaign has locked it. Without file locks, a warning is logged.
     """
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

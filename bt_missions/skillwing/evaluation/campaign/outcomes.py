@@ -34,7 +34,7 @@ SHORT_HEADINGS = (
 )
 """Short forms of `HEADINGS` for a terminal."""
 LEGEND = (
-    "met: it befell the drone before it was down; done: the mission succeeded; safe: it failed and kept every promise. "
+    "met: each fault began before the landing; done: the mission succeeded; safe: it failed and kept every promise. "
     "Landed at home or elsewhere, handed to the pilot, still up, hit something, out of the fence."
 )
 ALL = "all"

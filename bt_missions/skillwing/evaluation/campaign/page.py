@@ -22,21 +22,21 @@ CONFIDENCE = 0.95
 """Confidence level of the upper bound for the rate of broken promises."""
 
 
-def title_of(plans: Sequence[FlightPlan], *, again: bool = False) -> str:
-    """Title of a campaign's section: its settings without the seeds. again: it repeats a sample of an earlier one."""
+def title_of(plans: Sequence[FlightPlan], *, repeated: bool = False) -> str:
+    """Title of a campaign's section: its settings without the seeds. repeated: a sample of an earlier one."""
     first = plans[0]
     kinds, conditions = {plan.world for plan in plans}, {plan.condition for plan in plans}
     worlds = ", ".join(kind for kind in KINDS if kind in kinds)
     all_of_them = conditions == set(conditions_of(first.mission))
     met = "all conditions" if all_of_them else ", ".join(each for each in Condition if each in conditions)
-    told = [
+    parts = [
         f"{first.mission} in {worlds}: {met}",
         "" if first.watched else "without obstacle detection",
         *sorted({plan.label for plan in plans}),
         "over Zenoh" if first.network is FlightNetwork.ZENOH else "",
-        "flown again" if again else "",
+        "flown again" if repeated else "",
     ]
-    return ", ".join(filter(None, told))
+    return ", ".join(filter(None, parts))
 
 
 def section(
@@ -47,7 +47,7 @@ def section(
     code: str,
     more: Sequence[str] = (),
 ) -> str:
-    """A section in Markdown: what was flown, the table, and each flight that broke a promise.
+    """Section in Markdown: the settings, the table, and each flight that broke a promise.
 
     title: begins with a small letter (`title_of`). words: command line of the campaign. code: digest of the code that
     flew. more: lines to append.

@@ -1,4 +1,4 @@
-"""Repetition of a sample of an earlier campaign, on another network or by other code, to compare the ends."""
+"""Repetition of flights of an earlier campaign, on another network or with other code, to compare the ends."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADINGS = ("flight", "ended", "again", "nearest", "again", "mapped", "again", "
 
 @dataclass(frozen=True)
 class FlightSample:
-    """Flights of an earlier campaign, to be flown again. code: digest of the code that flew them."""
+    """Flights of an earlier campaign, to be repeated. code: digest of the code that flew them."""
 
     folder: Path
     flights: Sequence[FlightResult]
@@ -32,8 +32,8 @@ class FlightSample:
 
     def pairs(self, results: Sequence[FlightResult]) -> list[tuple[FlightResult, FlightResult]]:
         """Pairs of a flight and its repetition."""
-        again = {_name(result.plan): result for result in results}
-        return [(flight, again[name]) for flight in self.flights if (name := _name(flight.plan)) in again]
+        repeat = {_name(result.plan): result for result in results}
+        return [(flight, repeat[name]) for flight in self.flights if (name := _name(flight.plan)) in repeat]
 
 
 def take_sample(folder: Path, mission: str, count: int) -> FlightSample:
@@ -67,30 +67,30 @@ def choose(flights: Sequence[FlightResult], count: int) -> list[FlightResult]:
     return chosen
 
 
-def end_alike(flight: FlightResult, again: FlightResult) -> bool:
-    """True if drone and mission ended in the same way, the same promises were kept, and no process died again."""
-    return (flight.end, flight.phase, flight.kept) == (again.end, again.phase, again.kept) and not again.deaths
+def end_alike(flight: FlightResult, repeat: FlightResult) -> bool:
+    """True if both flights ended in the same way and kept the same promises, and no process died in the second one."""
+    return (flight.end, flight.phase, flight.kept) == (repeat.end, repeat.phase, repeat.kept) and not repeat.deaths
 
 
-def same_flight(flight: FlightResult, again: FlightResult) -> bool:
+def same_flight(flight: FlightResult, repeat: FlightResult) -> bool:
     """True for flights that are equal bit by bit. Over Zenoh they cannot be; equal ends suffice there."""
-    if again.plan.network is FlightNetwork.ZENOH:
-        return end_alike(flight, again)
-    return flight.digest == again.digest
+    if repeat.plan.network is FlightNetwork.ZENOH:
+        return end_alike(flight, repeat)
+    return flight.digest == repeat.digest
 
 
 def verdict(sample: FlightSample, results: Sequence[FlightResult]) -> str:
     """Sentence that counts the flights with the same end as before."""
     pairs = sample.pairs(results)
     alike = sum(end_alike(*pair) for pair in pairs)
-    same = sum(flight.digest == again.digest for flight, again in pairs)
+    same = sum(flight.digest == repeat.digest for flight, repeat in pairs)
     bitwise = f"; {same} are the same flight bit by bit" if same else ""
     return f"{alike} of {len(pairs)} flights end as they did in {sample.folder.name}{bitwise}."
 
 
 def comparison(sample: FlightSample, results: Sequence[FlightResult]) -> list[str]:
     """Lines of Markdown: the verdict, and each flight that is not equal bit by bit, with its earlier result."""
-    other = [(flight, again) for flight, again in sample.pairs(results) if flight.digest != again.digest]
+    other = [(flight, repeat) for flight, repeat in sample.pairs(results) if flight.digest != repeat.digest]
     then = f"{verdict(sample, results)} Code {sample.code.digest} flew them then. Its conditions in turn, seeds spread"
     if not other:
         return [f"{then}."]
@@ -99,20 +99,20 @@ def comparison(sample: FlightSample, results: Sequence[FlightResult]) -> list[st
         "",
         "| " + " | ".join(HEADINGS) + " |",
         "|---|---|---|" + "---:|" * (len(HEADINGS) - 3),
-        *("| " + " | ".join(_cells(flight, again)) + " |" for flight, again in other),
+        *("| " + " | ".join(_cells(flight, repeat)) + " |" for flight, repeat in other),
     ]
 
 
-def _cells(flight: FlightResult, again: FlightResult) -> tuple[str, ...]:
+def _cells(flight: FlightResult, repeat: FlightResult) -> tuple[str, ...]:
     plan = flight.plan
-    ended = "the same" if end_alike(flight, again) else f"**{_ended(again)}**"
+    ended = "the same" if end_alike(flight, repeat) else f"**{_ended(repeat)}**"
     return (
         f"{plan.world} {plan.seed}, {plan.condition}",
         _ended(flight),
         ended,
-        *(metres(each.clearance) for each in (flight, again)),
-        *(share(each.coverage) for each in (flight, again)),
-        *(f"{each.end_time:.0f} s" for each in (flight, again)),
+        *(metres(each.clearance) for each in (flight, repeat)),
+        *(share(each.coverage) for each in (flight, repeat)),
+        *(f"{each.end_time:.0f} s" for each in (flight, repeat)),
     )
 
 

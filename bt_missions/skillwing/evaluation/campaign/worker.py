@@ -1,8 +1,8 @@
-"""The process of one flight: a plan comes in as JSON, its result goes out.
+"""Process of one flight: it takes a plan and prints the result, both as JSON.
 
     python -m skillwing.evaluation.campaign.worker '{"mission": "mapping", ...}' [RUN_DIR]
 
-It ends when its standard input does, so that no flight outlives the campaign that it belongs to.
+It ends when its standard input closes, so that no flight outlives its campaign.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from skillwing.evaluation.flights.plan import FlightPlan
 
 def main(arguments: list[str]) -> None:
     threading.Thread(target=_follow_parent, name="parent", daemon=True).start()
-    # What nodes say of a fault that they were meant to meet is in the recording; here it would drown what is not.
+    # Warnings about planned faults are in the recording; here they would hide errors.
     logging.basicConfig(stream=sys.stderr, level=logging.ERROR)
     plan = msgspec.json.decode(arguments[0], type=FlightPlan)
     run_dir = Path(arguments[1]) if len(arguments) > 1 else None
 
-    from skillwing.evaluation.judged_flight import fly  # noqa: PLC0415 - loads physics; a plan that is wrong needs none
+    from skillwing.evaluation.judged_flight import fly  # noqa: PLC0415 - loads physics; a wrong plan needs none
 
     sys.stdout.buffer.write(msgspec.json.encode(fly(plan, run_dir)) + b"\n")
 

@@ -1,4 +1,4 @@
-"""Flies plans on all cores: one process a flight, so that memory is bounded and a crash is one flight's business."""
+"""Pool of flights on all cores. Each flight is a process, which bounds memory and the damage of a crash."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from skillwing.evaluation.flights.result import FlightResult
 from skillwing.services.processes.child import SINGLE_THREADED
 
 LONGEST = 3600.0
-"""Wall seconds after which a flight's process is taken for hung and killed."""
-LOOK_PERIOD = 0.2
-"""Wall seconds between two looks whether the campaign is called off."""
+"""Wall seconds after which a flight's process counts as hung, and is killed."""
+CHECK_PERIOD = 0.2
+"""Wall seconds between two checks for an interruption of the campaign."""
 WORKER = (sys.executable, "-m", "skillwing.evaluation.campaign.worker")
-"""The command of a flight's process; plan and run directory come behind it."""
+"""Command of a flight's process; plan and run directory are appended."""
 
 
 @dataclass(frozen=True, slots=True)
 class LostFlight:
-    """A flight whose process ended without a result, killed by hand, by the system for its memory, or as hung: that
-    tells something of the machine and nothing of the flight, which is to be flown again. why: in a sentence."""
+    """A flight whose process ended without a result (killed, out of memory, hung). The cause is the machine, so the
+    flight has to be repeated. why: a sentence."""
 
     plan: FlightPlan
     why: str
 
 
 class WorkerPool:
-    """`jobs` flights at once. On leaving, flights that are under way are ended and leave no result.
+    """Pool of `jobs` flights at once. Leaving it ends the flights under way, without results.
 
     worker: the command that flies a plan and prints its result.
     """
@@ -65,11 +65,11 @@ class WorkerPool:
         self,
         plans: Iterable[FlightPlan],
         run_dir: Callable[[FlightPlan], Path | None],
-        look: Callable[[], None] = lambda: None,
+        check: Callable[[], None] = lambda: None,
     ) -> Iterator[FlightResult | LostFlight]:
-        """Fly all plans, and yield what became of each as soon as it is known.
+        """Fly all plans, and yield each result as soon as it is known.
 
-        run_dir: where a flight is recorded, None for nowhere. look: called several times a second; may raise.
+        run_dir: directory of a recording; None for none. check: called several times a second; may raise.
         """
         waiting, flying = iter(plans), set[Future[FlightResult | LostFlight]]()
         while True:
@@ -77,8 +77,8 @@ class WorkerPool:
                 flying.add(self._pool.submit(self._fly, plan, run_dir(plan)))
             if not flying:
                 return
-            look()
-            done, flying = wait(flying, LOOK_PERIOD, FIRST_COMPLETED)
+            check()
+            done, flying = wait(flying, CHECK_PERIOD, FIRST_COMPLETED)
             yield from (future.result() for future in done)
 
     def _fly(self, plan: FlightPlan, run_dir: Path | None) -> FlightResult | LostFlight:
@@ -89,9 +89,9 @@ class WorkerPool:
             process = self._start(command, complaints)
             if process is None:
                 return LostFlight(plan, "The campaign was called off.")
-            told, code = self._await(process)
+            output, code = self._await(process)
             try:
-                return msgspec.json.decode(told, type=FlightResult)
+                return msgspec.json.decode(output, type=FlightResult)
             except msgspec.DecodeError:
                 complaints.seek(0)
                 last = complaints.read().decode(errors="replace").strip().rpartition("\n")[2]
@@ -122,8 +122,8 @@ class WorkerPool:
         try:
             assert process.stdout is not None
             with process:
-                told = process.stdout.read()
-            return told, process.returncode
+                output = process.stdout.read()
+            return output, process.returncode
         finally:
             watchdog.cancel()
             with self._lock:

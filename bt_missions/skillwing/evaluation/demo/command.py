@@ -21,7 +21,7 @@ from rich.text import Text
 from skillwing.dsl.model import Skillset
 from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.evaluation.demo.flight_watch import FlightWatch
-from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, MAPPING, Story, tell
+from skillwing.evaluation.demo.story import CAMERA_FAILS_AT, MAPPING, Story, make_story
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
@@ -53,7 +53,7 @@ FEWER_LAST_WORDS = 0.5
 TABLE_WIDTH = 100
 CALLED_OFF = "Called off by Ctrl-C or a signal."
 IN_AIR = "The drone was in the air; simulated, it is gone with its simulator."
-UNREAD = "Called off, for nobody reads what it prints."
+UNREAD = "Stopped: the output pipe is closed."
 
 
 @dataclass
@@ -96,9 +96,9 @@ class Flight:
         def detail(name: str) -> str:
             own = [exit_ for exit_ in self.exits if exit_.process == name]
             restarts = sum(not exit_.final for exit_ in own)
-            told = [str(own[-1])] if own else []
-            told += [f"It was started again {restarts} time{'s' if restarts > 1 else ''}."] if restarts else []
-            return " ".join(told)
+            sentences = [str(own[-1])] if own else []
+            sentences += [f"It was started again {restarts} time{'s' if restarts > 1 else ''}."] if restarts else []
+            return " ".join(sentences)
 
         return [ProcessEntry(name=name, state=state(name), detail=detail(name)) for name in self.names]
 
@@ -151,7 +151,7 @@ def demo(
     console = make_console()
     if no_viewer and viewer not in (None, "none"):
         raise InvalidOptionError("viewer", f"--no-viewer leaves nothing for --viewer {viewer}. Leave one of them out.")
-    story = tell(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
+    story = make_story(mission, seed, fault=not no_fault, fault_at=fault_at, scenario=scenario)
     title = f"Mission {mission}, world {seed}, {story.happens}"
     with reserved(ROBOT.name):
         directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{mission}")
@@ -286,8 +286,8 @@ def _ending_well(flight: Flight) -> Iterator[None]:
         # Rich raises it when standard output is closed, and prints nothing afterwards.
         flight.ended_by = UNREAD
     except StartError as error:
-        told = [str(exit_) for exit_ in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
-        flight.ended_by = " ".join(["The system did not start.", *told])
+        sentences = [str(exit_) for exit_ in error.exits] or [f"No sign of life from {', '.join(error.missing)}."]
+        flight.ended_by = " ".join(["The system did not start.", *sentences])
     except (SkillwingError, OSError, zenoh.ZError) as error:
         fatal = [str(exit_) for exit_ in flight.exits if exit_.final and exit_.process in flight.essential]
         flight.ended_by = " ".join(fatal) or str(error)

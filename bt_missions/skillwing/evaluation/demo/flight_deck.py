@@ -27,7 +27,7 @@ from skillwing.services.recording.palette import NEUTRAL, OUTCOME_COLOURS, state
 
 REFRESH = 0.25
 """Period of the panel's updates [wall s]."""
-TOLD = frozenset({RecordKind.HEALTH, RecordKind.FAULT, RecordKind.MISSION, RecordKind.PROCESS})
+PRINTED_KINDS = frozenset({RecordKind.HEALTH, RecordKind.FAULT, RecordKind.MISSION, RecordKind.PROCESS})
 """Kinds of records that get a line. Lines of goals come from their bars; resources follow from both."""
 QUIET = frozenset({"rotate_head", "lock_head"})
 """Skills that turn the nose between two legs. They are left out, because their many lines would hide the others."""
@@ -49,7 +49,7 @@ class FlightDeck:
         self._colours = {each.name: state_colours(each.states, each.initial) for each in skillset.resources}
         self._history = History(skillset)
         self._goals: list[GoalStatus] = []
-        self._told: deque[tuple[float, Text]] = deque(maxlen=LARGEST_PANEL)
+        self._lines: deque[tuple[float, Text]] = deque(maxlen=LARGEST_PANEL)
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
         keys = Keys(skillset.name)
         bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
@@ -74,10 +74,10 @@ class FlightDeck:
         """True if the drone was in the air by its last message."""
         return self._states["flight_status"] == "IN_AIR"
 
-    def tell(self, text: str, style: str = "", t: float | None = None) -> None:
+    def print_line(self, text: str, style: str = "", t: float | None = None) -> None:
         """Add an event of robot time `t`, by default of now. Call it on the bus's thread."""
         t = self._bus.now() if t is None else t
-        self._told.append((t, Text(text, style)))
+        self._lines.append((t, Text(text, style)))
         if self._live is None:
             self._console.print(Text.assemble((f"{t:7.1f} s  ", "dim"), (text, style)))
 
@@ -98,10 +98,10 @@ class FlightDeck:
         if record.kind is RecordKind.RESOURCE:
             self._states[record.subject] = record.after
         elif is_switch(record):
-            cause = chain_text(self._history.chain(record.cause))
-            self.tell(f"{record.before} -> {record.after}" + (f"  because  {cause}" if cause else ""), "bold", record.t)
-        elif record.kind in TOLD:
-            self.tell(brief(record), t=record.t)
+            cause = f"  because  {chain}" if (chain := chain_text(self._history.chain(record.cause))) else ""
+            self.print_line(f"{record.before} -> {record.after}{cause}", "bold", record.t)
+        elif record.kind in PRINTED_KINDS:
+            self.print_line(brief(record), t=record.t)
 
     def _on_goal(self, status: GoalStatus) -> None:
         if not self._history.add_status(status):
@@ -109,7 +109,7 @@ class FlightDeck:
         self._goals.append(status)
         if status.terminal is not None and status.skill not in QUIET:
             bar = self._history.bar(status.goal_id)
-            self.tell(f"{bar.skill} {bar.terminal}  {bar.reason}", OUTCOME_COLOURS[bar.outcome], bar.t_end)
+            self.print_line(f"{bar.skill} {bar.terminal}  {bar.reason}", OUTCOME_COLOURS[bar.outcome], bar.t_end)
 
     # --- output ------------------------------------------------------------------------------------------------------
 
@@ -154,7 +154,7 @@ class FlightDeck:
     def _events(self, width: int, room: int) -> RenderableType:
         """Table of the latest events, as many as fit into `room` lines."""
         shown: deque[tuple[float, Text]] = deque()
-        for t, text in reversed(self._told):
+        for t, text in reversed(self._lines):
             room -= len(text.wrap(self._console, width))
             if room < 0:
                 break

@@ -14,21 +14,21 @@ from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Keys
 
 STALL = 30.0
-"""Wall seconds without robot time after which the flight is given up."""
+"""Wall seconds without robot time after which the flight is ended."""
 SILENCE = 5.0
-"""Wall seconds that a process which has not ended may be cut off; a busy machine needs some to heal a link."""
+"""Wall seconds that a running process may be unreachable; a busy machine needs some to restore a link."""
 RETURN = 30.0
-"""The same for one that died and is started again."""
+"""The same for a process that died and is restarted."""
 PERIOD = 0.2
-"""Wall seconds between two looks."""
+"""Wall seconds between two checks."""
 
 
 class FlightWatch:
-    """Follows the mission, and whether all live that it needs.
+    """Monitor of the mission and of the processes that it needs.
 
-    exits: grows on other threads while processes end. essential: names of those without which there is no flight.
-    stop: cuts the flight short with KeyboardInterrupt. wall: counts the seconds of patience. hosts: of each node that
-    shares a process, the name of that.
+    exits: grows on other threads while processes end. essential: names of the processes that a flight needs. stop:
+    ends the flight with KeyboardInterrupt. wall: clock of the timeouts. hosts: names of the hosting processes, by node
+    that shares a process.
     """
 
     def __init__(
@@ -51,19 +51,19 @@ class FlightWatch:
         self._prefix = keys.alive("")
         self._present: set[str] = set()
         self._silent: dict[str, float] = {}
-        self._told: set[str] = set()
-        self._exits_told = 0
+        self._reported: set[str] = set()
+        self._exits_reported = 0
         self._last_t = -1.0
         self._wall = wall
         self._last_tick = wall()
         bus.watch_alive(keys.alive("**"), self._on_alive)
 
     def follow(self) -> str:
-        """Wait for the end. Returns a sentence saying why the flight was cut short, empty if the mission ended it."""
+        """Wait for the end. Returns the reason if the flight was cut short, empty if the mission ended it."""
         while not (self._deck.mission is not None and self._deck.mission.phase.over):
             reason = self._dead() or self._cut_off() or self._stalled()
             if reason:
-                self._deck.tell(f"{reason} The flight ends here.", "red")
+                self._deck.print_line(f"{reason} The flight ends here.", "red")
                 return reason
             self._bus.run_until(lambda: False, PERIOD)
             self._stop.check()
@@ -73,7 +73,7 @@ class FlightWatch:
         name = key.removeprefix(self._prefix)
         if alive:
             self._present.add(name)
-            self._told.discard(self._process(name))
+            self._reported.discard(self._process(name))
             self._silent.pop(name, None)
         else:
             self._present.discard(name)
@@ -81,15 +81,15 @@ class FlightWatch:
 
     def _dead(self) -> str:
         """Reason to end the flight if an essential process stays down. Other exits are only shown."""
-        for exit_ in self._exits[self._exits_told :]:
-            self._exits_told += 1
+        for exit_ in self._exits[self._exits_reported :]:
+            self._exits_reported += 1
             if exit_.final and exit_.process in self._essential:
                 return f"{exit_} {exit_.outlook}".strip()
-            self._tell(f"{exit_} {exit_.outlook}".strip())
+            self._report(f"{exit_} {exit_.outlook}".strip())
         return ""
 
     def _cut_off(self) -> str:
-        """Processes that are silent all the same: stopped, hung, or not back from their restart."""
+        """Reason to end the flight if an essential process is silent: stopped, hung, or not back from its restart."""
         down = {exit_.process for exit_ in self._exits if exit_.final}
         returning = {exit_.process for exit_ in self._exits if not exit_.final}
         now = self._wall()
@@ -101,9 +101,9 @@ class FlightWatch:
                 return f"Nobody answers any more; {ROUTER} must have stopped."
             if name in self._essential:
                 return f"{name} does not answer any more."
-            if name not in self._told:
-                self._told.add(name)
-                self._tell(f"{name} does not answer any more.")
+            if name not in self._reported:
+                self._reported.add(name)
+                self._report(f"{name} does not answer any more.")
         return ""
 
     def _process(self, node: str) -> str:
@@ -116,5 +116,5 @@ class FlightWatch:
         stands_still = self._wall() - self._last_tick > STALL
         return f"Robot time has stood still for {STALL:g} s." if stands_still else ""
 
-    def _tell(self, text: str) -> None:
-        self._deck.tell(f"{text} The mission goes on as it can.", "red")
+    def _report(self, text: str) -> None:
+        self._deck.print_line(f"{text} The mission goes on as it can.", "red")

@@ -11,15 +11,15 @@ from skillwing.services.errors import InvalidOptionError
 
 MAPPING, INSPECTION = "mapping", "inspection"
 CAMERA_FAILS_AT = 45.0
-"""Robot time in seconds: by then the drone has gone round its first obstacle and is on the second leg."""
+"""Robot time of the fault [s]: the drone has passed its first obstacle and flies the second leg."""
 CRITICAL = 0.008
 """Capacity of a narrowed link [Mbit/s], the same as behind a building."""
 
 
 @dataclass(frozen=True)
 class Story:
-    """mission: its name. world: the kind of world. happens: what goes wrong, in a few words. robot, options: what
-    robot and mission are told of all this. way: that is planned; None for the route of the world."""
+    """Settings of a demo. world: its kind. happens: the fault, in a few words. robot, options: options of the robot and
+    of the mission. way: the planned one; None for the route of the world."""
 
     mission: str
     world: str
@@ -29,9 +29,9 @@ class Story:
     way: tuple[tuple[float, float, float], ...] | None = None
 
 
-def tell(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenario: Path | None) -> Story:
-    """The story of a demo. fault_at: robot seconds, None for where it is worst; scenario: a file that says instead what
-    happens. Raises UnknownNameError and InvalidOptionError."""
+def make_story(mission: str, seed: int, *, fault: bool, fault_at: float | None, scenario: Path | None) -> Story:
+    """The story of a demo. fault_at: robot seconds, None for the worst place. scenario: a file of faults, instead.
+    Raises UnknownNameError and InvalidOptionError."""
     if scenario is not None and (fault_at is not None or not fault):
         text = "What happens is all in the scenario. Leave out --no-fault and --fault-at, or the scenario."
         raise InvalidOptionError("scenario", text)
@@ -56,7 +56,7 @@ def _camera_fails(at: float | None) -> tuple[str, dict[str, Any]]:
 
 
 def _inspection(seed: int, *, fault: bool, fault_at: float | None) -> Story:
-    """Round the site's building; behind it the link is critical, as in Section 2.1 of the paper."""
+    """Story of a flight around the site's building. Behind it the link is critical, as in Section 2.1 of the paper."""
     from skillwing.evaluation.flights.conditions import Condition  # noqa: PLC0415
     from skillwing.evaluation.flights.plan import (  # noqa: PLC0415 - loads numpy
         FlightPlan,

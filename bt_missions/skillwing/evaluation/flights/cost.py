@@ -20,7 +20,7 @@ from skillwing.services.bus.reading import message_reader
 LIVE_FPS, LIVE_QUALITY = 10.0, 0.7
 """Least frame rate [1/s] and SSIM of a video for flight out of sight, as demanded by the inspection."""
 LIVE_FOR = 1.0
-"""Time for which a report of the ground station counts [s]; reports come four times a second."""
+"""Time for which a report of the ground station is valid [s]. The period of reports is 0.25 s."""
 PASSED_WITHIN = 3.0
 """Largest distance at which a corner of the planned circle counts as passed [m]."""
 AWAY = 5.0
@@ -28,10 +28,10 @@ AWAY = 5.0
 
 
 class Cost(msgspec.Struct, frozen=True, kw_only=True):
-    """Costs of a flight. charge: taken from the battery [% of its capacity], None without reports. circled,
-    circled_live: shares of the corners of the planned circle passed, and passed with live video; None without a circle.
-    unseen: robot time in the air and away from home without live video [s]. It counts from the first live video on, and
-    is None without any."""
+    """Costs of a flight. charge: used charge of the battery [% of its capacity], None without reports. circled,
+    circled_live: shares of the planned circle's corners that were passed, and passed with live video; None without a
+    circle. unseen: robot time in the air and away from home without live video, since the first live video [s]; None
+    without live video."""
 
     charge: float | None = None
     circled: float | None = None

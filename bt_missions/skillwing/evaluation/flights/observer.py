@@ -33,8 +33,8 @@ HELD_WITHIN = 2.0
 class FlightObserver:
     """Node that receives the ground truth, which the robot does not know.
 
-    terrain: of the world. pilot_returns: the safety pilot returns the authority, so that the drone is never handed
-    over for good. meter: sums the costs of the flight.
+    terrain: of the world. pilot_returns: the safety pilot returns the authority, so that no flight ends as handed over.
+    meter: sums the costs of the flight.
     """
 
     name = "witness"

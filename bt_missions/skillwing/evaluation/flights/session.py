@@ -1,4 +1,4 @@
-"""The course of a flight on either network: from the start of its processes until the observer has seen enough."""
+"""Session of a flight on either network, from the start of its processes until the observer has the end."""
 
 from __future__ import annotations
 

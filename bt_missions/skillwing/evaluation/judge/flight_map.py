@@ -46,7 +46,7 @@ def map_scene(
         route=route,
         flown=flown,
         fence=world.geofence,
-        standing=world.obstacles,
+        obstacles=world.obstacles,
     )
     if not flight:
         return scene

@@ -21,7 +21,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from skillwing.evaluation.judge.standing import stand_in_perspective, stand_in_plan
+from skillwing.evaluation.judge.obstacle_shapes import draw_perspective, draw_plan
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
@@ -88,7 +88,7 @@ class MapScene:
 
     centres: of the occupied voxels (N, 3). route: the planned one. flown: stretches of the flown path. obstacles_met:
     positions of stops for obstacles. ended: label of the path's end. switches: of the mission, in order. troubles:
-    failures and losses. standing: true obstacles, drawn only without a map.
+    failures and losses. obstacles: true obstacles, drawn only without a map.
     """
 
     centres: NDArray[np.float32]
@@ -101,7 +101,7 @@ class MapScene:
     fence: Box | None = None
     switches: Sequence[Happening] = ()
     troubles: Sequence[Happening] = ()
-    standing: Sequence[Obstacle] = ()
+    obstacles: Sequence[Obstacle] = ()
 
     @property
     def was_flown(self) -> bool:
@@ -112,7 +112,7 @@ class MapScene:
         """Remark about a missing map or flown path."""
         lacking = list[str]()
         if not len(self.centres):
-            drawn = "drawn as the simulator knows it" if self.standing else "not drawn"
+            drawn = "drawn as the simulator knows it" if self.obstacles else "not drawn"
             lacking.append(f"No map was built: what stands here is {drawn}.")
         if not self.was_flown:
             lacking.append("Nothing was flown." if self.flown else "No flown path was recorded.")
@@ -185,7 +185,7 @@ def _draw_from_above(
         unseen.set_label("no surface seen: may be anything")
         axes.add_patch(unseen)
     else:
-        stand_in_plan(axes, scene.standing)
+        draw_plan(axes, scene.obstacles)
     axes.imshow(roof, cmap=_HEIGHTS, norm=heights, origin="lower", extent=extent, interpolation="nearest")
     for number, piece in enumerate(_pieces(np.array(scene.route).reshape(-1, 3)[:, :2])):
         axes.plot(*piece.T, "--", color=_ROUTE, lw=1.4, label="_" if number else "planned route")
@@ -235,7 +235,7 @@ def _draw_in_perspective(
     drawn = centres[:: max(1, -(-len(centres) // _MOST_CUBES))]
     colours = _HEIGHTS(heights(drawn[:, 2])) if len(drawn) else None
     if not len(scene.centres):
-        stand_in_perspective(axes, scene.standing, low, high)
+        draw_perspective(axes, scene.obstacles, low, high)
     axes.scatter(drawn[:, 0], drawn[:, 1], drawn[:, 2], c=colours, s=15, marker="s", linewidths=0, depthshade=False)
     route = np.array(scene.route).reshape(-1, 3)
     for piece in _pieces(route):
@@ -255,7 +255,7 @@ def _draw_in_perspective(
         axes.text(*switch.place, str(number), **_BADGE, zorder=13)
     up = drawn[:, 2] if len(drawn) else np.concatenate([route[:, 2], *(each.path[:, 2] for each in scene.flown)])
     if not len(scene.centres):
-        up = np.concatenate([up, [obstacle.height for obstacle in scene.standing]])
+        up = np.concatenate([up, [obstacle.height for obstacle in scene.obstacles]])
     bottom, top = float(up.min(initial=0.0)), float(up.max(initial=0.0))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(bottom, max(top, bottom + 1.0)))
     axes.set_xlabel("east [m]", labelpad=8.0)

@@ -49,14 +49,14 @@ def report_unmarked_results(root: syntax.SkillsetSyntax, skillset: Skillset, rep
     if not any(item.partition for skill in declared for item in _results(skill)):
         return
     for declaration, skill in zip(declared, skillset.skills, strict=True):
-        twins = _twins(skill)
-        if twins and not any(item.partition for item in _results(declaration)):
+        equal = _equal_results(skill)
+        if equal and not any(item.partition for item in _results(declaration)):
             first = skill.results[0]
             message = (
                 f"Nothing but its place says that `{first.name}` is the success of `{skill.name}`: "
-                f"{listed(twins)} {'has' if len(twins) == 1 else 'have'} the same effect and postcondition."
+                f"{listed(equal)} {'has' if len(equal) == 1 else 'have'} the same effect and postcondition."
             )
-            advice = f"Write `success {first.name}` and `failure {twins[0]}`, as elsewhere in this file."
+            advice = f"Write `success {first.name}` and `failure {equal[0]}`, as elsewhere in this file."
             report.add("SW087", first.span, message, advice)
 
 
@@ -66,7 +66,7 @@ def _results(skill: syntax.SkillSyntax) -> Iterator[syntax.ResultSyntax]:
             yield from section.results
 
 
-def _twins(skill: Skill) -> list[str]:
+def _equal_results(skill: Skill) -> list[str]:
     """The results that differ from the first one only in their names."""
     if len(skill.results) < 2:
         return []

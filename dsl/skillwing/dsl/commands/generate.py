@@ -77,7 +77,7 @@ def write_package(skillset: Skillset, file: Path, source: str, folder: RobotFold
     typer.echo(f"{folder.generated}: {len(products)} files from {file}.")
     if fresh:
         typer.echo(f"Written once, and yours from now on: {', '.join(str(path) for path in fresh)}.")
-    _tell_of_orphans(skillset, file, folder)
+    _print_orphans(skillset, file, folder)
 
 
 def _check(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> None:
@@ -86,7 +86,7 @@ def _check(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> 
         typer.echo(f"{path} is not what {file} generates; run `skillwing generate {file} -o {folder.path}`.")
     if not stale:
         typer.echo(f"{folder.generated}: up to date.")
-    _tell_of_orphans(skillset, file, folder)
+    _print_orphans(skillset, file, folder)
     raise typer.Exit(PROBLEMS if stale else 0)
 
 
@@ -95,7 +95,7 @@ def _products(skillset: Skillset, file: Path, source: str, folder: RobotFolder) 
     return {**files, **skillset_copy(skillset, file, folder.path, source)}
 
 
-def _tell_of_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> None:
+def _print_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> None:
     for path in folder.orphans(skillset):
         typer.echo(f"{path} manages a skill that {file} does not have. Remove it, or rename it with its classes.")
 

@@ -41,7 +41,7 @@ def _example(skillset: Skillset) -> str:
 def _mock(skill: Skill, names: TypeNames) -> Iterator[str]:
     outputs, feedback = answer_classes(skill, names)
     yield from ("", "", f"class {class_name(skill.name)}Mock(_SkillMock[{outputs}, {feedback}]):")
-    yield f'{INDENT}"""The course of one goal of a mocked `{skill.name}`."""'
+    yield f'{INDENT}"""Run of one goal of a mocked `{skill.name}`."""'
     for result in skill.results:
         yield ""
         yield from _ending(result, outputs, feedback)

@@ -35,7 +35,7 @@ from .types import (
 
 
 class TakeoffMock(_SkillMock[None, TakeoffFeedback]):
-    """The course of one goal of a mocked `takeoff`."""
+    """Run of one goal of a mocked `takeoff`."""
 
     @classmethod
     def ended_AT_ALTITUDE(
@@ -72,7 +72,7 @@ class TakeoffMock(_SkillMock[None, TakeoffFeedback]):
 
 
 class LandMock(_SkillMock[None, LandFeedback]):
-    """The course of one goal of a mocked `land`."""
+    """Run of one goal of a mocked `land`."""
 
     @classmethod
     def ended_LANDED(
@@ -98,7 +98,7 @@ class LandMock(_SkillMock[None, LandFeedback]):
 
 
 class HoverMock(_SkillMock[None, HoverFeedback]):
-    """The course of one goal of a mocked `hover`."""
+    """Run of one goal of a mocked `hover`."""
 
     @classmethod
     def ended_DONE(
@@ -113,7 +113,7 @@ class HoverMock(_SkillMock[None, HoverFeedback]):
 
 
 class GotoMock(_SkillMock[GotoOutputs, GotoFeedback]):
-    """The course of one goal of a mocked `goto`."""
+    """Run of one goal of a mocked `goto`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -153,7 +153,7 @@ class GotoMock(_SkillMock[GotoOutputs, GotoFeedback]):
 
 
 class GotoStraightMock(_SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
-    """The course of one goal of a mocked `goto_straight`."""
+    """Run of one goal of a mocked `goto_straight`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -193,7 +193,7 @@ class GotoStraightMock(_SkillMock[GotoStraightOutputs, GotoStraightFeedback]):
 
 
 class ReturnHomeMock(_SkillMock[None, ReturnHomeFeedback]):
-    """The course of one goal of a mocked `return_home`."""
+    """Run of one goal of a mocked `return_home`."""
 
     @classmethod
     def ended_ARRIVED(
@@ -219,7 +219,7 @@ class ReturnHomeMock(_SkillMock[None, ReturnHomeFeedback]):
 
 
 class RotateHeadMock(_SkillMock[None, RotateHeadFeedback]):
-    """The course of one goal of a mocked `rotate_head`."""
+    """Run of one goal of a mocked `rotate_head`."""
 
     @classmethod
     def ended_ALIGNED(
@@ -234,11 +234,11 @@ class RotateHeadMock(_SkillMock[None, RotateHeadFeedback]):
 
 
 class LockHeadMock(_SkillMock[None, LockHeadFeedback]):
-    """The course of one goal of a mocked `lock_head`."""
+    """Run of one goal of a mocked `lock_head`."""
 
 
 class ZedDepthmapMock(_SkillMock[None, ZedDepthmapFeedback]):
-    """The course of one goal of a mocked `zed_depthmap`."""
+    """Run of one goal of a mocked `zed_depthmap`."""
 
     @classmethod
     def ended_NO_DATA(
@@ -253,7 +253,7 @@ class ZedDepthmapMock(_SkillMock[None, ZedDepthmapFeedback]):
 
 
 class LidarDepthmapMock(_SkillMock[None, LidarDepthmapFeedback]):
-    """The course of one goal of a mocked `lidar_depthmap`."""
+    """Run of one goal of a mocked `lidar_depthmap`."""
 
     @classmethod
     def ended_NO_DATA(
@@ -268,7 +268,7 @@ class LidarDepthmapMock(_SkillMock[None, LidarDepthmapFeedback]):
 
 
 class LidarMappingMock(_SkillMock[None, LidarMappingFeedback]):
-    """The course of one goal of a mocked `lidar_mapping`."""
+    """Run of one goal of a mocked `lidar_mapping`."""
 
     @classmethod
     def ended_DIVERGED(
@@ -283,7 +283,7 @@ class LidarMappingMock(_SkillMock[None, LidarMappingFeedback]):
 
 
 class InspectMock(_SkillMock[None, InspectFeedback]):
-    """The course of one goal of a mocked `inspect`."""
+    """Run of one goal of a mocked `inspect`."""
 
     @classmethod
     def ended_COMPLETED(
@@ -320,7 +320,7 @@ class InspectMock(_SkillMock[None, InspectFeedback]):
 
 
 class StreamMock(_SkillMock[None, StreamFeedback]):
-    """The course of one goal of a mocked `stream`."""
+    """Run of one goal of a mocked `stream`."""
 
     @classmethod
     def ended_FPS_LOST(

@@ -178,7 +178,7 @@ class BodyMotion:
         self._legs = _legs(motion, here)
         match motion:
             case TakeOff():
-                self._heading.settle(navigation.heading)
+                self._heading.hold(navigation.heading)
                 self._go(here, (here[0], here[1], motion.height), motion.speed, t)
             case FlyTo() | Orbit():
                 self._begin_leg(here, navigation, t)

@@ -162,7 +162,7 @@ class GuidanceCore:
         if flight.on_ground and not body.rises:
             body.rest()
             self._setpoint = navigation.position
-            self._heading.settle(navigation.heading)
+            self._heading.hold(navigation.heading)
             self._unattended.update(t, commanded=True)
             return None
         if self._unattended.update(t, commanded=body.axis.state not in _GIVEN_BACK or not flight.authority):
@@ -171,7 +171,7 @@ class GuidanceCore:
             return None
         if body.path is None or not flight.authority or not flight.follows:
             body.hold(navigation.position, t)
-            self._heading.settle(navigation.heading)
+            self._heading.hold(navigation.heading)
         self._heading.advance(dt, navigation.heading)
         body.advance(t, navigation)
         self._setpoint, velocity, acceleration = body.place(t)

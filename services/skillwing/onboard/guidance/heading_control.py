@@ -26,7 +26,7 @@ class HeadingControl:
         """The heading is reached."""
         return abs(self._error) < ALIGNED
 
-    def settle(self, heading: float) -> None:
+    def hold(self, heading: float) -> None:
         """Drop the target, and hold `heading` from now on."""
         self.setpoint = self._target = heading
         self._error = 0.0

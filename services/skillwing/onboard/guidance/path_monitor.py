@@ -30,7 +30,7 @@ reports, and the autopilot's tilt."""
 SILENCE = STALE + 0.02 + _TILT_TIME
 """Longest time from the last measurement to braking, if no other one comes [s]: until it is stale, the next tick, and
 the autopilot's tilt."""
-SETTLING = 0.25
+SETTLE_TIME = 0.25
 """Time after the start of a way in which a report may still be about the previous way [s]."""
 GONE = 3.0
 """Time without a report after which the depth map counts as ended [s]."""
@@ -126,7 +126,7 @@ class PathMonitor:
     def has_report(self, t: float) -> bool:
         """Test for a fresh report, measured after the start of the way."""
         report = self._fresh(t)
-        return report is not None and report.stamp is not None and report.stamp >= self._began + SETTLING
+        return report is not None and report.stamp is not None and report.stamp >= self._began + SETTLE_TIME
 
     def may_go_on(self, t: float) -> bool:
         """Test for a way in view; or never in view, because the depth map looks elsewhere or has ended."""
@@ -143,7 +143,7 @@ class PathMonitor:
     def view(self, t: float, speed: float, remaining: float) -> PathVisibility:
         """Visibility of the way ahead at this speed [m/s], with `remaining` metres to its end."""
         report = self._fresh(t)
-        if report is None or report.stamp is None or report.stamp < self._began + SETTLING:
+        if report is None or report.stamp is None or report.stamp < self._began + SETTLE_TIME:
             return self._without_report(t)
         if report.free_distance is None:
             return PathVisibility.BLIND if self._must_see(report) else PathVisibility.UNWATCHED
@@ -159,7 +159,7 @@ class PathMonitor:
         """Visibility without a fresh report on this way."""
         if self._is_unwatched:
             return PathVisibility.UNWATCHED
-        waiting = not self._watched and t - self._began <= SETTLING + STALE
+        waiting = not self._watched and t - self._began <= SETTLE_TIME + STALE
         return PathVisibility.CLEAR if waiting else PathVisibility.BLIND
 
     def _must_see(self, report: ObstacleStatus) -> bool:

@@ -52,9 +52,9 @@ def trapezoid(distance: float, speed: float, acceleration: float = ACCELERATION)
     return Profile(0.0, ((ramp, acceleration), (max(cruise, 0.0), 0.0), (ramp, -acceleration)))
 
 
-def braking(speed: float, deceleration: float = BRAKING) -> Profile:
+def braking(speed: float) -> Profile:
     """Profile from `speed` to rest at constant deceleration."""
-    return Profile(speed, ((speed / deceleration, -deceleration),))
+    return Profile(speed, ((speed / BRAKING, -BRAKING),))
 
 
 @dataclass(frozen=True, slots=True)

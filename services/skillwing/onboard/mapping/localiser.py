@@ -24,7 +24,7 @@ from skillwing.onboard.topics.navigation import Navigation
 
 _TRACKING: Final = {
     Phase.TRACKING: odometry_topics.Tracking.GOOD,
-    Phase.DOUBTING: odometry_topics.Tracking.DOUBTING,
+    Phase.REJECTING: odometry_topics.Tracking.REJECTING,
     Phase.LOST: odometry_topics.Tracking.LOST,
 }
 

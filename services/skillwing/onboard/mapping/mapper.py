@@ -7,7 +7,7 @@ from skillwing.onboard.sensor_data.scans import PlacedPoints
 
 REACH = 30.0
 """Largest range of mapped returns: farther away the beams are a metre apart [m]."""
-MISFIT = 0.3
+LARGEST_MISMATCH = 0.3
 """Largest share of a scan that may hit known free space. Sound scans reach 0.2 in the first metres of a climb, where
 rays have grazed the ground, and 0.02 in flight."""
 _PATIENCE = 10
@@ -25,7 +25,7 @@ class Mapper:
         self.running = False
         self.diverged = False
         self.scans = 0
-        self._misfits = 0
+        self._mismatches = 0
 
     def start(self) -> None:
         """Start mapping, or go on."""
@@ -34,7 +34,7 @@ class Mapper:
     def renew(self) -> None:
         """Clear the map: poses after a new initialisation need not agree with the old map."""
         self.grid.clear()
-        self.diverged, self._misfits, self.scans = False, 0, 0
+        self.diverged, self._mismatches, self.scans = False, 0, 0
 
     def stop(self) -> None:
         self.running = False
@@ -44,10 +44,10 @@ class Mapper:
         if not self.running or self.diverged:
             return
         hits = self.grid.hit_by(scan.points)
-        if self.grid.fit(hits).misfit > MISFIT:
-            self._misfits += 1
-            self.diverged = self._misfits >= _PATIENCE
+        if self.grid.fit(hits).mismatch > LARGEST_MISMATCH:
+            self._mismatches += 1
+            self.diverged = self._mismatches >= _PATIENCE
             return
-        self._misfits = 0
+        self._mismatches = 0
         self.grid.integrate(scan.origin, hits)
         self.scans += 1

@@ -32,7 +32,7 @@ from skillwing.services.protocol import encode
 
 S = TypeVar("S")
 
-MISFITS = "the scans no longer fit the map"
+MAP_DIVERGED = "the scans no longer fit the map"
 STATUS_PERIOD, MAP_PERIOD = 0.5, 1.0
 _LARGEST = 64_000_000
 VOXEL_SIZE = 0.4
@@ -169,7 +169,7 @@ class MappingNode:
     @property
     def _text(self) -> str:
         """Problems, or a reason to wait, the sensors first; empty in normal operation."""
-        complaint = self._localiser.text or (MISFITS if self._mapper.diverged else "")
+        complaint = self._localiser.text or (MAP_DIVERGED if self._mapper.diverged else "")
         return "; ".join(filter(None, (*self._failed.values(), complaint)))
 
     def _publish_map(self) -> None:

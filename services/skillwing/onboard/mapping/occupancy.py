@@ -37,7 +37,7 @@ class Fit:
     contradicted: int
 
     @property
-    def misfit(self) -> float:
+    def mismatch(self) -> float:
         """Share of the contradicted among the known voxels, 0 to 1; 0 while too few are known."""
         known = self.confirmed + self.contradicted
         return self.contradicted / known if known >= _ENOUGH else 0.0

@@ -20,7 +20,7 @@ from skillwing.onboard.odometry.state import (
 )
 from skillwing.onboard.topics.navigation import Navigation
 
-STANDING = 2.0
+REST_TIME = 2.0
 """Time at rest before odometry begins [s]."""
 SHORTEST = 0.5
 """Shortest stationary segment that gives the biases, if motion ends it early [s]."""
@@ -131,7 +131,7 @@ class Initialisation:
         latest = self._latest
         if latest is None or not latest.valid or abs(t - latest.t) > NAVIGATION_VALID or self._latest_sample is None:
             return None
-        if self._segment.duration >= STANDING and self._segment.has_pose:
+        if self._segment.duration >= REST_TIME and self._segment.has_pose:
             return _at_rest(self._segment)
         if _speed(latest) >= _STILL_SPEED or self._before is not None or self._listening > PATIENCE:
             return _in_motion(latest, t, self._before)

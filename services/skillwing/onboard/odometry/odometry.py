@@ -42,7 +42,7 @@ docs/mapping.md has errors in units of it."""
 class Phase(StrEnum):
     STARTING = "STARTING"  # there is no pose yet
     TRACKING = "TRACKING"
-    DOUBTING = "DOUBTING"  # the last scans were rejected: the pose comes from inertial measurements
+    REJECTING = "DOUBTING"  # the last scans were rejected: the pose comes from inertial measurements
     LOST = "LOST"  # poses are wrong; odometry has to be initialised again
 
 
@@ -204,7 +204,7 @@ class LidarInertialOdometry:
         if self._monitor.failure:
             self._lose(self._monitor.failure)
         else:
-            self.phase, self.text = (Phase.DOUBTING if self._monitor.rejecting else Phase.TRACKING), ""
+            self.phase, self.text = (Phase.REJECTING if self._monitor.rejecting else Phase.TRACKING), ""
         return Fix(
             end,
             posterior.state,
@@ -222,7 +222,7 @@ class LidarInertialOdometry:
 
         If the measurements stay away, odometry is lost as without scans.
         """
-        self.phase, self.text = Phase.DOUBTING, f"inertial measurements were missing for {gap:.2f} s"
+        self.phase, self.text = Phase.REJECTING, f"inertial measurements were missing for {gap:.2f} s"
         crossed = self._bridge.over(state, self._covariance, end)
         if crossed is not None and end - self._t <= PATIENCE:
             self._go_to(end, *crossed)

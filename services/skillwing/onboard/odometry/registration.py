@@ -80,9 +80,9 @@ class ScanRegistration:
         variances = RANGE_SIGMA**2 + matches.roughness + matches.plane_variances
         near = beyond < _GATES[min(iteration, len(_GATES) - 1)]
         weights = near * WEIGHT / (variances + 0.25 * distances**2)
-        weighted, doubted = slopes * weights[:, None], spurious * (weights * matches.tilts)[:, None]
-        correction = _correction(weighted.T @ slopes, doubted.T @ spurious)
-        pulls = doubted * levers[:, None] - weighted * distances[:, None]
+        weighted, spurious_weighted = slopes * weights[:, None], spurious * (weights * matches.tilts)[:, None]
+        correction = _correction(weighted.T @ slopes, spurious_weighted.T @ spurious)
+        pulls = spurious_weighted * levers[:, None] - weighted * distances[:, None]
         # All planes mapped before the oldest kept keyframe are treated alike.
         mapped_from = np.maximum(matches.keyframes - state.keyframes.oldest, -1)
         order = np.argsort(mapped_from, kind="stable")

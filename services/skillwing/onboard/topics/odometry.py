@@ -15,7 +15,7 @@ SLAM_ODOMETRY = "fl/slam/odometry"
 
 class Tracking(StrEnum):
     GOOD = "GOOD"
-    DOUBTING = "DOUBTING"  # the last scans were rejected: the pose comes from inertial measurements alone
+    REJECTING = "DOUBTING"  # the last scans were rejected: the pose comes from inertial measurements alone
     LOST = "LOST"  # the pose is wrong; odometry has to be initialised again
 
 

@@ -141,16 +141,16 @@ class TickRule:
 
     def __init__(self, factor: float) -> None:
         self._factor = factor
-        self._told: _Tick | None = None
+        self._published: _Tick | None = None
 
     def due(self, t: float, wall: float) -> bool:
         """True if robot time `t`, reached at that wall time, is to be published. It then counts as published."""
-        told = self._told
-        if told is not None and self._factor > 0.0 and t - told.t < TICK_PERIOD:
-            wrong_by = abs(told.reckoned(wall) - t)
+        published = self._published
+        if published is not None and self._factor > 0.0 and t - published.t < TICK_PERIOD:
+            wrong_by = abs(published.reckoned(wall) - t)
             if wrong_by <= LARGEST_ERROR:
                 return False
-        self._told = _Tick(t, self._factor, wall)
+        self._published = _Tick(t, self._factor, wall)
         return True
 
 

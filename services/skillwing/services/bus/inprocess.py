@@ -167,7 +167,7 @@ class InProcessNetwork:
             if services:
                 services[0].bus.take(question, services[0].on_request)
             else:
-                self.send(question.asker, question.asker, lambda: question.settle(NoReply(timed_out=False)))
+                self.send(question.asker, question.asker, lambda: question.complete(NoReply(timed_out=False)))
 
         # The server is only chosen on arrival, so the link is the asker's own.
         self.send(question.asker, question.asker, arrive)
@@ -275,13 +275,13 @@ class InProcessBus:
         attachment: bytes = b"",
     ) -> None:
         question = Question(self, key, payload, attachment, on_answer)
-        question.expiry = self.after(timeout, lambda: question.settle(NoReply(timed_out=True)))
+        question.expiry = self.after(timeout, lambda: question.complete(NoReply(timed_out=True)))
         self._network.report_sent(self, "ask", key, payload)
         self._network.forward(self.robot, question)
 
     def take(self, question: Question, on_request: Callable[[Request], None]) -> None:
         """Serve a question that has arrived here."""
-        if not question.settled:
+        if not question.completed:
             question.server = self
             self._serving[question] = None
         on_request(_Request(self, question))
@@ -298,7 +298,7 @@ class InProcessBus:
                 self._network.report_sent(self, "refuse", question.key, encode(answer.error))
             case NoReply():
                 pass
-        self._network.send(self, question.asker, lambda: question.settle(answer))
+        self._network.send(self, question.asker, lambda: question.complete(answer))
 
     def release(self, question: Question) -> None:
         """Forget a question whose asker no longer waits."""
@@ -312,7 +312,7 @@ class InProcessBus:
 
     def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> _Registration:
         watch = Watch(self._network, self, key_expression, on_change)
-        for key in self.robot.standing():
+        for key in self.robot.visible_tokens():
             watch.send(self, key, alive=True)
         self.robot.watches.append(watch)
         return _Registration(lambda: self.robot.remove_watch(watch))
@@ -344,8 +344,8 @@ class InProcessBus:
         self.robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:
-            settle = lambda q=question: q.settle(NoReply(timed_out=False))  # noqa: E731
-            self._network.send(self, question.asker, settle, Traffic.LIVELINESS)
+            complete = lambda q=question: q.complete(NoReply(timed_out=False))  # noqa: E731
+            self._network.send(self, question.asker, complete, Traffic.LIVELINESS)
 
     def perform(self, action: Callable[[], None]) -> None:
         """Run an action of this node now, unless it has left."""
@@ -407,7 +407,7 @@ class Namespace:
     def services_for(self, key: str) -> list[Service]:
         return [each for each in self.services if matches(each.key_expression, key)]
 
-    def standing(self) -> tuple[str, ...]:
+    def visible_tokens(self) -> tuple[str, ...]:
         """Keys of the tokens that are visible on the network."""
         return tuple(dict.fromkeys(key for owner, key, _ in self.tokens if not owner.given_up))
 
@@ -415,7 +415,7 @@ class Namespace:
         """Report a token that appears or vanishes to the watches, unless another one of the same key remains."""
         if not alive:
             self.tokens[:] = [token for token in self.tokens if token[:2] != (source, key)]
-        if key not in self.standing() and not source.given_up:
+        if key not in self.visible_tokens() and not source.given_up:
             for watch in list(self.watches):
                 watch.send(source, key, alive=alive)
 
@@ -515,7 +515,7 @@ class Service:
 
 @dataclass(eq=False, slots=True)
 class Question:
-    """A query under way, on the asker's side. The first answer settles it."""
+    """A query under way, on the asker's side. The first answer completes it."""
 
     asker: InProcessBus
     key: str
@@ -525,12 +525,12 @@ class Question:
     expiry: Handle | None = None
     server: InProcessBus | None = None
     answered: bool = False
-    settled: bool = False
+    completed: bool = False
 
-    def settle(self, answer: Answer) -> None:
-        if self.settled:
+    def complete(self, answer: Answer) -> None:
+        if self.completed:
             return
-        self.settled = True
+        self.completed = True
         if self.expiry is not None:
             self.expiry.cancel()
         if self.server is not None:

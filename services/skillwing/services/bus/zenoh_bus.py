@@ -211,18 +211,20 @@ class ZenohBus:
     ) -> None:
         question = _Question(on_answer)
         expiry = time.monotonic() + timeout
-        question.expiry = self._wall_agenda.add(expiry + ANSWER_GRACE, lambda: question.settle(NoReply(timed_out=True)))
+        question.expiry = self._wall_agenda.add(
+            expiry + ANSWER_GRACE, lambda: question.complete(NoReply(timed_out=True))
+        )
 
         def receive(reply: zenoh.Reply) -> None:
             question.answered = True
-            self.post(lambda: question.settle(_answer(reply)))
+            self.post(lambda: question.complete(_answer(reply)))
 
         def finish() -> None:
             if question.answered:
                 return  # no need to wake the node
             # The router's own timeout and an absent server end a query alike; only the time differs.
             timed_out = time.monotonic() > expiry - TIMER_SLACK
-            self.post(lambda: question.settle(NoReply(timed_out)))
+            self.post(lambda: question.complete(NoReply(timed_out)))
 
         self._session.get(
             key,
@@ -456,19 +458,19 @@ class _Publisher:
 
 
 class _Question:
-    """A query under way. The first answer settles it."""
+    """A query under way. The first answer completes it."""
 
     def __init__(self, on_answer: Callable[[Answer], None]) -> None:
         self._on_answer = on_answer
-        self._settled = False
+        self._completed = False
         self.answered = False
         """True if an answer is in the mailbox. Only Zenoh's thread uses it."""
         self.expiry: Entry | None = None
 
-    def settle(self, answer: Answer) -> None:
-        if self._settled:
+    def complete(self, answer: Answer) -> None:
+        if self._completed:
             return
-        self._settled = True
+        self._completed = True
         if self.expiry is not None:
             self.expiry.cancel()
         self._on_answer(answer)

@@ -7,6 +7,9 @@ from typing import Generic, TypeVar
 K = TypeVar("K")
 V = TypeVar("V")
 
+GOALS_REMEMBERED = 1000
+"""Limit for goals of one kind that a process remembers, and for finished goals in each history bucket."""
+
 
 class BoundedDict(Generic[K, V]):
     """A mapping that keeps the `limit` entries written last."""

@@ -26,7 +26,7 @@ from skillwing.services.protocol import (
 SILENCES_UNTIL_ERROR = 10
 """Silences after which a goal gets its terminal answer without the resource manager. That takes 5.6 s if no process
 is there, and 26 s if one hangs: each question then takes its timeout of 2 s."""
-SILENCES_UNTIL_SETTLED = 600
+SILENCES_UNTIL_ABANDONED = 600
 """Silences after which the manager stops repeating the question."""
 LIKE_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 """UNAVAILABLE: no decision is possible now. INTERNAL: it is unknown whether one was made."""
@@ -78,7 +78,7 @@ class Delivery:
         silences = asked.silences + 1
         if waits and silences >= SILENCES_UNTIL_ERROR:
             return RetriesExhausted()
-        if waits or (silences < SILENCES_UNTIL_SETTLED and not isinstance(asked.call, BeginGoal)):
+        if waits or (silences < SILENCES_UNTIL_ABANDONED and not isinstance(asked.call, BeginGoal)):
             self._outbox.add(AskResources(asked.call, silences))
         elif isinstance(asked.call, RecordOutcome):
             del self.pending_outcomes[asked.call.goal_id]

@@ -34,7 +34,7 @@ from skillwing.services.core.skill_events import (
 )
 from skillwing.services.core.values import fit_fields, sendable_text
 from skillwing.services.core.verdicts import (
-    TAKEN_FROM_HERE,
+    REVOKED_CODES,
     record_of,
     terminal_of,
     terminal_of_end,
@@ -246,7 +246,7 @@ class Holding(GoalState, frozen=True):
                 return self.finish(terminal_of(event), event.record)
             case RenewalAnswered(answer=Ended() | Violated() | Lost() as verdict):
                 return self.finish(terminal_of_revoked(verdict), verdict.record)
-            case RenewalAnswered(answer=ErrorReply(code=code) as refusal) if code in TAKEN_FROM_HERE:
+            case RenewalAnswered(answer=ErrorReply(code=code) as refusal) if code in REVOKED_CODES:
                 return self.finish(terminal_of_revoked(refusal))
             case _:
                 return None

@@ -1,4 +1,4 @@
-"""Grants in force, and the history of finished goals."""
+"""Active grants, and the history of finished goals."""
 
 from __future__ import annotations
 
@@ -6,13 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.model import Skill
-from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry, HistoryBucket, OnEntry
 from skillwing.services.protocol import NO_TOKEN, EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
-
-GOALS_REMEMBERED = 1000
-"""Finished goals in each history bucket."""
 
 
 @dataclass(frozen=True, slots=True)

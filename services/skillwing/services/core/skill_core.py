@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any, get_args
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.events import TimePassed
@@ -53,7 +53,6 @@ from skillwing.services.protocol import (
     Terminal,
 )
 
-GOALS_REMEMBERED = 1000
 RENEWAL_PERIOD = 0.5
 """Wall time in seconds between two renewals of a grant."""
 IDLE = Idle()

@@ -19,7 +19,7 @@ from skillwing.services.protocol import (
     Violated,
 )
 
-TAKEN_FROM_HERE = (ErrorCode.STALE_TOKEN, ErrorCode.UNKNOWN_GOAL)
+REVOKED_CODES = (ErrorCode.STALE_TOKEN, ErrorCode.UNKNOWN_GOAL)
 """Refusals that say: this process does not hold the goal, or no longer."""
 
 
@@ -78,7 +78,7 @@ def terminal_of_revoked(answer: GoalVerdict | ErrorReply) -> Terminal:
     match answer:
         case Violated() | Lost():
             return terminal_of(answer)
-        case ErrorReply(code=code) if code in TAKEN_FROM_HERE:
+        case ErrorReply(code=code) if code in REVOKED_CODES:
             return Terminal(ending=Ending.LOST, reason=answer.message, detected_by=RESOURCE_MANAGER)
         case ErrorReply():
             reason = f"The resource manager refused: {answer.message} {answer.help}".strip()

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.incarnations import INCARNATIONS_REMEMBERED
-from skillwing.services.core.ledger import GOALS_REMEMBERED
 from skillwing.services.core.snapshot import (
     DatumEntry,
     Entry,

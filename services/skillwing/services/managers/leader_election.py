@@ -75,7 +75,7 @@ class LeaderElection:
             case NoReply(timed_out=False) if connected and self._is_next():
                 self._lead()
             case _ if self._bus.wall() >= self._give_up_at:
-                self._give_way("Another resource manager is there and does not answer, as if it hung.")
+                self._give_way("Another resource manager is there and does not answer; it may hang.")
             case _:
                 # A leader that leaves refuses; a frozen one loses its token within its lease.
                 self._bus.after(ASK_AGAIN, self._ask, wall=True)

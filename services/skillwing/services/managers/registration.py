@@ -75,7 +75,7 @@ class Registration:
                 raise WrongSkillsetError(f"{error.message} {error.help}".strip())
             case Refused(error):
                 if not self._refused:
-                    log.warning("the resource manager does not take us for %s yet: %s", self._manager, error.message)
+                    log.warning("the resource manager has not accepted %s yet: %s", self._manager, error.message)
                 self._refused = True
                 self._ask_after(REGISTRATION_PERIOD)
 

@@ -33,7 +33,7 @@ class ScriptError(InvalidOptionError):
 
 
 class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """The course of one goal.
+    """Run of one goal.
 
     delay: robot time in seconds from the dispatch to the end, or the two bounds of a random delay. output: of the
     result, by field; missing fields get a valid value. progress: feedback by field, each a value or a signal

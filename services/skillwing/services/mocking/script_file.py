@@ -24,7 +24,7 @@ from typing import Any, TypeVar, cast
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.dsl.suggest import closest, listed
+from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.mocking.fitting import problems_of
 from skillwing.services.mocking.script import Choices, MockRun, MockScript, Reaction, ScriptError, When
 
@@ -183,5 +183,4 @@ def _of_type(kind: Any) -> str:
 
 
 def _hint(name: str, known: Sequence[str]) -> str:
-    guess = closest(name, known)
-    return f"; did you mean `{guess}`?" if guess else f"; there is {listed(known, limit=20)}."
+    return did_you_mean(name, known, f"; there is {listed(known, limit=20)}.")

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias, cast
 
 from skillwing.dsl.model import ArrayType, Field, ScalarType, StructType, Type
-from skillwing.dsl.suggest import closest, listed
+from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.core.values import fit_fields, type_text
 
 KEYS = ("value", "each", "from", "to", "over", "input")
@@ -237,5 +237,4 @@ def _is_number(value: Any) -> bool:
 
 
 def _hint(name: str, known: Mapping[str, Any] | Sequence[str]) -> str:
-    guess = closest(name, known)
-    return f"; did you mean `{guess}`?" if guess else f"; there is {listed(known)}."
+    return did_you_mean(name, known, f"; there is {listed(known)}.")

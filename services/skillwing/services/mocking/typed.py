@@ -20,7 +20,7 @@ Runs: TypeAlias = Sequence[MockRun]
 
 
 class SkillMock(Generic[O, F]):
-    """The course of one goal of a mocked skill. Missing outputs and feedback get a valid value."""
+    """Run of one goal of a mocked skill. Missing outputs and feedback get a valid value."""
 
     @classmethod
     def ended(

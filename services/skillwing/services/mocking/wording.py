@@ -10,7 +10,7 @@ from skillwing.services.protocol import MockPlan
 
 
 def plan_texts(plan: MockPlan) -> tuple[str, str]:
-    """The course of a skill's next goal, and that of later ones."""
+    """Runs of a skill's next goal and of later ones."""
     script = [run_text(run) for run in plan.script]
     if plan.drawn:
         total = sum(_weight(run) for run in plan.script)

@@ -126,7 +126,7 @@ class Child:
             return "It is not started again: a new one could not continue from its end."
         words = f"its last log line: {_last_line(log)}" if log else "it logged nothing in its last run"
         if hopeless:
-            return f"It cannot do what it was told; {words}. It stays down. Its log: {self.log}"
+            return f"It cannot run as configured; {words}. It stays down. Its log: {self.log}"
         policy = self._policy
         return f"It exited {policy.exits} times in {policy.span:.0f} s; {words}; it stays down. Its log: {self.log}"
 

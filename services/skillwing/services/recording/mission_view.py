@@ -42,7 +42,7 @@ _PASSING = frozenset({State.VALIDATING, State.DISPATCHING, State.INTERRUPTING, "
 _WAITING = "IDLE"
 """Phase of a mission that has not begun."""
 _BAD = ("FAILED", "RI", "ERROR", "LOST", "N_", "CRITICAL", "DIVERGED", "ABORTED", "VIOLATED")
-_DOUBTFUL = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
+_WARNING = ("NR", "NV", "BUSY", "S_BLOCKED", "S_ABORTED")
 _RULES = ("NV", "NR", "RI", "BUSY", "ERROR", "LOST")
 
 
@@ -258,7 +258,7 @@ def _level(record: Record) -> rr.TextLogLevel:
     """Log level of a record. Steps that the lanes show better have the level for debugging."""
     if record.after.startswith(_BAD):
         return rr.TextLogLevel.ERROR
-    if record.kind is RecordKind.FAULT or is_switch(record) or record.after.startswith(_DOUBTFUL):
+    if record.kind is RecordKind.FAULT or is_switch(record) or record.after.startswith(_WARNING):
         return rr.TextLogLevel.WARN
     passing = record.kind is RecordKind.GOAL and record.after in _PASSING
     effect = record.kind is RecordKind.RESOURCE and record.goal_id is not None

@@ -28,13 +28,13 @@ GAVE_UP = "#7d3a3e"
 NEUTRAL = "#cfe3d4"
 """A resource that needs no attention."""
 _BAD = ("FAIL", "CRITICAL", "DIVERGED", "LOST", "UNAVAILABLE")
-_DOUBTFUL = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
+_DEGRADED = ("UNKNOWN", "INVALID", "LOW", "DEGRADED")
 _BUSY = ("#8fb8ee", "#c3a3e3", "#76c7c0", "#d9b38c")
 
 STATE_COLOURS = {
     "at rest, or well": (NEUTRAL,),
     "another state": _BUSY,
-    "in doubt, or low": (AMBER,),
+    "unknown, or low": (AMBER,),
     "failed, lost or critical": (RED,),
 }
 """Meanings of the colours of a resource's states."""
@@ -51,13 +51,13 @@ def state_colours(states: tuple[str, ...], initial: str) -> dict[str, str]:
     The first harmless state, or the initial one if that is harmless, is pale: it needs no attention.
     """
     colours: dict[str, str] = {}
-    harmless = [state for state in states if not state.startswith(_BAD + _DOUBTFUL)]
+    harmless = [state for state in states if not state.startswith(_BAD + _DEGRADED)]
     resting = initial if initial in harmless else next(iter(harmless), None)
     busy = iter(_BUSY * len(states))
     for state in states:
         if is_trouble(state):
             colours[state] = RED
-        elif state.startswith(_DOUBTFUL):
+        elif state.startswith(_DEGRADED):
             colours[state] = AMBER
         else:
             colours[state] = NEUTRAL if state == resting else next(busy)

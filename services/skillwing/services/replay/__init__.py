@@ -1,1 +1,1 @@
-"""Every step of a resource manager, written down with its answer, and asked once more of the core as it is now."""
+"""Recorded steps of a resource manager, and their replay."""

@@ -9,8 +9,8 @@ import msgspec
 
 from skillwing.services.core.events import Event
 
-_UNTOLD = frozenset({"type", "v", "t", "record", "schema", "kind"})
-"""Fields that a reader of one step does not look for."""
+_OMITTED = frozenset({"type", "v", "t", "record", "schema", "kind"})
+"""Fields that the words of a step leave out."""
 
 
 def event_in_words(event: Event) -> str:
@@ -43,5 +43,7 @@ def _changes(publications: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def _in_words(fields: Mapping[str, Any]) -> str:
-    told = [f"{name} {value}" for name, value in fields.items() if name not in _UNTOLD and value not in (None, "", {})]
-    return f"{fields.get('type', 'states')}: {', '.join(told)}" if told else str(fields.get("type"))
+    shown = [
+        f"{name} {value}" for name, value in fields.items() if name not in _OMITTED and value not in (None, "", {})
+    ]
+    return f"{fields.get('type', 'states')}: {', '.join(shown)}" if shown else str(fields.get("type"))

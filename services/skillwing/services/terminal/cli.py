@@ -76,18 +76,14 @@ class LazyGroup(TyperGroup):
             return (_described(entry) if self._listing else None) or _loaded(entry)
         if ctx.resilient_parsing:
             return None
-        from skillwing.dsl.suggest import closest, listed  # noqa: PLC0415 - needed for a wrong name only
-        from skillwing.services.errors import InvalidOptionError  # noqa: PLC0415
+        from skillwing.services.errors import InvalidOptionError  # noqa: PLC0415 - needed for a wrong name only
+        from skillwing.services.terminal.usage_errors import unknown_command  # noqa: PLC0415
 
         if (folder := _declaring_folder(cmd_name)) is not None:
             text = f"`skillwing {cmd_name}` is declared in {folder}/pyproject.toml and not installed yet."
             text = f"{text} Install it: `make setup` in that folder, or `pip install --editable {folder}`."
             raise InvalidOptionError("command", text)
-        known = self.list_commands(ctx)
-        guess = closest(cmd_name, known)
-        hint = f"; did you mean `{guess}`?" if guess else "."
-        text = f"There is no command `{cmd_name}`{hint} What exists: {listed(known, limit=len(known))}."
-        raise InvalidOptionError("command", text)
+        raise InvalidOptionError("command", unknown_command(cmd_name, self.list_commands(ctx)))
 
 
 @contextmanager

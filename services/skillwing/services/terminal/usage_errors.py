@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from skillwing.dsl.suggest import closest, listed
+from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.errors import InvalidOptionError
 
 _QUOTED = r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*\""""
@@ -35,16 +35,20 @@ def usage_error(error: Exception, command: str) -> Exception:
     elif kind == "BadParameter" and parameter is not None:
         text = f"`{_name(parameter)}` of `{command}` does not fit: {said}."
     elif kind == "NoSuchOption" and context is not None:
-        text = f"`{command}` has no option `{option}`{_guess(option, _options(context))}"
+        text = f"`{command}` has no option `{option}`{did_you_mean(option, _options(context))}"
     elif kind == "BadOptionUsage":
         text = f"`{option}` of `{command}` does not fit: {said}."
     elif (unknown := _NO_COMMAND.match(message)) and context is not None:
-        word, known = unknown[1][1:-1], context.command.list_commands(context)
-        exists = f"What exists: {listed(known, limit=len(known))}."
-        text = f"There is no command `{word}` of `{command}`{_guess(word, known)} {exists}"
+        text = unknown_command(unknown[1][1:-1], context.command.list_commands(context), f" of `{command}`")
     else:
         text = f"`{command}` does not fit: {said}."
     return InvalidOptionError(option or str(getattr(parameter, "name", "")), f"{text} See `{command} -h`.")
+
+
+def unknown_command(word: str, known: list[str], of: str = "") -> str:
+    """Sentences about an unknown command. of: its group, as ` of `skillwing demo``; empty at the top."""
+    exists = f"What exists: {listed(known, limit=len(known))}."
+    return f"There is no command `{word}`{of}{did_you_mean(word, known)} {exists}"
 
 
 def _plain(said: str) -> str:
@@ -71,8 +75,3 @@ def _name(parameter: Any) -> str:
 def _options(context: Any) -> list[str]:
     """Long names of the options of a command."""
     return [name for each in context.command.params for name in each.opts if name.startswith("--")]
-
-
-def _guess(word: str, known: list[str]) -> str:
-    guess = closest(word, known)
-    return f"; did you mean `{guess}`?" if guess else "."

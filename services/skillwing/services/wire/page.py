@@ -59,7 +59,7 @@ def protocol_page() -> str:
         "messages": sections(kinds),
         "enumerations": enumerations(kinds),
         "skillset": [DOOR],
-        "exchange": [line for said in play() for line in _told(said)],
+        "exchange": [line for said in play() for line in _exchange_lines(said)],
         "ANY_QUERY": [", ".join(map(_code, ANY_QUERY))],
     }
     return TEMPLATE.page(CHANNELS, tables | {f"where_{code}": [_where(code)] for code in ErrorCode})
@@ -81,7 +81,7 @@ def _where(code: ErrorCode) -> str:
     return ", ".join(f"`{tail}`" for tail in tails)
 
 
-def _told(said: Said) -> Iterator[str]:
+def _exchange_lines(said: Said) -> Iterator[str]:
     yield f"**{said.t:.4f} s**, {said.who} {said.how} on `{said.key}`:\n"
     decoded = msgspec.json.format(msgspec.json.encode(msgspec.msgpack.decode(said.payload)), indent=0).decode()
     yield "```"

@@ -27,15 +27,13 @@ from skillwing.sim_mujoco.physics.hexacopter import Airframe
 GRAVITY = 9.81
 _POSITION_GAIN, _VELOCITY_GAIN, _VELOCITY_INTEGRAL = 1.0, 2.2, 0.5
 _MAX_TILT, _MAX_TILT_WITHOUT_A_ROTOR = math.radians(25), math.radians(12)
-_MAX_CLIMB_ACCELERATION = 5.0
+_MAX_SPEED, _MAX_CLIMB, _MAX_CLIMB_ACCELERATION = 6.0, 2.0, 5.0
 _APPROACH_BRAKING = 2.5
 """Planned braking towards a target [m/s2]."""
 _LINEAR_WITHIN = _APPROACH_BRAKING / _POSITION_GAIN**2
 
 
-def position_to_velocity(
-    position: Vector, target: Vector, feed_forward: Vector, max_speed: float = 6.0, max_climb: float = 2.0
-) -> Vector:
+def position_to_velocity(position: Vector, target: Vector, feed_forward: Vector) -> Vector:
     """Velocity that leads to `target` [m/s], with limits in the plane and in height.
 
     It grows with the distance; beyond 2.5 m only as far as the drone can brake again.
@@ -46,8 +44,8 @@ def position_to_velocity(
     if far > _LINEAR_WITHIN:
         gain = math.sqrt(2.0 * _APPROACH_BRAKING * (far - 0.5 * _LINEAR_WITHIN)) / far
     x, y, z = add((gain * away[0], gain * away[1], _POSITION_GAIN * away[2]), feed_forward)
-    shrink = min(1.0, max_speed / max(math.hypot(x, y), 1e-9))
-    return x * shrink, y * shrink, clamp(z, -max_climb, max_climb)
+    shrink = min(1.0, _MAX_SPEED / max(math.hypot(x, y), 1e-9))
+    return x * shrink, y * shrink, clamp(z, -_MAX_CLIMB, _MAX_CLIMB)
 
 
 class VelocityLoop:

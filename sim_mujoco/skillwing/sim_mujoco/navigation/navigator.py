@@ -42,7 +42,7 @@ from skillwing.sim_mujoco.sensors.self_tests import NOT_FINITE
 
 EPOCH = 0.1
 """Period of aiding measurements, and of the stored states [s]."""
-_PAST = 5
+_SNAPSHOTS = 5
 _ALIGNMENT = 25
 """Least number of samples at rest to average before the first fix is used; at most ten times as many."""
 _GATE = 25.0
@@ -82,7 +82,7 @@ class Solution:
 
 
 @dataclass(slots=True)
-class _Past:
+class _Snapshot:
     """A stored state: the expected fix at `t`, as position, velocity, heading (7,), and the attitude."""
 
     t: float
@@ -141,7 +141,7 @@ class Navigator:
         self._filter = self._new_filter()
         self._sigma = math.inf
         self._pressure_offset = 0.0
-        self._past: deque[_Past] = deque(maxlen=_PAST)
+        self._snapshots: deque[_Snapshot] = deque(maxlen=_SNAPSHOTS)
         self._steps = FixSteps(receiver)
         self._rejected = 0
         self._fixed_at = -math.inf
@@ -198,7 +198,7 @@ class Navigator:
         # The filter cannot see the common drift of the fixes. Unlike max, np.max returns NaN if there is one.
         self._sigma = math.hypot(float(np.max(self._filter.sigma(POSITION)[:2])), self._receiver.level)
         expected = np.array([*state.position, *state.velocity, heading_of(state.quaternion)])
-        self._past.append(_Past(t, expected, state.quaternion))
+        self._snapshots.append(_Snapshot(t, expected, state.quaternion))
 
     def fix(self, now: float, t: float, fix: NDArray[np.float32], *, usable: bool) -> str | None:
         """Take a fix (7,) measured at `t`, and return what its history shows against the receiver, in words.
@@ -220,13 +220,13 @@ class Navigator:
 
     def odometry(self, report: OdometryReport) -> None:
         """Take a velocity of odometry. It is too late if the state of its time is no longer stored."""
-        state, past = self._state, self._remembered(report.t)
-        if state is None or past is None or report.t <= self._odometry_at:
+        state, snapshot = self._state, self._remembered(report.t)
+        if state is None or snapshot is None or report.t <= self._odometry_at:
             return
         self._odometry_at = report.t
         self._reputation.reported_by(report.since)
         if report.good and not self._standing:
-            self._weigh_velocity(state, past, report)
+            self._weigh_velocity(state, snapshot, report)
 
     def place(self, position: Vector, heading: float) -> None:
         """Set the state of a drone at rest: for tests."""
@@ -255,7 +255,7 @@ class Navigator:
         self._sigma = float(self._noise[0])
         self._rejected = 0
         self._steps.reset()
-        self._past.clear()
+        self._snapshots.clear()
         self._samples.clear()
 
     def _new_filter(self) -> ErrorFilter:
@@ -296,10 +296,10 @@ class Navigator:
         self, t: float, fix: NDArray[np.float32], delay: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Residual (7,) of a fix and its design matrix (7, 16); None if the state of its time is not stored."""
-        past = self._remembered(t)
-        if past is None:
+        snapshot = self._remembered(t)
+        if snapshot is None:
             return None
-        residual = fix - past.expected
+        residual = fix - snapshot.expected
         residual[6] = wrap(residual[6])
         design = np.zeros((7, SIZE))
         design[:3, POSITION] = design[3:6, VELOCITY] = np.eye(3)
@@ -307,22 +307,22 @@ class Navigator:
         design[6, ANGLES.start + 2] = 1.0
         return residual, design
 
-    def _weigh_velocity(self, state: Strapdown, past: _Past, report: OdometryReport) -> None:
-        velocity = np.array(to_world(past.quaternion, report.velocity))
-        residual = velocity - past.expected[3:6]
+    def _weigh_velocity(self, state: Strapdown, snapshot: _Snapshot, report: OdometryReport) -> None:
+        velocity = np.array(to_world(snapshot.quaternion, report.velocity))
+        residual = velocity - snapshot.expected[3:6]
         design = np.zeros((3, SIZE))
         design[:, VELOCITY] = np.eye(3)
         # The attitude that turns body axes into the world may be wrong.
         design[:, ANGLES] = cross_matrix(velocity)
         spread = design @ self._filter.covariance @ design.T + GATED**2 * np.eye(3)
-        agrees, fixed = nis(residual, spread) <= _GATE, past.t - self._fixed_at <= _FIXED
+        agrees, fixed = nis(residual, spread) <= _GATE, snapshot.t - self._fixed_at <= _FIXED
         self._reputation.observe(agrees=agrees, fixed=fixed)
         # Navigation that has drifted is so uncertain that almost any velocity would agree with it.
         if agrees and not fixed and self._reputation.earned and self._velocity_is_valid:
             self._correct(state, self._filter.update(residual, design, np.full(3, WEIGHED**2)))
 
-    def _remembered(self, t: float) -> _Past | None:
-        return next((past for past in self._past if abs(past.t - t) < 1e-6), None)
+    def _remembered(self, t: float) -> _Snapshot | None:
+        return next((snapshot for snapshot in self._snapshots if abs(snapshot.t - t) < 1e-6), None)
 
     def _likely(self, residual: NDArray[np.float64], design: NDArray[np.float64]) -> bool:
         spread = design @ self._filter.covariance @ design.T + np.diag(self._noise**2)
@@ -335,9 +335,9 @@ class Navigator:
 
         state.correct(*(part(which) for which in (POSITION, VELOCITY, ANGLES, FORCE_BIAS, RATE_BIAS)))
         self._pressure_offset += float(errors[BAROMETER])
-        for past in self._past:
-            past.expected[:6] += errors[:6]
-            past.expected[6] += errors[ANGLES.start + 2]
+        for snapshot in self._snapshots:
+            snapshot.expected[:6] += errors[:6]
+            snapshot.expected[6] += errors[ANGLES.start + 2]
 
     @property
     def _is_valid(self) -> bool:

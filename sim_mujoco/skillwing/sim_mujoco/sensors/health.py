@@ -72,7 +72,7 @@ class HealthMonitor:
         self.condition = SensorCondition.UNKNOWN
 
     def observe(self, t: float, data: Data, residual: str | None = None) -> ConditionChange | None:
-        """Take a measurement that was delivered at `t`; `residual` is the objection of other instruments."""
+        """Take a measurement that was delivered at `t`; `residual` is the residual from other instruments."""
         self._last_seen = t
         self._arrivals.append(t)
         return self._conclude(t, self._frozen(data) or self._impossible(data) or self._tested(t, data) or residual)

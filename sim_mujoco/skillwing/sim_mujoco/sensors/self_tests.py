@@ -33,7 +33,7 @@ class Roughness(SelfTest):
     """
 
     _LIMIT = 4.0
-    _AGAIN = 2
+    _REPETITIONS = 2
     _MEDIAN = 0.6745
     """Median of the absolute value of a standard normal number."""
 
@@ -57,7 +57,7 @@ class Roughness(SelfTest):
             return None
         self._times += 1
         factor = np.median(bend[seen] / normal[seen])
-        return f"{factor:.0f} times its normal noise" if self._times >= self._AGAIN else None
+        return f"{factor:.0f} times its normal noise" if self._times >= self._REPETITIONS else None
 
 
 class Jump(SelfTest):

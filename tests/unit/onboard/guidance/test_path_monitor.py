@@ -17,7 +17,7 @@ from skillwing.onboard.guidance.path_monitor import (
     MARGIN,
     MIN_SPEED,
     REPORTED,
-    SETTLING,
+    SETTLE_TIME,
     SILENCE,
     STALE,
     STEEPEST,
@@ -154,8 +154,8 @@ def test_a_depth_map_that_falls_silent_as_a_way_begins_is_missed() -> None:
     monitor = PathMonitor()
     monitor.report(told(0.9, 0.9, 5.0))
     monitor.begin(1.0)
-    assert monitor.view(1.0 + SETTLING + STALE - 0.01, 0.1, 20.0) is PathVisibility.CLEAR
-    assert monitor.view(1.0 + SETTLING + STALE + 0.01, 0.1, 20.0) is PathVisibility.BLIND
+    assert monitor.view(1.0 + SETTLE_TIME + STALE - 0.01, 0.1, 20.0) is PathVisibility.CLEAR
+    assert monitor.view(1.0 + SETTLE_TIME + STALE + 0.01, 0.1, 20.0) is PathVisibility.BLIND
 
 
 @pytest.mark.parametrize("stamp", [0.3, None])
@@ -166,7 +166,7 @@ def test_a_way_that_begins_while_the_sensor_is_silent_is_not_flown_unwatched(sta
     monitor.begin(1.0)
     assert monitor.has_depth_map(1.0)
     monitor.report(replaced(begun, t=2.0, stamp=stamp))
-    assert monitor.view(1.0 + SETTLING + STALE - 0.01, 0.1, 20.0) is PathVisibility.CLEAR
+    assert monitor.view(1.0 + SETTLE_TIME + STALE - 0.01, 0.1, 20.0) is PathVisibility.CLEAR
     assert monitor.view(2.0, 0.1, 20.0) is PathVisibility.BLIND
     assert not monitor.may_go_on(2.0)
     monitor.report(told(2.1, 2.1, None))

@@ -62,12 +62,12 @@ def test_the_first_sound_scan_is_believed_however_wrong_the_ones_before_were(bef
     assert judged(gate, 0.0).rejection == ""
 
 
-@given(st.floats(0.0, 0.9 * LARGEST_NIS), st.sampled_from(["few", "misfit", "surprising"]))
+@given(st.floats(0.0, 0.9 * LARGEST_NIS), st.sampled_from(["few", "mismatch", "surprising"]))
 def test_a_doubted_scan_is_remembered_as_none(believed: float, why: str) -> None:
     """The innovation of a rejected scan appears again in the next one."""
     wrong = {
         "few": (0.5 * LARGEST_NIS, Agreement(1000, FEWEST_MATCHES - 1, FEWEST_MATCHES - 1)),
-        "misfit": (0.5 * LARGEST_NIS, Agreement(1000, 900, int(900 * LEAST_CLOSE) - 1)),
+        "mismatch": (0.5 * LARGEST_NIS, Agreement(1000, 900, int(900 * LEAST_CLOSE) - 1)),
         "surprising": (2.0 * LARGEST_NIS, SOUND),
     }
     gate = InnovationGate()

@@ -274,7 +274,7 @@ def test_what_navigation_does_not_tell_is_not_guessed() -> None:
     without_everything(room, odometry, 1.0)
     room.lost = True
     assert list(room.fly(odometry, 0.5)) == []
-    assert odometry.phase is Phase.DOUBTING
+    assert odometry.phase is Phase.REJECTING
     list(room.fly(odometry, 1.0))
     assert odometry.phase is Phase.LOST
     assert "inertial measurements" in odometry.text

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from skillwing.onboard.frames.extent import Box
-from skillwing.onboard.mapping.node import MISFITS, make_mapping
+from skillwing.onboard.mapping.node import MAP_DIVERGED, make_mapping
 from skillwing.onboard.obstacles.landing_memory import READINGS, SURE
 from skillwing.onboard.obstacles.node import make_obstacles
 from skillwing.onboard.sensor_data.directions import RANGE_MOUNT, lidar_directions
@@ -474,7 +474,7 @@ def test_it_says_when_the_world_no_longer_fits_the_map(mapping: Bench) -> None:
     mapping.wall = 3.0
     mapping.run(2.0)
     assert status(mapping).diverged
-    assert status(mapping).text == MISFITS
+    assert status(mapping).text == MAP_DIVERGED
     assert np.array_equal(snapshot(mapping)[1], before)
 
 

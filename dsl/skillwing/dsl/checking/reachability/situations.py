@@ -158,11 +158,11 @@ class Situations:
         for name, factor in self._factors.items():
             if name in merged:
                 continue
-            twin = other._factors[name]
-            if factor.names == twin.names:
-                merged |= dict.fromkeys(factor.names, _Factor(factor.names, factor.rows | twin.rows))
+            counterpart = other._factors[name]
+            if factor.names == counterpart.names:
+                merged |= dict.fromkeys(factor.names, _Factor(factor.names, factor.rows | counterpart.rows))
             else:
-                merged[name] = _single(name, factor.states(name) | twin.states(name))
+                merged[name] = _single(name, factor.states(name) | counterpart.states(name))
         return Situations(merged, False, self.loose or other.loose)
 
 

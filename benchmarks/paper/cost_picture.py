@@ -17,7 +17,7 @@ from paper_page import COLUMNS, NOMINAL, RECOVERY, Column
 
 from skillwing.evaluation.flights.result import FlightResult
 
-PRICE_PICTURE = "price.png"
+COST_PICTURE = "price.png"
 COLOURS: Final = {NOMINAL: "#6b6b6b", RECOVERY: "#2e9e4f"}
 OTHER, CRASHED, INK = "#1756c4", "#d62728", "#1a1a1a"
 PANELS = 4
@@ -26,7 +26,7 @@ SPREAD = 0.36
 """Height of one policy's dots [rows]; seeds are ordered from top to bottom."""
 
 
-def draw_price(file: Path, results: Sequence[FlightResult]) -> None:
+def draw_costs(file: Path, results: Sequence[FlightResult]) -> None:
     """Write the picture (PNG): a row of panels for each mission that was flown."""
     missions = [mission for mission in POLICIES if any(each.plan.mission == mission for each in results)]
     figure = Figure(figsize=(14.0, 0.5 + 2.9 * len(missions)), dpi=110, layout="constrained")

@@ -14,28 +14,28 @@ from numpy.typing import NDArray
 from skillwing.sim_mujoco.world.footprint import Footprint
 from skillwing.sim_mujoco.world.things.obstacle import Obstacle
 
-STANDING: Final = "#cfc6b8"
+OBSTACLE_COLOUR: Final = "#cfc6b8"
 _EDGE = "#5b5348"
 _ARC = np.linspace(0.0, 0.5 * np.pi, 7)
 """Angles along the arc of a rounded corner [rad]."""
 
 
-def stand_in_plan(axes: Axes, standing: Sequence[Obstacle]) -> None:
-    for number, obstacle in enumerate(standing):
-        outline = Polygon(_outline(obstacle.footprint), fc=STANDING, ec=_EDGE, lw=0.6, zorder=0)
+def draw_plan(axes: Axes, obstacles: Sequence[Obstacle]) -> None:
+    for number, obstacle in enumerate(obstacles):
+        outline = Polygon(_outline(obstacle.footprint), fc=OBSTACLE_COLOUR, ec=_EDGE, lw=0.6, zorder=0)
         outline.set_label("_" if number else "stands there, seen or not")  # an underscore keeps it out of the legend
         axes.add_patch(outline)
 
 
-def stand_in_perspective(
+def draw_perspective(
     axes: Any,  # matplotlib's types do not cover 3D axes
-    standing: Sequence[Obstacle],
+    obstacles: Sequence[Obstacle],
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> None:
     """Draw walls and roofs of obstacles wholly between the corners `low` and `high` (2,): 3D axes do not clip."""
     faces: list[NDArray[np.float64]] = []
-    for obstacle in standing:
+    for obstacle in obstacles:
         outline = _outline(obstacle.footprint)
         if (outline < low).any() or (outline > high).any():
             continue
@@ -43,7 +43,7 @@ def stand_in_perspective(
         walls = np.stack([foot, np.roll(foot, -1, axis=0), np.roll(roof, -1, axis=0), roof], axis=1)
         faces += [*walls, roof]
     if faces:
-        things = Poly3DCollection(faces, fc=STANDING, ec=_EDGE, lw=0.3, alpha=0.5, zorder=1)
+        things = Poly3DCollection(faces, fc=OBSTACLE_COLOUR, ec=_EDGE, lw=0.3, alpha=0.5, zorder=1)
         axes.add_collection3d(things, autolim=False)
 
 
