@@ -137,12 +137,21 @@ FLOWN = [tag for tag in slots(TEMPLATE[: TEMPLATE.index("<TreeNodesModel")]) if 
 """Names in tags of the trees. Names in the models are left out, as other names refer to them."""
 
 
+def quoted_around(slot: Slot) -> str:
+    """The whole value of the attribute that a slot lies in, or the slot's own word."""
+    before, after = TEMPLATE[: slot.start], TEMPLATE[slot.end :]
+    return before[before.rindex('"') + 1 :] + TEMPLATE[slot.start : slot.end] + after[: after.index('"')]
+
+
 @settings(max_examples=40)
 @given(st.data(), st.lists(st.sampled_from(FLOWN), min_size=2, max_size=4, unique_by=lambda tag: tag[0].start))
 def test_so_many_slips_in_different_tags_are_so_many_problems(data: st.DataObject, tags: list[list[Slot]]) -> None:
     chosen = [data.draw(st.sampled_from(tag)) for tag in tags]
     words = {TEMPLATE[slot.start : slot.end] for slot in chosen}
     assume(len(words) == len(chosen))  # the same one twice would be right again, where it is a cell's
+    assume(
+        len({quoted_around(slot) for slot in chosen}) == len(chosen)
+    )  # a tree and its name elsewhere are one mistake
     found = problems_of(misspelt(TEMPLATE, *chosen))
     assert len(found) == len(chosen), (words, found)
 
