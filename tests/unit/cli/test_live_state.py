@@ -113,6 +113,16 @@ def test_a_goal_whose_manager_died_is_lost(record_first: bool) -> None:
     assert (now.last.ending, now.last.reason) == (Ending.LOST, "Its manager is gone.")
 
 
+def test_a_lost_goal_is_known_without_any_status_of_its_manager() -> None:
+    """A viewer that connects later does not get them: they were in the memory of that process."""
+    present = LiveState()
+    present.add_record(record("r1", RecordKind.GOAL, "hover", "LOST", 2.0, goal_id="a", text="Its manager is gone."))
+    now = present.skill("hover")
+    assert (now.state, now.ended) == ("IDLE", 2.0)
+    assert now.last is not None
+    assert now.last.ending is Ending.LOST
+
+
 def test_resources_tell_since_when_and_by_whom() -> None:
     present = LiveState()
     present.add_record(record("c", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
-
 from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.history.wording import headline
 from skillwing.services.names import BLOCKED, skill_process
@@ -68,7 +66,6 @@ class LiveState:
         self._progress: dict[str, GoalProgress] = {}
         self._changes: dict[str, Record] = {}
         self._blocked: dict[str, Record] = {}
-        self._lost: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
         self._records: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
 
     def add_status(self, status: GoalStatus) -> None:
@@ -89,7 +86,6 @@ class LiveState:
                 return
             self._began[skill] = status.t
             self._running[skill] = status
-            self._end_if_lost(status)
             return
         self._began[skill] = min(self._began[skill], status.t)
         if status.t >= running.t:
@@ -101,20 +97,17 @@ class LiveState:
     def add_record(self, record: Record) -> None:
         self._records[record.id] = record
         if record.kind is RecordKind.GOAL and record.after == Ending.LOST and record.goal_id is not None:
-            self._lost[record.goal_id] = record
-            for running in list(self._running.values()):
-                self._end_if_lost(running)
+            self._end_lost(record, record.goal_id)
         if record.kind is RecordKind.RESOURCE:
             _keep_latest(self._changes, record)
         if record.kind is RecordKind.PROCESS and record.after == BLOCKED:
             _keep_latest(self._blocked, record)
 
-    def _end_if_lost(self, running: GoalStatus) -> None:
-        """End a goal whose manager died before it published the end."""
-        record = self._lost.get(running.goal_id)
-        if record is not None:
-            terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
-            self.add_status(msgspec.structs.replace(running, state=State.TERMINATED, t=record.t, terminal=terminal))
+    def _end_lost(self, record: Record, goal_id: str) -> None:
+        """End a goal whose manager exited before it published the end. Its earlier statuses may be gone with it."""
+        terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
+        skill, state = record.subject, State.TERMINATED
+        self.add_status(GoalStatus(goal_id=goal_id, skill=skill, state=state, t=record.t, terminal=terminal))
 
     def skill(self, name: str) -> SkillNow:
         """The present state of a skill."""
