@@ -151,7 +151,7 @@ def test_so_many_slips_in_different_tags_are_so_many_problems(data: st.DataObjec
     assume(len(words) == len(chosen))  # the same one twice would be right again, where it is a cell's
     assume(
         len({quoted_around(slot) for slot in chosen}) == len(chosen)
-    )  # a tree and its name elsewhere are one mistake
+    )  # a tree and its name are one mistake
     found = problems_of(misspelt(TEMPLATE, *chosen))
     assert len(found) == len(chosen), (words, found)
 
