@@ -291,7 +291,7 @@ def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: 
     assert "killer:nothing" in death.outlook
 
 
-def test_a_manager_whose_place_was_taken_ends_and_is_started_anew(tmp_path: Path) -> None:
+def test_a_replaced_manager_ends_and_is_restarted(tmp_path: Path) -> None:
     deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     manager = ROBOT.process(skill_process("hover"), {})
     with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:

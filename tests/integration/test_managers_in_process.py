@@ -330,7 +330,7 @@ def test_a_manager_that_is_back_before_its_token_counts_as_gone_frees_what_its_p
     assert system.run(system.client.start("reach", REACH)).label == "S_THERE"
 
 
-def test_a_manager_that_outlived_its_successor_ends_at_the_next_goal_and_can_be_started_anew() -> None:
+def test_a_manager_that_outlived_its_successor_ends_at_the_next_goal_and_can_be_restarted() -> None:
     system = System(MockRun(delay=30.0, result="THERE"))
     system.replace(skill_process("reach"))
     assert not system.buses[skill_process("reach")].closed

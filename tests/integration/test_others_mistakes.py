@@ -118,7 +118,7 @@ def test_mistake_a_refusal_carries_no_reason() -> None:
     turn.assert_ended("NR", failing=["free"], reason="wheels is TAKEN")
 
 
-def test_mistake_whoever_is_alive_is_taken_to_be_reachable() -> None:
+def test_mistake_a_live_process_is_taken_to_be_reachable() -> None:
     """zenoh #588, #2767: a token arrives before its queryable does, and a query comes back empty at once."""
     robot = rover(mocks=False)
     robot.bus.declare_alive(KEYS.alive(DRIVE))

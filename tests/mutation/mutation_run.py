@@ -54,7 +54,7 @@ WHOLE_MANAGERS = (
     "tests/integration/test_leases_and_owners.py",
     "tests/integration/test_resource_manager_restart.py",
     "tests/simulation/test_simulation.py::test_promises_are_kept[0]",
-    "tests/simulation/test_simulation.py::test_what_was_found_stays_mended",
+    "tests/simulation/test_simulation.py::test_found_mistakes_stay_fixed",
 )
 BENCHES = (UNIT_TESTS, WHOLE_MANAGERS)
 BATCH = 10

@@ -44,7 +44,7 @@ def test_a_run_that_is_over_does_not_excuse_itself() -> None:
     assert "| `values.py` | 1 | 0 | 0 | 0 | 1 | 0 |" in told
 
 
-def test_a_function_that_has_changed_is_judged_anew_and_survivors_on_demand(tmp_path: Path) -> None:
+def test_a_changed_function_is_tested_again_and_survivors_on_demand(tmp_path: Path) -> None:
     file = tmp_path / "judgements.json"
     mutants = {f"{BEGIN_GOAL}1": "as it was", f"{BEGIN_GOAL}2": "as it was", "skillwing.m.x_other__mutmut_1": "new"}
     first = Judgements(mutants, file)

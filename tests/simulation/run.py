@@ -15,7 +15,7 @@ from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
 CHECK_PERIOD = 0.25
-MENDED_AT = ACTION_TIME + 1.0
+FIXED_AT = ACTION_TIME + 1.0
 WELL_FOR = 9.0
 """Seconds after which everybody has noticed everything: retries, probes, leases and their debouncing."""
 REST_WITHIN = 25.0
@@ -58,15 +58,15 @@ class Run:
         network, observer = self.world.network, self.observer
         self.world.begin()
         network.schedule_periodic(CHECK_PERIOD, self._look)
-        if self._pass_time(MENDED_AT):
-            self.world.mend_all()
-        if self._pass_time(MENDED_AT + WELL_FOR):
+        if self._pass_time(FIXED_AT):
+            self.world.fix_all()
+        if self._pass_time(FIXED_AT + WELL_FOR):
             self._audit.look_at_losses()
             self._interrupt_everything()
         network.run_until(lambda: bool(self._quiet or observer.problems), REST_WITHIN)
         rest_until = network.now() + REST_FOR
         if self.world.replaced:
-            rest_until = max(rest_until, MENDED_AT + ONE_OF_EACH_AFTER)
+            rest_until = max(rest_until, FIXED_AT + ONE_OF_EACH_AFTER)
         if self._pass_time(rest_until):
             self._audit.look_at_the_rest()
         return Outcome(self.plan, tuple(observer.problems), self._messages, self._digest.hexdigest())
@@ -94,7 +94,7 @@ class Run:
     def _look(self) -> None:
         self._audit.look_at_grants()
         self._audit.look_at_goals()
-        if self.world.network.now() > MENDED_AT + WELL_FOR:
+        if self.world.network.now() > FIXED_AT + WELL_FOR:
             self._quiet = self._audit.is_quiet()
 
     def _interrupt_everything(self) -> None:

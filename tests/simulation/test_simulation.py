@@ -35,7 +35,7 @@ def test_promises_are_kept(chunk: int) -> None:
 
 
 @pytest.mark.parametrize("name", FOUND)
-def test_what_was_found_stays_mended(name: str) -> None:
+def test_found_mistakes_stay_fixed(name: str) -> None:
     assert Run(FOUND[name]).carry_out().problems == ()
 
 

@@ -179,7 +179,7 @@ class World:
             self.launch(name)
         for act in self.plan.acts:
             self.network.schedule(act.t, lambda act=act: self._carry_out(act))
-        self.network.schedule_periodic(SUPERVISION_PERIOD, self._start_anew_what_has_ended)
+        self.network.schedule_periodic(SUPERVISION_PERIOD, self._restart_ended_processes)
 
     @property
     def resource_manager(self) -> Process:
@@ -233,7 +233,7 @@ class World:
         skillset = self.plan.subject.skillset
         return Journal(None, Identity("", skillset.name, skillset.schema_hash))
 
-    def _start_anew_what_has_ended(self) -> None:
+    def _restart_ended_processes(self) -> None:
         """Start processes again that have ended, and end replaced processes.
 
         A replaced manager ends by itself, but is killed after WAKES_FOR if it runs a goal: two with goals answer twice.
@@ -293,7 +293,7 @@ class World:
         process.cut = True
         self.network.cut(process.bus, noticed=noticed)
 
-    def _mend(self, process: Process) -> None:
+    def _fix(self, process: Process) -> None:
         if process.cut:
             process.cut = False
             process.linked_since = self.network.now()
@@ -314,16 +314,16 @@ class World:
         pace = random.Random(f"{self.plan.seed}/{self.network.now()}")
         for process in self._everybody():
             # Each tries again at its own pace, from 0.1 to 1 s.
-            self.network.schedule(pace.uniform(0.0, 1.0), lambda process=process: self._mend(process))
+            self.network.schedule(pace.uniform(0.0, 1.0), lambda process=process: self._fix(process))
 
-    def mend_all(self) -> None:
+    def fix_all(self) -> None:
         """End all faults. Their consequences stay."""
         self.network.conditions = NetworkConditions()
         self._router_up = True
         for process in self._everybody():
             if process.stopped:
                 self._wake(process)
-            self._mend(process)
+            self._fix(process)
         for name, (good, _) in self.plan.subject.data.items():
             cast(Robot, self.running[ROBOT].node).publish(name, good)
         for name in (RESOURCE_MANAGER, DATA_MANAGER):
@@ -358,7 +358,7 @@ class World:
                 self._replace(act.who, seconds)
             case Deed.CUT if not process.cut:
                 self._cut(process)
-                self.network.schedule(seconds, lambda: self._mend(process) if self._router_up else None)
+                self.network.schedule(seconds, lambda: self._fix(process) if self._router_up else None)
             case _:
                 pass
 

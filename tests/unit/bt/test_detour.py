@@ -249,7 +249,7 @@ def test_coming_home_is_no_route_unless_nothing_else_was_asked_for(rest: list[Po
     assert planner.fulfilled is fulfilled
 
 
-def test_a_drone_that_was_carried_away_plans_the_way_to_the_same_waypoint_anew() -> None:
+def test_a_drone_that_drifted_away_plans_to_the_same_waypoint_again() -> None:
     planner = RoutePlanner([(20, 0, 4)])
     planner.next_target((0, 0, 4))
     planner.blocked((8, 0, 4), 2.0)

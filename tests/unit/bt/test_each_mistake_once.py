@@ -245,7 +245,7 @@ def test_a_slip_in_python_is_one_problem(tree: Callable[[], Behaviour], told: st
     assert told in found[0].text
 
 
-def test_what_is_wrong_besides_a_slip_is_told_as_well() -> None:
+def test_other_problems_are_reported_with_a_typing_error() -> None:
     charged = ResourceIs("charged?", DRONE, "battery_status", "NORML")
     tree = unless_the_pilot_flies(DRONE, 9.0, guarded("all", charged, in_order("up", takeoff(), skill("goto"))))
     found = [problem.text for problem in check_mission(Flight(tree), M600, MissionOptions())]

@@ -83,7 +83,7 @@ def test_a_deadline_halts_what_takes_too_long(mission: FakeMission) -> None:
     assert mission.goals[0].interrupts == 1
 
 
-def test_a_deadline_starts_anew_with_its_child(mission: FakeMission) -> None:
+def test_a_deadline_restarts_with_its_child(mission: FakeMission) -> None:
     deadline = Deadline("in time", mission.context, 10.0, Success("at once"))
     for mission.time in (0.0, 100.0):
         deadline.tick_once()

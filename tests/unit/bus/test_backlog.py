@@ -29,7 +29,7 @@ from skillwing.services.protocol import MAX_MESSAGE_BYTES
     most_bytes=st.integers(0, 20),
     steps=st.lists(st.none() | st.integers(0, 30), max_size=60),
 )
-def test_what_waits_is_bounded_and_whoever_comes_to_an_idle_node_is_let_in(
+def test_the_backlog_is_bounded_and_an_idle_node_takes_any_request(
     most_requests: int, most_bytes: int, steps: list[int | None]
 ) -> None:
     """A number stands for a request of so many bytes, None for the node taking one up."""

@@ -142,7 +142,7 @@ def test_all_problems_are_told_at_once() -> None:
         (["height=99"], set()),
     ],
 )
-def test_besides_words_that_cannot_be_read_it_is_told_what_is_missing(words: list[str], problems: set[str]) -> None:
+def test_missing_inputs_are_reported_with_unreadable_words(words: list[str], problems: set[str]) -> None:
     try:
         parse_inputs(GOTO, words)
         told = set[str]()

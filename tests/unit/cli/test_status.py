@@ -29,7 +29,7 @@ WHOLE = SystemOverview(
 )
 
 
-def test_whoever_runs_and_answers_makes_a_system_whole() -> None:
+def test_a_system_is_whole_while_its_processes_run_and_answer() -> None:
     assert WHOLE.is_whole
     assert WHOLE.troubles == {"goto": "`on_dispatch` blocks."}
 

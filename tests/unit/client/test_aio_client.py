@@ -186,7 +186,7 @@ def test_data_are_read_and_awaited(generated: Generated) -> None:
     play(generated, scenario)
 
 
-def test_whoever_waits_learns_that_the_connection_is_closed(generated: Generated) -> None:
+def test_a_waiting_call_fails_when_the_connection_closes(generated: Generated) -> None:
     async def main() -> None:
         system = MockedLift(MockScript())
         client = Client(system.bus, system.interface)

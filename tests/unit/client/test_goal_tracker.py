@@ -183,11 +183,11 @@ def test_a_manager_whose_token_comes_back_gets_the_patience_of_the_living() -> N
 
 def test_a_refusal_to_start_is_an_error_with_its_sentence() -> None:
     desk = Desk()
-    desk.asked.to_start.append(ErrorReply(code=ErrorCode.TOO_LATE, message="It came too late.", help="Start anew."))
+    desk.asked.to_start.append(ErrorReply(code=ErrorCode.TOO_LATE, message="It came too late.", help="Start again."))
     desk.start()
     desk.wait()
     assert (desk.terminal.ending, desk.terminal.detected_by) == (Ending.ERROR, "client")
-    assert desk.terminal.reason == "The manager refused to start: It came too late. Start anew."
+    assert desk.terminal.reason == "The manager refused to start: It came too late. Start again."
     assert not desk.asked.questions
 
 
@@ -246,7 +246,7 @@ def test_an_interrupt_that_was_not_carried_out_is_asked_for_again_with_its_cause
     assert desk.handle.state is State.INTERRUPTING
 
 
-def test_an_interrupt_that_was_heard_is_said_again_to_whoever_runs_the_goal_all_the_same() -> None:
+def test_an_interrupt_is_sent_again_while_the_goal_still_runs() -> None:
     desk = Desk()
     desk.asked.to_interrupt.extend([UNKNOWN, INTERRUPTING])
     desk.tracker.interrupt(cause="tree#3")
@@ -291,7 +291,7 @@ def test_a_question_that_has_overtaken_the_start_does_not_make_the_goal_lost(que
     assert desk.terminal.label == "S_THERE"
 
 
-def test_whoever_follows_a_goal_that_nobody_knows_is_told_so() -> None:
+def test_following_an_unknown_goal_is_answered_so() -> None:
     desk = Desk()
     desk.asked.to_question.append(UNKNOWN)
     desk.tracker.follow()

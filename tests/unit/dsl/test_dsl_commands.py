@@ -170,7 +170,7 @@ def test_generate_tells_of_managers_without_a_skill(app: typer.Typer, tmp_path: 
     assert "wait.py manages a skill" in result.output
 
 
-def test_where_a_file_is_no_text_is_told_by_whoever_loads_it(tmp_path: Path) -> None:
+def test_a_file_that_is_no_text_is_reported_when_loaded(tmp_path: Path) -> None:
     file = tmp_path / "lamp.skillset"
     file.write_bytes(b"skillset lamp {\r\n  // \xe9t\xe9\n}")
     with pytest.raises(OSError, match="it is not text in UTF-8, from byte 6 of line 2 on") as caught:

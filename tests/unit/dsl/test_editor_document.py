@@ -176,7 +176,7 @@ RIGHT = {
         ("effect", "dropp"),
     ],
 )
-def test_a_misspelt_word_is_mended(what: str, wrong: str) -> None:
+def test_a_misspelt_word_is_corrected(what: str, wrong: str) -> None:
     right = MISSPELT % RIGHT
     assert Document(right, "s.skillset").checked.skillset is not None
     text = MISSPELT % {**RIGHT, what: wrong}
@@ -185,7 +185,7 @@ def test_a_misspelt_word_is_mended(what: str, wrong: str) -> None:
     assert applied(text, (fix.edit,)) == right
 
 
-def test_only_problems_at_the_place_are_mended() -> None:
+def test_only_problems_at_the_place_get_a_fix() -> None:
     text = MISSPELT % {**RIGHT, "type": "Pont", "effect": "dropp"}
     at = text.index("dropp")
     assert [fix.edit.text for fix in fixes(Document(text, "s.skillset"), at, at)] == ["drop"]

@@ -15,7 +15,7 @@ def test_the_example_gets_the_output_beneath_it(page: Page) -> None:
 
 
 @pytest.mark.parametrize("page", pages(), ids=lambda page: page.code)
-def test_the_mended_example_is_mended(page: Page) -> None:
+def test_the_fixed_example_is_fixed(page: Page) -> None:
     assert page.code not in {diagnostic.code for diagnostic in page.diagnostics(1)}
 
 

@@ -120,7 +120,7 @@ def test_nothing_is_left_of_a_step_that_breaks(
     assert journaled(path).core.grants == first.core.grants
 
 
-def test_whoever_has_lost_the_journal_does_not_even_answer(path: Path) -> None:
+def test_a_manager_without_its_journal_does_not_answer(path: Path) -> None:
     """The later process may have taken the goal away, and granted another one what it held."""
     earlier = journaled(path)
     earlier.step(permit(1.0, 1.0), 1.0)
@@ -161,7 +161,7 @@ def test_nobody_loses_a_grant_because_somebody_sets_the_clock_back(path: Path) -
     assert next_one.token > granted.token
 
 
-def test_where_the_world_begins_anew_nothing_is_held_and_no_token_is_given_twice(path: Path) -> None:
+def test_after_a_world_reset_nothing_is_held_and_no_token_repeats(path: Path) -> None:
     first = journaled(path)
     first.step(permit(1.0, 50.0), 50.0)
     granted = first.step(begin("a"), 50.0).reply

@@ -164,7 +164,7 @@ REACHES = {
 
 
 @pytest.mark.parametrize("condition", Condition)
-def test_what_befalls_the_drone_is_told_to_the_process_that_makes_it_happen_and_to_no_other(
+def test_a_condition_is_an_option_of_only_the_process_that_causes_it(
     condition: Condition,
 ) -> None:
     plan = FlightPlan(mission="mapping", world="courtyard", seed=5, condition=condition)

@@ -92,7 +92,7 @@ def drone(monkeypatch: pytest.MonkeyPatch) -> Recorded:
         ({"sensor": "rotor/2"}, FAULT, SetFault(sensor="rotor/2", kind="stopped")),
     ],
 )
-def test_a_fault_goes_to_whoever_can_have_it(
+def test_a_fault_goes_to_the_process_that_simulates_it(
     arguments: dict[str, Any], key: str, message: Message, drone: Recorded
 ) -> None:
     commands.fault(**arguments)

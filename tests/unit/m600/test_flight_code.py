@@ -161,7 +161,7 @@ def test_flights_are_kept_while_files_are_touched_that_stay_what_they_are(packag
         next(flights)
 
 
-def test_what_flies_is_digested_anew_only_if_a_file_was_touched(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_flight_code_is_hashed_again_only_if_a_file_changed(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     flying = FlyingCode([package])
     monkeypatch.setattr(module, "flight_code", lambda package: pytest.fail("Nothing has changed."))
     assert list(flying.kept([1, 2])) == [1, 2]

@@ -78,7 +78,7 @@ def test_what_is_given_for_the_next_goals_comes_first() -> None:
     assert taken(mocks, 3) == ["BAD", "BAD", "GOOD"]
 
 
-def test_always_lasts_until_the_script_begins_anew() -> None:
+def test_always_lasts_until_the_script_restarts() -> None:
     mocks = player(MockScript(skills={"a": (BAD, GOOD)}))
     mocks.give_always(fit_run(GOOD, TWO.skill("a"), lambda problem: None))
     assert taken(mocks, 2) == ["GOOD", "GOOD"]

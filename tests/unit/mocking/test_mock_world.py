@@ -186,7 +186,7 @@ def test_the_next_goal_is_directed_and_those_after_it_are_not() -> None:
     assert [stage.run(), stage.run()] == ["S_STUCK", "S_THERE"]
 
 
-def test_all_goals_are_directed_until_the_script_begins_anew() -> None:
+def test_all_goals_are_directed_until_the_script_restarts() -> None:
     stage = Stage()
     direct(stage, "always", result="STUCK")
     assert [stage.run(), stage.run()] == ["S_STUCK", "S_STUCK"]

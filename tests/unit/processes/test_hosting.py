@@ -96,7 +96,7 @@ def test_the_end_of_one_is_the_end_of_all_with_its_exit_code(
     assert well.detached, "in good order"
 
 
-def test_whoever_says_why_it_cannot_go_on_says_who_it_is(
+def test_a_process_that_gives_up_names_itself(
     endpoint: str, lifetime: Lifetime, capsys: pytest.CaptureFixture[str]
 ) -> None:
     host(endpoint, lifetime, Guest("well"), Guest("unwell", raises(WrongSkillsetError("It is another one."))))

@@ -41,7 +41,7 @@ def test_one_that_died_goes_on_in_its_own_directory(tmp_path: Path) -> None:
     assert begin_or_go_on(tmp_path, mark, NOW + timedelta(minutes=1)) == first
 
 
-def test_one_that_died_while_it_wrote_the_name_begins_anew(tmp_path: Path) -> None:
+def test_a_recorder_that_died_while_writing_its_name_restarts(tmp_path: Path) -> None:
     mark = tmp_path / "mark"
     mark.touch()
     assert begin_or_go_on(tmp_path, mark, NOW) == tmp_path / "20261121-231117-up"

@@ -62,7 +62,7 @@ def test_only_a_success_that_held_is_green(ending: Ending) -> None:
         assert green == (ending is Ending.SUCCEEDED and success)
 
 
-def test_a_goal_whose_manager_died_is_ended_by_whoever_noticed() -> None:
+def test_a_goal_of_a_dead_manager_is_ended_by_its_observer() -> None:
     running = GoalStatus(goal_id="g", skill="goto", state=State.RUNNING, t=3.0)
     noticed = Record(
         id="resource_manager#1",
@@ -80,7 +80,7 @@ def test_a_goal_whose_manager_died_is_ended_by_whoever_noticed() -> None:
     assert (bar.t_end, bar.terminal, bar.outcome, bar.reason) == (5.0, "LOST", GoalOutcome.FAILURE, noticed.text)
 
 
-def test_the_manager_knows_better_than_whoever_noticed() -> None:
+def test_the_manager_overrules_the_observer() -> None:
     terminal = Terminal(ending=Ending.SUCCEEDED, result="ARRIVED", success=True, reason="arrived")
     ended = GoalStatus(goal_id="g", skill="goto", state=State.TERMINATED, t=4.0, terminal=terminal)
     noticed = Record(

@@ -75,7 +75,7 @@ def test_a_viewer_that_its_user_closes_ends_the_wait(tmp_path: Path, monkeypatch
         assert not window.is_open
 
 
-def test_a_viewer_does_not_outlive_whoever_opened_it(tmp_path: Path) -> None:
+def test_a_viewer_does_not_outlive_its_opener(tmp_path: Path) -> None:
     path = program(tmp_path, LISTEN)
     command = [sys.executable, "-c", OPEN, path, str(tmp_path / "viewer.log")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as opener:

@@ -137,7 +137,7 @@ def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> 
     } == {("authority", "OFF", 1), ("door", "OPEN", 0), ("axes", "FREE", 0), ("lamp", "OFF", 0)}
 
 
-def test_whoever_was_replaced_stays_so(bench: Bench) -> None:
+def test_a_replaced_process_stays_replaced(bench: Bench) -> None:
     for incarnation in ("first", "second"):
         bench.attach("skill/move", incarnation)
     later, _, _ = successor(bench, 2.0)

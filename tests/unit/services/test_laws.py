@@ -232,7 +232,7 @@ class Managers(RuleBasedStateMachine):
         assert len(self.dispatched) == len(set(self.dispatched))
 
     @invariant()
-    def whoever_was_halted_early_never_moves(self) -> None:
+    def halted_skills_never_move(self) -> None:
         assert self.halted_early.isdisjoint(self.dispatched)
         for goal_id in self.halted_early & self.answers.keys():
             assert self.answers[goal_id][0].ending is Ending.INTERRUPTED

@@ -52,7 +52,7 @@ def test_the_silence_is_told() -> None:
 
 
 @given(st.lists(st.floats(0.1, 1.9), min_size=1, max_size=20))
-def test_whoever_renews_in_time_keeps_it(gaps: list[float]) -> None:
+def test_a_renewed_lease_is_kept(gaps: list[float]) -> None:
     leases, now = Leases(), 0.0
     leases.begin("g", 2.0, now)
     for gap in gaps:
@@ -102,7 +102,7 @@ def test_after_we_did_not_run_ourselves_nobody_is_blamed() -> None:
     assert "g" in leases
 
 
-def test_whoever_looks_before_there_is_a_lease_finds_nothing() -> None:
+def test_without_a_lease_nothing_has_expired() -> None:
     leases = Leases()
     assert leases.look(1000.0, hearing=True) == ()
     leases.begin("g", 2.0, 2000.0)

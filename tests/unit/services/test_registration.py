@@ -51,7 +51,7 @@ def standing(network: InProcessNetwork, on_replaced: Callable[[ErrorReply], None
     return result
 
 
-def test_whoever_counts_asks_again_from_time_to_time() -> None:
+def test_a_registered_process_asks_again_periodically() -> None:
     network = InProcessNetwork()
     judge, replaced = ScriptedResourceManager(network), list[ErrorReply]()
     standing(network, replaced.append)
@@ -60,7 +60,7 @@ def test_whoever_counts_asks_again_from_time_to_time() -> None:
     assert replaced == []
 
 
-def test_whoever_was_replaced_hears_it_once_and_asks_no_more() -> None:
+def test_a_replaced_process_is_notified_once_and_stops_asking() -> None:
     network = InProcessNetwork()
     judge, replaced = ScriptedResourceManager(network), list[ErrorReply]()
     mine = standing(network, replaced.append)

@@ -68,7 +68,7 @@ def test_any_other_refusal_is_an_answer() -> None:
     assert busy.asked == 1
 
 
-def test_silence_counts_for_nothing_while_we_are_cut_off_and_anew_when_we_are_back() -> None:
+def test_silence_does_not_count_while_cut_off_and_restarts_afterwards() -> None:
     network = InProcessNetwork()
     asker = network.bus("asker")
     assert isinstance(asker, InProcessBus)

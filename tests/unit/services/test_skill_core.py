@@ -84,7 +84,7 @@ def test_endings(context: Callable[[], Desk], steps: Callable[[Desk], None], lab
     assert desk.terminal().label == label
     assert desk.terminal().reason
     assert desk.core.current is None
-    assert desk.hooks.count(Hook.ENDED) == desk.hooks.count(Hook.DISPATCH), "whoever was dispatched is told of the end"
+    assert desk.hooks.count(Hook.ENDED) == desk.hooks.count(Hook.DISPATCH), "every dispatched hook gets the end"
     desk.start()
     for late in (desk.terminated, desk.interrupted, desk.failed, desk.raised, desk.violated, desk.dispatched):
         late()

@@ -174,7 +174,7 @@ def test_after_so_much_that_is_wrong_nobody_looks_any_further() -> None:
     assert len(problems(many=["no"] * (MOST_PROBLEMS - 1))) == MOST_PROBLEMS - 1
 
 
-def test_a_long_text_is_cut_and_one_without_an_encoding_is_mended() -> None:
+def test_a_long_text_is_cut_and_one_without_an_encoding_is_repaired() -> None:
     assert sendable_text("x" * LONGEST_TEXT) == "x" * LONGEST_TEXT
     assert sendable_text("x" * (LONGEST_TEXT + 1)) == "x" * LONGEST_TEXT + "..."
     assert sendable_text("a\udc80b") == "a?b"

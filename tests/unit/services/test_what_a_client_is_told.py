@@ -116,9 +116,9 @@ def test_a_goal_that_is_no_longer_ours_is_lost(code: ErrorCode) -> None:
 
 def test_a_refusal_is_told_with_what_to_do() -> None:
     desk = validating()
-    desk.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="It is another version.", help="Make it anew."))
+    desk.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="It is another version.", help="Generate it again."))
     assert desk.terminal().ending is Ending.ERROR
-    assert desk.terminal().reason == "The resource manager refused: It is another version. Make it anew."
+    assert desk.terminal().reason == "The resource manager refused: It is another version. Generate it again."
 
 
 def test_an_answer_that_does_not_belong_here_ends_in_an_error() -> None:

@@ -21,7 +21,7 @@ speeds = st.floats(0.0, 6.0)
 
 
 @given(places, st.floats(0.0, 2.0 * math.pi), speeds)
-def test_whoever_is_not_stopped_can_still_brake_inside(
+def test_an_unstopped_drone_can_still_brake_inside(
     place: tuple[float, float, float], course: float, speed: float
 ) -> None:
     velocity = (speed * math.cos(course), speed * math.sin(course), 0.0)

@@ -177,7 +177,7 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> float:
 
 
 @pytest.mark.parametrize("phase", [Mode.HOVER, Mode.LAND])
-def test_whoever_takes_a_drone_that_is_about_to_land_gets_it_where_it_is(phase: Mode, patience: float) -> None:
+def test_taking_over_a_landing_drone_holds_it_in_place(phase: Mode, patience: float) -> None:
     rig = airborne()
     rig.command("takeoff", Stop(), token=1)
     assert rig.fly(patience + 8.0, lambda: rig.sim.autopilot.mode is phase)

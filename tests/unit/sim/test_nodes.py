@@ -293,9 +293,7 @@ def test_a_given_fence_is_the_autopilots_and_the_judges() -> None:
     assert 3.0 < follower.truth[-1].position[0] < 6.0
 
 
-def test_guidance_that_is_started_anew_in_flight_is_told_what_was_revoked_before(
-    network: InProcessNetwork, ground: Ground
-) -> None:
+def test_guidance_restarted_in_flight_refuses_revoked_tokens(network: InProcessNetwork, ground: Ground) -> None:
     take_off(network, ground)
     network.run_for(4.0)
     revoked = guidance.Revoked(goal_id="lost", token=2, record="r")

@@ -101,7 +101,7 @@ def test_hooks_may_be_made_by_any_callable() -> None:
 # --- the context -----------------------------------------------------------------------------------------------------
 
 
-def test_at_the_start_resources_are_where_they_are_put_whoever_drives_them() -> None:
+def test_initial_states_can_be_set_for_every_resource() -> None:
     test = SkillTest(LIFTER, Lift, states={"power": "ON", "hoist": "USED"}, data={"load": 10.0})
     assert dict(test.states) == {"power": "ON", "hoist": "USED"}
     test.start(height=1.0).assert_ended("NR", failing=["free"])

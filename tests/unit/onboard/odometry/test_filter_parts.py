@@ -326,7 +326,7 @@ def test_the_memory_forgets_what_nobody_took() -> None:
     assert memory.take(0.0, 10.0).times[0] == pytest.approx(8.0, abs=0.03)
 
 
-def test_the_memory_begins_anew_when_time_was_reset() -> None:
+def test_the_memory_is_empty_after_a_time_reset() -> None:
     memory = InertialMemory(10.0)
     for t in (50.0, 50.02, 1.0, 1.02):
         assert memory.add(batch(t))

@@ -144,7 +144,7 @@ def test_flying_through_a_doorway_in_a_thin_wall_and_back_is_no_divergence(thick
     assert max(np.linalg.norm(fix.state.position - room.position(fix.t)) for fix in fixes) < 0.06
 
 
-def test_a_lost_odometry_gives_no_more_poses_until_it_is_started_anew() -> None:
+def test_a_lost_odometry_gives_no_poses_until_restarted() -> None:
     room = Room()
     odometry = flying(room)
     room.lidar_bias = 1.0

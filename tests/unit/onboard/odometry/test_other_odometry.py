@@ -43,7 +43,7 @@ def test_the_same_scans_give_the_same_poses_bit_by_bit() -> None:
     assert runs[0] == runs[1]
 
 
-def test_it_notices_that_ranges_lie_and_begins_anew() -> None:
+def test_wrong_ranges_are_noticed_until_a_restart() -> None:
     room, odometry = Room(), make_odometry()
     list(room.fly(odometry, STANDING + 1.0))
     room.lidar_bias = 1.0

@@ -86,7 +86,7 @@ def test_one_that_has_found_its_place_again_knows_what_it_had_seen_before(memory
     assert remembered(memory, outage + 1.0) == pytest.approx(np.array([GROUND]))
 
 
-def test_one_that_was_not_sure_from_the_beginning_begins_anew() -> None:
+def test_a_drone_unsure_from_the_beginning_restarts_its_memory() -> None:
     memory = LandingMemory()
     for t in (0.0, PERIOD):
         look(memory, t, GROUND)
@@ -128,7 +128,7 @@ def test_only_what_stands_around_the_drone_and_below_is_kept(memory: LandingMemo
     assert remembered(memory, 2.0) == pytest.approx(np.array([GROUND]))
 
 
-def test_what_is_seen_through_is_forgotten_whoever_saw_it(memory: LandingMemory) -> None:
+def test_points_that_a_ray_passes_are_forgotten_from_every_sensor(memory: LandingMemory) -> None:
     view = RingView(nearest=np.full((128, 16), 30.0, dtype=np.float32))
     beside = (0.0, 3.0, 4.0)
     for t in (1.0, 1.5):

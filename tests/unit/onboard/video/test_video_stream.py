@@ -216,7 +216,7 @@ def test_the_report_counts_the_last_second() -> None:
     assert (later.fps, later.quality, later.bitrate, later.latency) == (0.0, None, 0.0, None)
 
 
-def test_another_goals_stream_begins_anew() -> None:
+def test_a_stream_of_another_goal_restarts() -> None:
     receiver = VideoReceiver()
     for header, data in sent([500] * 3, {0}):
         receiver.packet(header.t, header, data)
