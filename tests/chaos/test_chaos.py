@@ -114,7 +114,7 @@ def test_a_flight_is_as_promised_only_on_the_ground_and_unhurt() -> None:
     assert not replace(FLIGHT, left_fence=True).kept
 
 
-def test_of_repeated_cells_the_worst_is_told() -> None:
+def test_of_repeated_cells_the_worst_is_reported() -> None:
     broken = replace(RESULT, again=None)
     table = "\n".join(manager_table([RESULT, broken, RESULT], 60.0))
     assert "**broken**: S_DONE, free 5.0 s, again never" in table

@@ -85,7 +85,7 @@ class GrantsTwice(ResourceManagerNode):
         super().attach(_lying(bus, Keys("workshop").resource_goal, change))
 
 
-class TellsOldStates(ResourceManagerNode):
+class RepliesOldStates(ResourceManagerNode):
     """Answers at times with states that it has told before."""
 
     def attach(self, bus: Bus) -> None:
@@ -141,8 +141,8 @@ def make_grants_twice(options: dict[str, Any]) -> ResourceManagerNode:
     return GrantsTwice(load(options["skillset"]))
 
 
-def make_tells_old_states(options: dict[str, Any]) -> ResourceManagerNode:
-    return TellsOldStates(load(options["skillset"]))
+def make_replies_old_states(options: dict[str, Any]) -> ResourceManagerNode:
+    return RepliesOldStates(load(options["skillset"]))
 
 
 def make_forgets_ends(options: dict[str, Any]) -> ResourceManagerNode:

@@ -176,7 +176,7 @@ def test_the_backlog_of_a_stream_is_bounded(network: Network) -> None:
     assert STREAM_BACKLOG / 2 < len(late) < 2 * STREAM_BACKLOG
 
 
-def test_who_asks_a_busy_node_too_much_is_told_so_and_what_others_tell_it_gets_through(network: Network) -> None:
+def test_a_busy_node_refuses_too_many_requests_and_gets_messages(network: Network) -> None:
     asker, busy, idle = network.plain("asker"), network.plain("busy"), network.plain("idle")
     heard: list[bytes] = []
     taken_up: list[bytes] = []

@@ -150,7 +150,7 @@ def test_status_shows_processes_goals_and_resources(ready: Command) -> None:
     assert "in the air" not in said.out
 
 
-def test_a_drone_that_is_left_alone_in_the_air_is_told(ready: Command) -> None:
+def test_a_drone_left_in_the_air_is_reported(ready: Command) -> None:
     assert ready("trigger", "flight_status", "IN_AIR").code == OK
     assert "m600 is in the air, and nobody commands it. End that with `skillwing start land`" in ready("status").out
     (left,) = ready("status", "--json").json["unattended"]
@@ -220,7 +220,7 @@ def test_a_transition_that_the_robot_takes_back_is_no_success(ready: Command, sy
         (["strt"], "did you mean `start`?"),
     ],
 )
-def test_a_slip_is_answered_with_what_exists(ready: Command, words: list[str], sentence: str) -> None:
+def test_a_typing_error_is_answered_with_what_exists(ready: Command, words: list[str], sentence: str) -> None:
     said = ready(*words)
     assert said.code == USAGE
     assert sentence in said.error

@@ -127,7 +127,7 @@ def test_a_router_that_cannot_listen_says_so(listen: str) -> None:
     assert "Traceback" not in result.stderr
 
 
-def test_a_port_that_is_taken_is_told_with_who_has_it(endpoint: str) -> None:
+def test_a_port_in_use_is_reported_with_its_owner(endpoint: str) -> None:
     command = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", endpoint]
     result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert result.returncode == EXIT_UNREACHABLE
@@ -281,7 +281,7 @@ def test_a_process_that_must_not_be_restarted_stays_down(tmp_path: Path) -> None
         assert state_of(launcher, once.name).life == "given up"
 
 
-def test_a_process_that_cannot_do_what_it_was_told_is_not_tried_again(tmp_path: Path, killer: ProcessSpec) -> None:
+def test_a_process_with_impossible_options_is_not_restarted(tmp_path: Path, killer: ProcessSpec) -> None:
     deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     broken = replace(killer, factory="killer:nothing")
     with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:

@@ -137,7 +137,7 @@ def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.M
     assert robot.chain(report.cause)[-1] == "lift DISPATCHING"
 
 
-def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() -> None:
+def test_a_manager_learns_that_its_goal_was_revoked_although_the_push_was_lost() -> None:
     class Lift(SkillHooks[Any, Any, Any]):
         skill = "lift"
         ended = ""
@@ -155,7 +155,7 @@ def test_a_manager_is_told_that_its_goal_was_taken_although_the_push_was_lost() 
     assert robot.hooks["lift"].ended == "LOST"  # pyright: ignore[reportAttributeAccessIssue]
 
 
-def test_a_goal_that_nobody_judges_is_asked_to_stop() -> None:
+def test_a_goal_without_resource_manager_is_asked_to_stop() -> None:
     robot = crane(FOREVER)
     goal = robot.start_skill("lift")
     _, judges_bus = robot._running["resource_manager"]
@@ -165,7 +165,7 @@ def test_a_goal_that_nobody_judges_is_asked_to_stop() -> None:
     goal.assert_ended("ERROR", within=10.0, reason="nobody watches the invariants")
 
 
-def test_everybody_is_told_which_token_no_longer_counts() -> None:
+def test_a_revoked_token_is_published() -> None:
     robot = crane(MockRun(delay=1.0, hang=True))
     verdicts: list[Lost] = []
 

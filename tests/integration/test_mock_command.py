@@ -121,7 +121,7 @@ def test_the_goal_that_runs_is_changed(pump: Command) -> None:
         (["mock", "no_such.skillset"], "`no_such.skillset` cannot be used"),
     ],
 )
-def test_a_slip_is_answered_in_a_sentence(pump: Command, words: list[str], sentence: str) -> None:
+def test_a_typing_error_is_answered_in_a_sentence(pump: Command, words: list[str], sentence: str) -> None:
     said = pump(*words)
     assert said.code == USAGE
     assert sentence in said.error

@@ -196,7 +196,7 @@ VELOCITIES = st.tuples(*[st.floats(-6.0, 6.0)] * 3)
 
 @settings(max_examples=30)
 @given(st.lists(st.tuples(PLACES, VELOCITIES, st.floats(0.0, 3.0)), max_size=5))
-def test_whatever_it_is_told_it_stays_above_ground_and_comes_down_in_the_end(
+def test_with_any_commands_it_stays_above_ground_and_lands_in_the_end(
     told: list[tuple[Vector3, Vector3, float]],
 ) -> None:
     made = import_module("point_drone.vehicle")

@@ -262,11 +262,11 @@ def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess, monkeypat
     """The clock stands still: tokens and revisions grow only because the journal holds them."""
     monkeypatch.setattr(InProcessBus, "now", lambda _: 1.0)
     before = given_token(digger)
-    revision = told_revision(digger)
+    revision = published_revision(digger)
     die_and_come_back(digger)
-    assert told_revision(digger) == revision
+    assert published_revision(digger) == revision
     assert given_token(digger) > before
-    assert told_revision(digger) > revision
+    assert published_revision(digger) > revision
 
 
 def given_token(digger: SkillsetInProcess) -> int:
@@ -280,7 +280,7 @@ def given_token(digger: SkillsetInProcess) -> int:
     return current.token
 
 
-def told_revision(digger: SkillsetInProcess) -> int:
+def published_revision(digger: SkillsetInProcess) -> int:
     answers: list[Answer] = []
     digger.bus.ask(Keys(DIGGER.name).resource_states, encode(QueryStates()), answers.append)
     digger.run(0.1)

@@ -76,7 +76,7 @@ def test_in_a_pipe(command: Sequence[str], signals: Sequence[signal.Signals]) ->
     assert process.returncode == OK
 
 
-def test_when_one_of_its_processes_hangs_and_it_is_told_twice(command: Sequence[str]) -> None:
+def test_when_one_of_its_processes_hangs_and_it_is_stopped_twice(command: Sequence[str]) -> None:
     with (
         subprocess.Popen(command, stdout=subprocess.DEVNULL) as process,
         leaving_nothing(process) as children,

@@ -87,7 +87,7 @@ def clients() -> tuple[Any, Any]:
     return importlib.import_module("winch.generated.interface"), importlib.import_module("winch.generated.aio")
 
 
-def test_skeletons_start_and_refuse_and_a_script_of_a_few_lines_is_told_so(robot: Robot, tmp_path: Path) -> None:
+def test_skeletons_start_and_refuse_and_a_short_script_gets_the_answer(robot: Robot, tmp_path: Path) -> None:
     script = """
 from winch.generated.interface import connect
 

@@ -174,7 +174,7 @@ def test_a_drone_that_the_pilot_gives_back_flies_its_whole_route(seed: int, mome
     assert len(flight.ends("lidar_mapping")) <= 1, "the map is not started again"
 
 
-def test_a_hold_is_told_as_a_phase_with_its_cause() -> None:
+def test_a_hold_is_reported_as_a_phase_with_its_cause() -> None:
     flight = Flight()
     flight.at(17.0, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))
     flight.at(25.0, lambda: flight.drone.set("SDK_authority", "AVAILABLE"))

@@ -317,7 +317,7 @@ def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: floa
     assert not flight.node.tree_shows_end
 
 
-def test_what_brought_a_mission_down_before_its_system_was_stopped_is_told_too() -> None:
+def test_a_failure_before_the_system_was_stopped_is_reported() -> None:
     flight = hop(hold)
     flight.network.run_for(10.0)
     call_off(flight)
@@ -378,7 +378,7 @@ def test_a_pause_at_any_time_stops_the_drone_and_costs_nothing_but_time(
     assert flight.on_ground
 
 
-def test_a_pause_is_told_and_is_the_cause_of_what_it_stops() -> None:
+def test_a_pause_is_reported_and_is_the_cause_of_what_it_stops() -> None:
     flight = Flight()
     flight.network.run_for(17.0)
     pause(flight)
@@ -535,7 +535,7 @@ def test_a_robot_clock_that_stands_still_ends_the_flight() -> None:
 # --- messages --------------------------------------------------------------------------------------------------------
 
 
-def test_phases_and_tree_are_told_as_they_change() -> None:
+def test_phases_and_tree_are_published_as_they_change() -> None:
     flight = Flight()
     flight.fly()
     steps = [(record.before, record.after) for record in flight.records if record.kind is RecordKind.MISSION]

@@ -80,7 +80,7 @@ def test_a_seed_is_the_same_run_in_every_process() -> None:
     assert len(digests) == 1
 
 
-def test_a_failing_plan_is_made_small_and_told() -> None:
+def test_a_failing_plan_is_made_small_and_printed() -> None:
     bug = "the lost effect is skipped"
     found = find(bug)
     assert found is not None

@@ -92,7 +92,7 @@ def problems_of(text: str) -> list[str]:
     return [str(problem) for problem in check_mission(mission, M600, mission.Options())]
 
 
-def test_any_slip_in_a_file_is_one_problem() -> None:
+def test_any_typing_error_in_a_file_is_one_problem() -> None:
     assert problems_of(TEMPLATE) == []
     every = [slot for tag in slots(TEMPLATE) for slot in tag]
     assert len(every) > 70
@@ -145,7 +145,7 @@ def quoted_around(slot: Slot) -> str:
 
 @settings(max_examples=40)
 @given(st.data(), st.lists(st.sampled_from(FLOWN), min_size=2, max_size=4, unique_by=lambda tag: tag[0].start))
-def test_so_many_slips_in_different_tags_are_so_many_problems(data: st.DataObject, tags: list[list[Slot]]) -> None:
+def test_errors_in_different_tags_are_as_many_problems(data: st.DataObject, tags: list[list[Slot]]) -> None:
     chosen = [data.draw(st.sampled_from(tag)) for tag in tags]
     words = {TEMPLATE[slot.start : slot.end] for slot in chosen}
     assume(len(words) == len(chosen))  # the same one twice would be right again, where it is a cell's
@@ -239,7 +239,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
         (lambda: alongside("both", skill("qqq"), until=in_order("then", skill("stream"))), "no skill `qqq`"),
     ],
 )
-def test_a_slip_in_python_is_one_problem(tree: Callable[[], Behaviour], told: str) -> None:
+def test_an_error_in_python_is_one_problem(tree: Callable[[], Behaviour], told: str) -> None:
     found = check_mission(Flight(tree()), M600, MissionOptions())
     assert len(found) == 1, list(map(str, found))
     assert told in found[0].text

@@ -106,7 +106,7 @@ def test_what_is_wrong_in_a_file_is_a_problem_with_its_place(
 
 
 @pytest.mark.parametrize("suffix", [".xml", ".py"])
-def test_what_fits_and_what_does_not_is_told_alike_for_both_kinds_of_files(tmp_path: Path, suffix: str) -> None:
+def test_both_kinds_of_files_get_the_same_messages(tmp_path: Path, suffix: str) -> None:
     file = template(tmp_path, suffix)
     assert check(file).exit_code == OK
     file.write_text(file.read_text().replace("zed_status", "zed_staus"))
@@ -116,7 +116,7 @@ def test_what_fits_and_what_does_not_is_told_alike_for_both_kinds_of_files(tmp_p
     assert "patrol: 1 problem\n" in result.output
 
 
-def test_a_tree_that_cannot_be_built_is_told_with_its_line(tmp_path: Path) -> None:
+def test_a_tree_that_cannot_be_built_is_reported_with_its_line(tmp_path: Path) -> None:
     file = template(tmp_path, ".py", "        takeoff = ", "        1 / 0\n        takeoff = ")
     line = file.read_text()[: file.read_text().index("1 / 0")].count("\n") + 1
     result = check(file)
@@ -159,9 +159,7 @@ def test_whatever_a_mission_does_while_it_is_built_and_checked_is_a_problem_of_i
     assert found["text"].startswith(told)
 
 
-def test_what_fails_within_is_told_of_the_tree_file_that_brought_it_about(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_inner_failure_is_reported_with_its_tree_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def node_types(skillset: object) -> NoReturn:
         raise KeyError("from within")
 
@@ -198,9 +196,7 @@ def test_what_nobody_knows_is_a_wrong_use(words: list[str]) -> None:
     assert exit_code_of(error) == USAGE
 
 
-def test_what_is_wrong_with_the_file_is_told_where_no_system_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_problems_of_the_file_are_reported_without_a_system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def find_target(robot: str | None) -> NoReturn:
         raise NoSystemError("No system is running.")
 

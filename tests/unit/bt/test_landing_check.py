@@ -97,7 +97,7 @@ def test_a_mission_that_always_lands_has_no_problem(tree: Behaviour) -> None:
     ],
     ids=lambda each: each.name if isinstance(each, Behaviour) else "",
 )
-def test_a_mission_that_may_end_in_the_air_is_told_with_what_ends_it_there(tree: Behaviour, makers: str) -> None:
+def test_a_mission_that_may_end_in_the_air_is_reported_with_the_reason(tree: Behaviour, makers: str) -> None:
     assert any(f"The mission may end in the air {makers}." in problem for problem in problems(tree)), problems(tree)
 
 

@@ -41,7 +41,7 @@ def test_a_question_is_no_incident(mission: FakeMission) -> None:
     assert mission.context.failure is None
 
 
-def test_a_condition_waits_as_long_as_it_is_told_to(mission: FakeMission) -> None:
+def test_a_condition_waits_for_its_timeout(mission: FakeMission) -> None:
     leaf = ResourceIs("failed?", mission.context, "camera", "FAILED", wait=2.0)
     for mission.time, status in ((0.0, Status.RUNNING), (1.9, Status.RUNNING), (2.0, Status.FAILURE)):
         leaf.tick_once()
@@ -259,7 +259,7 @@ def test_the_writer_waits_for_a_position_but_not_for_ever(mission: FakeMission) 
 # --- trees as text ---------------------------------------------------------------------------------------------------
 
 
-def test_a_tree_is_told_depth_first_with_kinds_and_statuses(mission: FakeMission) -> None:
+def test_a_tree_is_published_depth_first_with_kinds_and_statuses(mission: FakeMission) -> None:
     action = SkillAction("go", mission.context, "go")
     tree = guarded(
         "root", ResourceIs("camera?", mission.context, "camera", "OK"), alongside("p", action, until=Running("r"))

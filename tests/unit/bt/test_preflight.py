@@ -102,13 +102,13 @@ def test_outcomes_decide_what_a_skill_can_end_with(mission: FakeMission) -> None
 
 
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_a_resource_that_is_taken_twice_in_parallel_is_told(mission: FakeMission, wrapped: bool) -> None:
+def test_a_resource_that_is_taken_twice_in_parallel_is_reported(mission: FakeMission, wrapped: bool) -> None:
     go, turn = (SkillAction(skill, mission.context, skill) for skill in ("go", "turn"))
     found = problems(alongside("both", go, until=in_order("later", turn) if wrapped else turn))
     assert found == ["Under `both` both `go` and `turn` take axes, at the same time."]
 
 
-def test_a_skill_that_would_run_twice_at_once_is_told(mission: FakeMission) -> None:
+def test_a_skill_that_would_run_twice_at_once_is_reported(mission: FakeMission) -> None:
     one, other, go = (SkillAction(skill, mission.context, skill) for skill in ("look", "look", "go"))
     found = problems(alongside("both", one, in_order("later", other), until=go))
     assert found == ["Under `both` skill `look` would run twice at the same time; a second one is BUSY."]

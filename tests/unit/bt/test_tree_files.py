@@ -274,7 +274,7 @@ ALL_AT_ONCE = [
 ]
 
 
-def test_all_problems_are_told_at_once_and_none_that_follows_from_another() -> None:
+def test_all_problems_are_reported_at_once_without_those_that_follow() -> None:
     assert sorted(problems_of(with_tree(ONE_AFTER_ANOTHER))) == ALL_AT_ONCE
 
 

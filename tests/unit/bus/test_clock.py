@@ -134,7 +134,7 @@ def test_an_owner_that_keeps_its_pace_ticks_once_in_four_steps(wall: Wall) -> No
     assert told == [number % 4 == 0 for number in range(100)]
 
 
-def test_as_fast_as_possible_every_step_is_told(wall: Wall) -> None:
+def test_as_fast_as_possible_every_step_is_due(wall: Wall) -> None:
     rule = TickRule(0.0)
     assert all(rule.due(number * STEP, wall()) for number in range(10))
 

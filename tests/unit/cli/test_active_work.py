@@ -45,7 +45,7 @@ class System:
 
 
 @pytest.mark.parametrize(("simulated", "fate"), [(True, SIMULATED), (False, REAL)])
-def test_a_robot_in_the_air_is_told_of_with_what_was_cut_short(simulated: bool, fate: str) -> None:
+def test_a_robot_in_the_air_is_reported_with_what_was_cut_short(simulated: bool, fate: str) -> None:
     system = System(simulated=simulated)
     assert system.work.text == ""
     assert system.mission("RUNNING") == "Cut short: mission patrol."
@@ -57,7 +57,7 @@ def test_a_robot_in_the_air_is_told_of_with_what_was_cut_short(simulated: bool, 
     assert system.flight("IN_AIR", 4.0) == "", "an old word that comes late"
 
 
-def test_every_change_is_told_as_it_comes_and_once() -> None:
+def test_every_change_is_reported_once_and_at_once() -> None:
     system = System()
     for phase in ("RUNNING", "PAUSED", "ABORTED"):
         system.mission(phase)

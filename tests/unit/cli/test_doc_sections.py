@@ -51,7 +51,7 @@ def test_sections_of_several_commands_share_a_page(page: Path) -> None:
         (ROUND + ROUND, "Leave one of each"),
     ],
 )
-def test_a_page_without_place_is_told_by_its_name_and_left_as_it_is(page: Path, text: str, told: str) -> None:
+def test_a_page_without_place_is_named_and_left_as_it_is(page: Path, text: str, told: str) -> None:
     page.write_text(text, encoding="utf-8")
     with pytest.raises(PageError) as raised:
         MARKS.replace(page, "new")

@@ -123,7 +123,7 @@ def test_a_word_that_cannot_be_read_gets_a_sentence(word: str, sentence: str) ->
     assert list(caught.value.problems.values()) == [sentence]
 
 
-def test_all_problems_are_told_at_once() -> None:
+def test_all_problems_are_reported_at_once() -> None:
     with pytest.raises(InvalidInputError) as caught:
         parse_inputs(SKILL, ["height=a", "laps=b", "lapz=2", "gently=true", "5"])
     assert set(caught.value.problems) == {"height", "laps", "lapz", "5"}

@@ -83,7 +83,7 @@ def record(name: str, kind: RecordKind, subject: str, after: str, t: float, **mo
     return Record(id=name, t=t, source="resource_manager", kind=kind, subject=subject, before=None, after=after, **more)
 
 
-def test_a_hook_that_blocked_is_told_until_the_next_goal_has_done_better() -> None:
+def test_a_hook_that_blocked_is_shown_until_a_better_goal() -> None:
     present = LiveState()
     present.add_status(status("a", State.RUNNING, 1.0))
     for t, text in ((3.0, "blocked for 2.0 s"), (2.0, "blocked for 1.5 s")):

@@ -65,7 +65,7 @@ def test_the_same_answers_are_one_line(run_dir: Path) -> None:
     assert result.stdout == "same   2 steps of r1, from 0.00 s to 12.50 s: every answer is as it was.\n"
 
 
-def test_another_answer_is_told_in_words(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_answer_is_described_in_words(run_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Ledger, "next_token", lambda *_: 7)
     result = run(str(run_dir))
     assert result.exit_code == FAILED

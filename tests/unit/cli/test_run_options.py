@@ -65,7 +65,7 @@ def test_a_pace_is_given_as_to_the_command_line(text: str, factor: float) -> Non
     assert run_options({"SKILLWING_SPEED": text}) == {"speed": factor}
 
 
-def test_a_mission_is_told_what_up_has_left_of_the_place(tmp_path: Path) -> None:
+def test_a_mission_gets_the_place_that_up_has_left(tmp_path: Path) -> None:
     known = ROBOT.mission_options({"world": "inspection", "seed": 7})
     with announced(ROBOT, "tcp/127.0.0.1:1", tmp_path, mission_context=known):
         told = mission_context(find_target(), "inspection")
@@ -74,7 +74,7 @@ def test_a_mission_is_told_what_up_has_left_of_the_place(tmp_path: Path) -> None
         assert mission_context(find_target(), "another") == {}
 
 
-def test_a_mission_is_told_the_same_where_the_environment_tells_of_the_system(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mission_gets_the_same_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
     assert (

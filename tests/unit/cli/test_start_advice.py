@@ -83,7 +83,7 @@ def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = Non
         ("lock", ["parked"], {}, ["parked: holds by now. Start it again."]),
     ],
 )
-def test_who_can_change_it_is_told(
+def test_the_advice_names_who_can_change_it(
     skill: str, failing: list[str], changed: dict[str, str], sentences: list[str]
 ) -> None:
     assert list(start_advice(ROVER, ROVER.skill(skill), failing, situation(changed=changed))) == sentences
@@ -100,7 +100,7 @@ def test_who_can_change_it_is_told(
         ),
     ],
 )
-def test_by_hand_is_told_only_where_no_robot_would_contradict(reporter: Reporter, way: str) -> None:
+def test_by_hand_is_advised_only_where_no_robot_would_contradict(reporter: Reporter, way: str) -> None:
     now = situation(reporter, {"stop": "PRESSED"})
     assert list(start_advice(ROVER, ROVER.skill("drive"), ["released"], now)) == [
         f"released: `stop` has to become RELEASED; {way}."
@@ -145,12 +145,12 @@ def in_balloon(skill: str, failing: str, states: str, **known: Any) -> list[str]
 
 
 @pytest.mark.parametrize("burner", ["FREE", "USED"])
-def test_the_skill_that_promises_a_state_is_told(burner: str) -> None:
+def test_the_skill_that_promises_a_state_is_named(burner: str) -> None:
     told = "down: `place` has to become DOWN; the robot reports that after `skillwing start sink`."
     assert in_balloon("rise", "down", f"UP {burner}") == [told]
 
 
-def test_the_skills_after_which_the_mock_reports_a_state_are_told() -> None:
+def test_the_skills_after_which_the_mock_reports_a_state_are_named() -> None:
     for skill in ("sink", "wait"):
         told = "up: `place` has to become UP; the robot reports that after `skillwing start rise`."
         assert in_balloon(skill, "up", "DOWN FREE", reactions=(RISES,)) == [told]
@@ -160,14 +160,14 @@ def test_the_skills_after_which_the_mock_reports_a_state_are_told() -> None:
     assert in_balloon("rise", "down", "UP FREE", reactions=(ROUNDS,)) == [both.format(" or `skillwing start wait`")]
 
 
-def test_in_a_mocked_world_both_are_told() -> None:
+def test_in_a_mocked_world_both_are_named() -> None:
     assert in_balloon("sink", "up", "DOWN FREE", reporter="mock", reactions=(RISES,)) == [
         "up: `place` has to become UP; the mocked world does that after `skillwing start rise`, "
         "or `skillwing trigger place UP`."
     ]
 
 
-def test_who_holds_a_resource_is_told_and_how_to_end_that() -> None:
+def test_the_holder_of_a_resource_is_named_with_a_remedy() -> None:
     assert in_balloon("sink", "free", "UP USED", running={"wait": None}) == [
         "free: `wait` holds `burner`; `skillwing interrupt wait` ends it."
     ]

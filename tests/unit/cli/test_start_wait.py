@@ -25,7 +25,7 @@ from skillwing.services.robot import Robot
 
 
 @pytest.mark.parametrize(("answers_after", "told"), [(0.1, False), (SILENCE + 5.0, True)])
-def test_a_silent_manager_is_told_of_while_it_is_waited_for(answers_after: float, told: bool) -> None:
+def test_a_silent_manager_is_reported_during_the_wait(answers_after: float, told: bool) -> None:
     bus, goal, output = InProcessNetwork().bus("cli"), GoalHandle("1", "park"), io.StringIO()
 
     def answer() -> None:

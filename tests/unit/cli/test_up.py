@@ -141,7 +141,7 @@ def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) 
         (["--mock", "--router", "tcp/127.0.0.1:1", "--listen", "tcp/127.0.0.1:2"], "Leave out `--listen`."),
     ],
 )
-def test_a_slip_in_what_is_to_run_starts_nothing(
+def test_a_typing_error_in_the_command_starts_nothing(
     words: list[str], sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.argv", ["skillwing", "up", *words])
@@ -152,7 +152,7 @@ def test_a_slip_in_what_is_to_run_starts_nothing(
 
 
 @pytest.mark.parametrize("command", ["up", "demo"])
-def test_all_that_is_wrong_in_a_scenario_is_told_before_anything_starts(
+def test_all_problems_of_a_scenario_are_reported_before_anything_starts(
     command: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = tmp_path / "windy.toml"

@@ -144,7 +144,7 @@ def test_feedback_is_an_asynchronous_iterator(generated: Generated) -> None:
     play(generated, scenario, mocks.GoMock.ended_ARRIVED(feedback=types.GoFeedback(level=1.5), delay=1.9))
 
 
-def test_wrong_inputs_are_told_before_anything_is_sent(generated: Generated) -> None:
+def test_wrong_inputs_are_reported_before_anything_is_sent(generated: Generated) -> None:
     async def scenario(lift: Any, types: Any) -> None:
         with pytest.raises(InvalidInputError, match="speed"):
             lift.go(place=types.Place(floor=3), speed="fast")

@@ -360,7 +360,7 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
     assert (record.cause, record.goal_id) == (verdict.record, "g")
 
 
-def test_the_managers_own_word_comes_before_the_verdict() -> None:
+def test_the_outcome_of_the_manager_comes_before_the_verdict() -> None:
     desk = Desk()
     desk.tracker.advance(RUNNING)
     desk.tracker.on_verdict(LOST)

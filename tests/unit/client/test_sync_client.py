@@ -107,7 +107,7 @@ def test_feedback_comes_typed_until_the_end(generated: Generated) -> None:
     assert goal.wait().succeeded
 
 
-def test_wrong_inputs_are_told_at_once(generated: Generated) -> None:
+def test_wrong_inputs_are_reported_at_once(generated: Generated) -> None:
     with pytest.raises(InvalidInputError, match="speed"):
         Rig(generated).go(speed="fast")
 

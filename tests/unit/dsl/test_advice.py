@@ -28,7 +28,7 @@ def found(elements: str, file: str = "f") -> dict[str, Diagnostic]:
     return {item.code: item for item in check(f"skillset s {{ {elements} }}", file).diagnostics}
 
 
-def test_states_that_never_come_together_are_told_apart() -> None:
+def test_states_that_never_come_together_are_distinguished() -> None:
     advice = found(TIED + "skill k { precondition { p: resource=(r == A and w == BAD) } result { D } }")["SW050"].help
     assert advice is not None
     assert "`r` can be A or B, `w` can be BAD or OK, but not in every combination" in advice
@@ -103,7 +103,7 @@ def test_a_state_that_nothing_leads_to_may_be_a_misspelt_one(transitions: str, p
     assert error.help is not None and error.help.startswith(advice)
 
 
-def test_a_misspelt_initial_state_is_told_once() -> None:
+def test_a_misspelt_initial_state_is_reported_once() -> None:
     transitions = "IN_AIR -> BUSY  BUSY -> IN_AIR"
     errors = [each for each in told(f"resource r {{ initial IN_AR  {transitions} }} {USER}") if each[0] == "SW031"]
     (_, message, advice) = errors[0]
@@ -111,6 +111,6 @@ def test_a_misspelt_initial_state_is_told_once() -> None:
     assert advice is not None and advice.startswith("Did you mean `initial IN_AIR`?")
 
 
-def test_a_state_that_is_listed_is_not_a_slip() -> None:
+def test_a_state_that_is_listed_is_no_typing_error() -> None:
     error = found("resource r { state { SHUT SHUTS OPEN } initial SHUT  SHUT -> OPEN  OPEN -> SHUT }")["SW031"]
     assert error.help == "Add a transition such as `SHUT -> SHUTS`, or remove the state."

@@ -191,6 +191,6 @@ def test_only_problems_at_the_place_get_a_fix() -> None:
     assert [fix.edit.text for fix in fixes(Document(text, "s.skillset"), at, at)] == ["drop"]
 
 
-def test_what_is_no_slip_of_the_pen_has_no_fix() -> None:
+def test_only_typing_errors_have_a_fix() -> None:
     for text in ("skillset s { skill k { result { DONE: apply=quite_different } } }", "skillset s { ; }", ""):
         assert fixes(Document(text, "s.skillset"), 0, len(text)) == ()

@@ -142,7 +142,7 @@ def test_a_conversation() -> None:
     in_editor(conversation)
 
 
-def test_problems_are_told_while_somebody_types() -> None:
+def test_problems_are_reported_while_somebody_types() -> None:
     async def conversation(editor: Editor) -> None:
         assert await editor.diagnostics.get() == []
         editor.types(BOAT.replace("apply=strike", "apply=strik"))
@@ -197,7 +197,7 @@ def test_without_the_library_the_command_says_what_to_install(
     assert "pip install 'skillwing[editor]'" in capsys.readouterr().err
 
 
-def test_a_port_in_use_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(typer.Exit) as end:

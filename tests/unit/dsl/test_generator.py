@@ -257,7 +257,7 @@ def test_skeletons_are_written_once(tmp_path: Path) -> None:
     assert manager.read_text() == "MINE = 1\n"
 
 
-def test_managers_of_removed_skills_are_told(tmp_path: Path) -> None:
+def test_managers_of_removed_skills_are_reported(tmp_path: Path) -> None:
     robot = RobotFolder(tmp_path / "s")
     robot.write_once(skeletons(parse(SOURCE), "s"))
     (robot.path / "skills" / "shared.py").write_text("from math import pi\n")

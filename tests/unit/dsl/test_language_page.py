@@ -26,7 +26,7 @@ def test_the_page_has_its_examples() -> None:
     assert len(EXAMPLES) == 4
 
 
-def test_the_limits_of_the_analysis_are_as_told() -> None:
+def test_the_limits_of_the_analysis_are_as_documented() -> None:
     told = f"up to {MOST_SKILLS} skills that change something and {MOST_STATES} combinations of states in each part"
     assert told in PAGE
     assert f"{MOST_SITUATIONS} situations in the file" in PAGE

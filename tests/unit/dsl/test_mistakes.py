@@ -82,7 +82,7 @@ def test_a_section_in_a_wrong_place_hides_nothing() -> None:
     ]
 
 
-def test_what_is_wrong_in_a_misplaced_block_is_told_too() -> None:
+def test_problems_in_a_misplaced_block_are_reported() -> None:
     text = """skillset s {
     resource r { initial A  A -> B  B -> A }
     skill k {
@@ -117,7 +117,7 @@ def test_what_may_be_declared_in_a_part_that_was_not_read_is_not_called_unknown(
         (": { r -> A  other -> X }", "SW002", "`:` has no place here in `effect`."),
     ],
 )
-def test_of_an_effect_that_has_lost_its_name_only_that_is_told(written: str, code: str, message: str) -> None:
+def test_an_effect_without_name_is_one_problem(written: str, code: str, message: str) -> None:
     text = f"""skillset s {{
     resource r {{ initial A  A -> B  B -> A }}
     resource other {{ initial X  X -> Y  Y -> X }}

@@ -72,7 +72,7 @@ def test_the_m600_is_played_through() -> None:
 
 
 @pytest.mark.parametrize("limit", ["MOST_SKILLS", "MOST_STATES", "MOST_SITUATIONS"])
-def test_what_is_too_large_is_told(limit: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_that_are_too_large_are_reported(limit: str, monkeypatch: pytest.MonkeyPatch) -> None:
     text = f"skillset s {{ {TIED} }}"
     assert check(text, "f").exact
     monkeypatch.setattr(parts, limit, 0)

@@ -205,7 +205,7 @@ def test_a_state_list_left_open_still_ends_before_the_initial_state() -> None:
         ),
     ],
 )
-def test_a_slip_is_named_and_the_way_out_told(written: str, instead: str, message: str, advice: str) -> None:
+def test_a_typing_error_is_named_with_a_remedy(written: str, instead: str, message: str, advice: str) -> None:
     assert written in GRIPPER
     found = check(GRIPPER.replace(written, instead, 1), "f.skillset").diagnostics
     assert message in [item.message for item in found]

@@ -35,7 +35,7 @@ def test_file_gets_exactly_the_expected_diagnostics(path: Path) -> None:
     assert (checked.skillset is not None) == (path.parent.name == "valid")
 
 
-def test_a_name_that_is_none_outside_of_every_block_is_told() -> None:
+def test_an_invalid_name_outside_of_every_block_is_reported() -> None:
     checked = check("skillset\\empty {\n}\n", "x.rl")
     assert [each.code for each in checked.diagnostics][:2] == ["SW004", "SW005"]
 

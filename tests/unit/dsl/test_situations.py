@@ -118,6 +118,6 @@ def test_a_file_is_not_enumerated_for_ever(monkeypatch: pytest.MonkeyPatch) -> N
     assert diagnostic.help == "The predicates of this file have too many in all: let them name fewer resources each."
 
 
-def test_predicates_that_tie_too_much_together_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_predicates_that_tie_too_much_together_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(situations, "_MOST_ROWS", 2)
     assert codes() == ["SW088"]

@@ -89,7 +89,7 @@ def test_a_failure_reads_as_one_chain_down_to_the_fault(drone: Drone) -> None:
     ]
 
 
-def test_the_same_fault_is_told_once(drone: Drone) -> None:
+def test_the_same_fault_is_reported_once(drone: Drone) -> None:
     for number, status in enumerate((SensorStatus.FAILED, SensorStatus.OK, SensorStatus.FAILED)):
         drone.layer.report_health("zed", status, f"health-{number}", cause="fault/zed/blackout")
         drone.run(0.1)

@@ -134,7 +134,7 @@ def test_the_worst_flights_are_recorded_unless_they_are_already(fly: Fly, tmp_pa
     assert fly("raise SystemExit('nothing is to be flown')", seeds="0:2", worst=2, resume=True) == 0
 
 
-def test_a_recorded_flight_that_is_another_one_is_told(
+def test_a_recorded_flight_that_differs_is_reported(
     fly: Fly, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     changes = PLAN + "result['digest'] += 'again' * (len(sys.argv) > 2)\nprint(json.dumps(result))"

@@ -236,7 +236,7 @@ def test_a_list_without_a_name_is_not_the_usual_one(conditions: str, worlds: str
         (("mapping", "1", "none", "courtyad"), "courtyard"),
     ],
 )
-def test_a_slip_of_the_pen_is_named(arguments: tuple[str, str, str, str], meant: str) -> None:
+def test_a_typing_error_is_named(arguments: tuple[str, str, str, str], meant: str) -> None:
     with pytest.raises(UnknownNameError, match=f"did you mean `{meant}`"):
         make_plans(*arguments, watched=True)
 

@@ -83,19 +83,19 @@ def test_the_comparison_tells_each_flight_that_ended_otherwise_and_how() -> None
     assert second.startswith("| courtyard 2, none | landed at home, succeeded | **landed elsewhere, failed** |")
 
 
-def test_a_death_on_a_flight_that_was_flown_again_is_told() -> None:
+def test_a_process_exit_on_a_repeated_flight_is_reported() -> None:
     again = replace(over_zenoh(flown(1)), deaths=("hover was killed by SIGSEGV.",))
     told = comparison(FlightSample(Path("runs/first"), [flown(1)], CODE), [again])
     assert "**landed at home, succeeded, hover was killed by SIGSEGV**" in told[-1]
     assert "hover was killed by SIGSEGV." in flight_line(again, "1/1", 0.0).plain
 
 
-def test_the_same_flight_is_told_to_be_the_same_bit_by_bit() -> None:
+def test_equal_flights_are_reported_as_equal_bit_by_bit() -> None:
     sample = FlightSample(Path("runs/first"), [flown(1), flown(2)], CODE)
     assert verdict(sample, [flown(1), flown(2)]).endswith("; 2 are the same flight bit by bit.")
 
 
-def test_only_flights_that_are_not_the_same_bit_by_bit_are_told_one_by_one() -> None:
+def test_only_flights_that_differ_are_listed_one_by_one() -> None:
     sample = FlightSample(Path("runs/first"), [flown(1), flown(2)], CODE)
     assert len(comparison(sample, [flown(1), flown(2)])) == 1
     rows = comparison(sample, [flown(1), replace(flown(2), digest="another")])[4:]
@@ -108,7 +108,7 @@ def test_a_sample_of_a_campaign_is_planned_for_another_network(tmp_path: Path) -
     assert [(plan.seed, plan.network) for plan in plans] == [(1, "zenoh"), (3, "zenoh")]
 
 
-def test_where_no_sample_can_be_taken_is_told_before_anything_flies(tmp_path: Path) -> None:
+def test_a_missing_sample_is_reported_before_anything_flies(tmp_path: Path) -> None:
     folder, again = campaign_in(tmp_path / "first", [flown(1)]), tmp_path / "again"
     with pytest.raises(InvalidOptionError, match="No campaign is in"):
         campaign("mapping", sample_of=tmp_path, output=again)

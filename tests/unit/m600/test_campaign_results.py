@@ -214,7 +214,7 @@ def test_a_file_that_is_no_ledger_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / LEDGER_FILE).read_text(encoding="utf-8") == "shopping list\n"
 
 
-def test_a_page_without_place_is_told_before_anything_flies(tmp_path: Path) -> None:
+def test_a_page_without_place_is_reported_before_anything_flies(tmp_path: Path) -> None:
     path, folder = tmp_path / "missions.md", tmp_path / "flights"
     path.write_text("<!-- campaign: mapping in courtyard: none -->\nhalf a section\n", encoding="utf-8")
     with pytest.raises(InvalidOptionError, match="lacks `<!-- end of campaign: mapping in courtyard: none -->`"):
@@ -254,7 +254,7 @@ def test_the_worst_flights_are_named_where_none_broke_a_promise() -> None:
 
 
 @pytest.mark.parametrize(("worlds", "one_in"), [(5, 2), (20, 7), (100, 33)])
-def test_it_is_told_how_rare_a_broken_promise_is_where_none_was_seen(worlds: int, one_in: int) -> None:
+def test_without_broken_promises_their_rate_has_a_bound(worlds: int, one_in: int) -> None:
     results = [flown(seed) for seed in range(worlds)]
     twice = [*results, *results]
     text = page.section("Mapping", ["skillwing"], twice, outcomes(twice), "abc")
@@ -285,7 +285,7 @@ def test_a_section_replaces_the_one_before_and_leaves_the_rest_of_the_page(tmp_p
 
 
 @pytest.mark.parametrize("wrong", [b"", b'{"plan": ', b"no flight"])
-def test_a_line_that_is_no_flight_is_told_by_its_number(tmp_path: Path, wrong: bytes) -> None:
+def test_a_line_that_is_no_flight_is_reported_by_its_number(tmp_path: Path, wrong: bytes) -> None:
     lines = [msgspec.json.encode(flown(seed)) for seed in range(3)]
     (tmp_path / LEDGER_FILE).write_bytes(b"\n".join([*lines[:2], wrong, lines[2], b""]))
     with pytest.raises(InvalidOptionError, match=r"Line 3 of .* is no flight: .*Take this line out"):

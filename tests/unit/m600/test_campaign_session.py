@@ -72,7 +72,7 @@ def fly(monkeypatch: pytest.MonkeyPatch) -> Callable[..., session.SessionEnd]:
     return fly
 
 
-def test_a_death_that_a_flight_survives_is_told(fly: Callable[..., session.SessionEnd]) -> None:
+def test_a_process_exit_that_a_flight_survives_is_reported(fly: Callable[..., session.SessionEnd]) -> None:
     again, gone = ProcessExit("sim", 1, 1, None, (), pause=0.5), ProcessExit("recorder", 1, 1, None, ())
     survived = ("sim ended with exit code 1.", "recorder ended with exit code 1.")
     assert fly() == session.SessionEnd(End.HOME, 60.0)

@@ -21,7 +21,7 @@ def story(mission: str, *, fault: bool = True, fault_at: float | None = None, sc
 
 
 @pytest.mark.parametrize(("fault_at", "at"), [(None, CAMERA_FAILS_AT), (60.0, 60.0), (0.0, 0.0)])
-def test_the_camera_fails_when_it_is_told_to(fault_at: float | None, at: float) -> None:
+def test_the_camera_fails_on_command(fault_at: float | None, at: float) -> None:
     assert [fault["at"] for fault in story("mapping", fault_at=fault_at).robot["faults"]] == [at]
 
 

@@ -34,7 +34,7 @@ class Sprayer:
 
 
 @pytest.mark.parametrize("command", ["fault", "pilot"])
-def test_another_robot_is_told_from_the_drone(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_robot_is_distinguished_from_the_drone(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     @contextmanager
     def connect(robot: str | None) -> Iterator[Any]:
         yield Sprayer()

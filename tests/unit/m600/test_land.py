@@ -68,7 +68,7 @@ def test_on_the_ground_it_is_not_ready() -> None:
 LANDS_ALL_THE_SAME = "TAKEN", "taken, but the drone goes aside no more"
 
 
-def what_is_told_of_the_place(drone: Drone) -> list[tuple[str, str]]:
+def facts_about_the_place(drone: Drone) -> list[tuple[str, str]]:
     return [(record.after, record.text) for record in drone.history.records if record.subject == SUBJECT]
 
 
@@ -83,14 +83,14 @@ def test_lands_where_it_is_if_nobody_knows_better(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["Land", "Stop"]
     assert drone.layer.position[:2] == (0.0, 0.0)
-    assert what_is_told_of_the_place(drone) == []
+    assert facts_about_the_place(drone) == []
 
 
 def test_lands_on_what_stands_below_if_no_better_place_is_known_and_says_so(drone: Drone) -> None:
     drone.layer.taken = True
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["Land", "Stop"]
-    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")]
+    assert facts_about_the_place(drone) == [("TAKEN", "taken")]
 
 
 def test_lands_beside_what_stands_below(drone: Drone) -> None:
@@ -98,7 +98,7 @@ def test_lands_beside_what_stands_below(drone: Drone) -> None:
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
     assert drone.layer.position[:2] == (3.0, 1.0)
-    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")]
+    assert facts_about_the_place(drone) == [("TAKEN", "taken")]
 
 
 def test_asks_again_where_it_is_blocked_on_the_way(drone: Drone) -> None:
@@ -117,10 +117,10 @@ def test_asks_no_further_than_a_few_times(drone: Drone) -> None:
     drone.layer.blocked_at = None
     goal.assert_ended("S_LANDED")
     assert drone.layer.motions == [*["FlyTo"] * ASIDES, "Land", "Stop"]
-    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")] * ASIDES + [LANDS_ALL_THE_SAME]
+    assert facts_about_the_place(drone) == [("TAKEN", "taken")] * ASIDES + [LANDS_ALL_THE_SAME]
 
 
-def test_where_it_is_stopped_over_free_ground_nothing_is_told_to_stand_below(drone: Drone) -> None:
+def test_stopped_over_free_ground_it_reports_nothing_below(drone: Drone) -> None:
     goal = start_towards_what_is_blocked(drone)
     drone.run(1.0)
     drone.layer.landing_place = (0.0, 2.0, 5.0)
@@ -130,7 +130,7 @@ def test_where_it_is_stopped_over_free_ground_nothing_is_told_to_stand_below(dro
     drone.layer.blocked_at = None
     goal.assert_ended("S_LANDED")
     assert drone.layer.motions == [*["FlyTo"] * ASIDES, "Land", "Stop"]
-    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken")] * ASIDES
+    assert facts_about_the_place(drone) == [("TAKEN", "taken")] * ASIDES
 
 
 def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -> None:
@@ -139,7 +139,7 @@ def test_lands_where_it_is_if_guidance_does_not_fly_to_the_place(drone: Drone) -
     drone.start(speed=2.0).assert_ended("S_LANDED")
     assert drone.layer.motions == ["FlyTo", "Land", "Stop"]
     assert drone.layer.position[:2] == (0.0, 0.0)
-    assert what_is_told_of_the_place(drone) == [("TAKEN", "taken"), LANDS_ALL_THE_SAME]
+    assert facts_about_the_place(drone) == [("TAKEN", "taken"), LANDS_ALL_THE_SAME]
 
 
 def test_lands_where_it_is_if_nobody_answers(drone: Drone) -> None:

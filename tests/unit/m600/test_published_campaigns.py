@@ -149,7 +149,7 @@ def test_odometry_is_never_lost_where_nothing_that_it_reads_fails() -> None:
 
 
 @pytest.mark.parametrize("name", SAMPLES)
-def test_a_sample_is_told_beside_the_flights_it_repeats(name: str) -> None:
+def test_a_sample_is_shown_beside_the_flights_it_repeats(name: str) -> None:
     results, repeated = flights_in(CAMPAIGNS / name), SAMPLES[name]
     told = page.read(PAGE, title_of(CAMPAIGNS / name)).splitlines()
     assert set(comparison(FlightSample(repeated, flights_in(repeated), read_code(repeated)), results)) <= set(told)

@@ -167,7 +167,7 @@ def test_half_a_recording_is_not_taken_for_a_whole_one(tmp_path: Path, monkeypat
     assert len(run.fly([plan], tmp_path, 1, flying)) == 1
 
 
-def test_a_page_without_marks_is_told_before_anything_flies(
+def test_a_page_without_marks_is_reported_before_anything_flies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     page_file = tmp_path / "results.md"
@@ -284,7 +284,7 @@ def flown(mission: str, label: str, seed: int, **figures: object) -> FlightResul
     return replace(result, **figures)
 
 
-def test_the_price_of_recovery_is_its_difference_to_the_other_flights_of_the_same_seed() -> None:
+def test_the_cost_of_recovery_is_its_difference_to_the_other_flights_of_the_same_seed() -> None:
     results = [
         flown("mapping", "nominal", 0),
         flown("mapping", "nominal", 1, coverage=0.6, end_time=200.0),
@@ -318,7 +318,7 @@ def test_what_was_flown_without_video_is_the_circle_that_was_not_seen() -> None:
 
 
 @pytest.mark.parametrize("mission", ["mapping", "inspection"])
-def test_without_another_flight_recovery_has_no_price(mission: str) -> None:
+def test_without_another_flight_recovery_has_no_cost(mission: str) -> None:
     assert "Nothing to compare recovery with." in page.tables([flown(mission, "recovery", 0)], PLANS, "c0de")
 
 

@@ -64,7 +64,7 @@ def test_who_knows_the_site_gets_the_one_that_is_simulated_and_what_is_said_of_i
 
 
 @pytest.mark.parametrize("option", OF_THE_RUN)
-def test_what_the_run_is_told_is_no_slip_and_reaches_no_process_of_the_functional_layer(option: str) -> None:
+def test_options_of_the_run_are_valid_and_reach_no_process_of_the_functional_layer(option: str) -> None:
     assert ROBOT.functional_layer({option: "something"}) == ROBOT.functional_layer({})
 
 
@@ -80,7 +80,7 @@ def test_an_option_that_no_process_takes_is_refused() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_missions_are_told_what_is_known_of_the_chosen_world(kind: str) -> None:
+def test_missions_get_the_facts_of_the_chosen_world(kind: str) -> None:
     told = ROBOT.mission_options({"seed": 3, "world": kind})
     assert set(told) == ({"mapping", "inspection"} if kind == "inspection" else {"mapping"})
     for mission, options in told.items():

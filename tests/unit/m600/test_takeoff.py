@@ -68,7 +68,7 @@ def test_interrupted_it_ends_when_the_drone_is_at_rest(drone: Drone) -> None:
     drone.assert_states(axes_authority="AVAILABLE")
 
 
-def test_when_the_pilot_takes_over_the_drone_is_told_to_stop(drone: Drone) -> None:
+def test_when_the_pilot_takes_over_the_drone_gets_a_stop(drone: Drone) -> None:
     goal = drone.start(height=10.0, speed=1.0)
     drone.run(2.0)
     drone.layer.authority = False

@@ -136,7 +136,7 @@ def test_a_problem_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> 
     assert sentence in caught.value.problems[0]
 
 
-def test_all_problems_are_told_at_once(tmp_path: Path) -> None:
+def test_all_problems_are_reported_at_once(tmp_path: Path) -> None:
     text = '[skill.reach]\nruns = [{dely = 1}, 3, {result = "GONE"}]\n[data]\nlaod = 1\n[[reaction]]\nwhen = 3\n'
     with pytest.raises(ScriptError) as caught:
         load_script(write(tmp_path, text), ARM)

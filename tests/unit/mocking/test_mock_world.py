@@ -216,7 +216,7 @@ def test_a_goal_that_is_directed_while_it_stops_still_stops(run: dict[str, Any])
     assert (goal.terminal.ending, goal.terminal.forced) == (Ending.INTERRUPTED, False)
 
 
-def test_a_slip_changes_nothing() -> None:
+def test_a_typing_error_changes_nothing() -> None:
     stage = Stage()
     for run in ({"result": "STUK"}, {"dely": 1.0}, {"delay": -1.0}, {"output": {"reached": 1.0}}):
         refused = direct(stage, **run)
@@ -248,7 +248,7 @@ def script(*reactions: Reaction, **more: Any) -> MockScript:
     return MockScript(reactions=reactions, **more)
 
 
-def test_the_world_begins_as_it_is_told() -> None:
+def test_the_world_begins_as_configured() -> None:
     stage = Stage(
         script(Reaction(after=5.0, set={"note": "late"}), resources={"power": "OFF"}, data={"at": {"x": 1.0}})
     )
@@ -369,7 +369,7 @@ def test_a_script_that_does_not_fit_is_refused_where_it_is_given() -> None:
         MockWorld(ARM, MockScript(skills={"raech": ()}))
 
 
-def test_a_status_that_is_told_twice_counts_once() -> None:
+def test_a_repeated_status_counts_once() -> None:
     stage = Stage(script(Reaction(when=When(ends="wave"), fire="cut")))
     goal = stage.client.start("wave", {})
     stage.end(goal)

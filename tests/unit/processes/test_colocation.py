@@ -33,7 +33,7 @@ def test_every_node_lives_in_exactly_one_process_which_is_needed_and_mortal_as_i
         assert (each.restart == "never") == any(node.restart == "never" for node in each.nodes)
 
 
-def test_the_judge_and_the_functional_layer_keep_their_own_processes() -> None:
+def test_the_resource_manager_and_the_functional_layer_keep_their_own_processes() -> None:
     layer = ROBOT.functional_layer({})
     found = {each.name: each for each in process_groups(colocated((*layer, *ROBOT.managers())))}
     assert set(found) == {*(spec.name for spec in layer), RESOURCE_MANAGER, MANAGERS}

@@ -108,7 +108,7 @@ def test_without_router_nobody_lives(lifetime: Lifetime, monkeypatch: pytest.Mon
     assert host("tcp/127.0.0.1:1", lifetime, Guest("a"), Guest("b")) == EXIT_UNREACHABLE
 
 
-def test_one_that_is_told_to_end_before_there_is_a_router_ends_well(
+def test_a_stop_before_there_is_a_router_ends_well(
     lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The router may end first in a shutdown, without a message."""

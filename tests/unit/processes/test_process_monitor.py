@@ -67,12 +67,12 @@ class Calls:
         return self.monitor.changes([ProcessStatus(ProcessState(name="a", pid=1, restarts=restarts), found, None)], now)
 
 
-def test_nothing_is_told_of_what_just_runs() -> None:
+def test_running_processes_are_not_reported() -> None:
     calls = Calls()
     assert calls.at(0.0, ProcessCondition.RUNS) + calls.at(1.0, ProcessCondition.RUNS) == []
 
 
-def test_silence_is_told_once_it_lasts_and_only_once() -> None:
+def test_lasting_silence_is_reported_once() -> None:
     calls = Calls()
     calls.at(0.0, ProcessCondition.RUNS)
     assert calls.at(1.0, ProcessCondition.SILENT) == []
@@ -89,7 +89,7 @@ def test_a_flap_is_not_worth_a_word() -> None:
     assert not any(told)
 
 
-def test_a_restart_is_told_when_the_process_is_there_again() -> None:
+def test_a_restart_is_reported_when_the_process_is_back() -> None:
     calls = Calls()
     calls.at(0.0, ProcessCondition.RUNS)
     assert calls.at(1.0, ProcessCondition.RESTARTS) == []
@@ -98,7 +98,7 @@ def test_a_restart_is_told_when_the_process_is_there_again() -> None:
 
 
 @pytest.mark.parametrize("between", [ProcessCondition.STARTS, ProcessCondition.RUNS])
-def test_a_restart_between_two_looks_is_told_once(between: ProcessCondition) -> None:
+def test_a_restart_between_two_checks_is_reported_once(between: ProcessCondition) -> None:
     calls = Calls()
     calls.at(0.0, ProcessCondition.RUNS)
     told = (

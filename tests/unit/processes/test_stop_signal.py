@@ -78,7 +78,7 @@ def test_under_nohup_a_closed_terminal_ends_nothing() -> None:
         signal.signal(signal.SIGHUP, previous)
 
 
-def test_who_waits_is_told(stop: StopSignal) -> None:
+def test_waiting_callers_are_notified(stop: StopSignal) -> None:
     bus = InProcessNetwork().bus("command")
     bus.after(3.0, lambda: signal.raise_signal(signal.SIGINT))
     with pytest.raises(KeyboardInterrupt):
@@ -105,7 +105,7 @@ def test_an_exception_that_python_drops_is_not_lost(stop: StopSignal) -> None:
         signal.raise_signal(signal.SIGINT)
 
 
-def test_what_was_told_before_does_not_end_what_is_done_at_the_end(stop: StopSignal) -> None:
+def test_an_earlier_stop_does_not_end_the_cleanup(stop: StopSignal) -> None:
     signal.raise_signal(signal.SIGINT)
     with stop.raising():
         done = True

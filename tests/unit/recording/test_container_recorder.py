@@ -49,7 +49,7 @@ def test_a_recorder_that_died_while_writing_its_name_restarts(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(("code", "goes_on"), [(EXIT_OK, False), (EXIT_CRASHED, True)])
-def test_only_what_was_told_to_end_is_over(container: pytest.MonkeyPatch, code: int, goes_on: bool) -> None:
+def test_only_a_stopped_recording_is_over(container: pytest.MonkeyPatch, code: int, goes_on: bool) -> None:
     def host(_arguments: list[str]) -> int:
         return code
 
@@ -59,7 +59,7 @@ def test_only_what_was_told_to_end_is_over(container: pytest.MonkeyPatch, code: 
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_one_that_is_told_to_end_before_it_records_is_over(container: pytest.MonkeyPatch, number: int) -> None:
+def test_a_stop_before_the_recording_ends_it(container: pytest.MonkeyPatch, number: int) -> None:
     """The next flight is another one, also if this one had died before."""
 
     def find(_name: str) -> Robot:
@@ -72,7 +72,7 @@ def test_one_that_is_told_to_end_before_it_records_is_over(container: pytest.Mon
     assert not MARK.exists()
 
 
-def test_little_is_read_in_before_it_can_be_told_to_end() -> None:
+def test_few_modules_are_imported_before_it_can_be_stopped() -> None:
     code = "import sys; import skillwing.services.recording.container_recorder; print(*sys.modules)"
     modules = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     early = {"zenoh", "msgspec", "skillwing.dsl"} & set(modules)
@@ -115,7 +115,7 @@ def test_a_run_tells_what_was_run(container: pytest.MonkeyPatch) -> None:
     assert facts.options["world"] == "inspection" and facts.options["seed"] == 3
 
 
-def test_a_value_that_means_nothing_is_told_in_a_sentence(
+def test_a_meaningless_value_is_reported_in_a_sentence(
     container: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     container.setenv("SKILLWING_SEED", "x")

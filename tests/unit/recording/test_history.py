@@ -108,7 +108,7 @@ def test_of_what_a_goal_went_through_a_chain_says_the_end() -> None:
     assert chain_text([]) == ""
 
 
-def test_of_a_long_chain_the_root_and_the_nearest_causes_are_told() -> None:
+def test_of_a_long_chain_the_root_and_the_nearest_causes_are_shown() -> None:
     """The note on causes that are left out takes as much room as one cause. So a single cause is never left out."""
     for length in range(20):
         causes = [f"cause {number}" for number in range(length)]

@@ -125,7 +125,7 @@ def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_wai
     assert sorted(text for text in texts if "waiting" in text) == [f"{MISSION} waiting: {x}" for x in ("GNSS", "home")]
 
 
-def test_of_a_long_chain_the_nearest_causes_and_the_root_are_told() -> None:
+def test_of_a_long_chain_the_nearest_causes_and_the_root_are_shown() -> None:
     def told(length: int) -> list[str]:
         words = causes_in_words([f"cause {number}" for number in range(length)])
         return [line.strip() for line in in_lines(words, 12)]
@@ -217,6 +217,6 @@ def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_p
     assert shown == {6.2: "RI", 20.53: ""}
 
 
-def test_a_full_disk_is_told_in_a_sentence() -> None:
+def test_a_full_disk_is_reported_in_a_sentence() -> None:
     with JsonLines[Record](Path("/dev/full")) as file, pytest.raises(PassingError, match="No space left on device"):
         file.write(tell().records[0])

@@ -77,7 +77,7 @@ def test_a_resource_that_another_skill_holds_leads_to_that_skill(crane: Skillset
     assert refused(crane, "turn").causes == ["lift GRANTED", "arm USED", "turn NR"]
 
 
-def test_of_a_precondition_only_what_stands_against_it_is_told(crane: SkillsetInProcess) -> None:
+def test_of_a_precondition_only_the_failing_part_is_reported(crane: SkillsetInProcess) -> None:
     """The brake has changed since, and is as it should be."""
     crane.trigger("power", "OFF")
     crane.trigger("brake", "CLOSED")
@@ -85,13 +85,13 @@ def test_of_a_precondition_only_what_stands_against_it_is_told(crane: SkillsetIn
     assert refused(crane, "lift").causes == ["power OFF", "lift NR"]
 
 
-def test_where_more_than_one_thing_is_missing_the_latest_change_is_told(crane: SkillsetInProcess) -> None:
+def test_of_several_missing_states_the_latest_change_is_reported(crane: SkillsetInProcess) -> None:
     crane.trigger("power", "OFF")
     crane.trigger("brake", "CLOSED")
     assert refused(crane, "lift").causes == ["brake CLOSED", "lift NR"]
 
 
-def test_a_datum_that_nobody_publishes_any_more_is_told(crane: SkillsetInProcess) -> None:
+def test_a_datum_that_nobody_publishes_any_more_is_reported(crane: SkillsetInProcess) -> None:
     crane.stop_data("load")
     crane.run(4.0)
     assert refused(crane, "lift").causes == ["load STALE", "lift NR"]
@@ -107,7 +107,7 @@ def test_what_never_changed_leaves_who_asked() -> None:
     assert refused(crane, "lift").causes == ["lift NR"]
 
 
-def test_the_chain_is_told_by_records_that_name_each_other(crane: SkillsetInProcess) -> None:
+def test_the_chain_consists_of_records_that_name_each_other(crane: SkillsetInProcess) -> None:
     """The chain stays complete in a part of the history without its causes, and needs the right skillset."""
     crane.start_skill("lift").assert_running()
     crane.run(2.0)

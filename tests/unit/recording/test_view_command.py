@@ -73,7 +73,7 @@ def interrupted(_window: Viewer) -> None:
 
 
 @pytest.mark.parametrize("end", [closed, interrupted])
-def test_every_recording_is_shown_to_a_browser_whose_address_is_told(
+def test_every_recording_is_shown_to_a_browser_with_its_address(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, end: Callable[[Viewer], None]
 ) -> None:
     viewer(monkeypatch, tmp_path, LISTENS)

@@ -23,7 +23,7 @@ def test_the_address_opens_the_stream_in_the_page() -> None:
     assert parse_qs(parts.query) == {"theme": ["dark"], "url": ["rerun+http://127.0.0.1:8001/proxy"]}
 
 
-def test_the_address_is_told_once_everybody_is_there() -> None:
+def test_the_address_is_printed_when_all_processes_are_up() -> None:
     notice = StartupNotice("m600", NAMES, ADDRESS, now=100.0)
     assert notice.lines({"sim", "bridge"}, 101.0) == []
     assert notice.lines(NAMES, 102.0) == ["m600: all 3 processes run.", f"Open {ADDRESS}"]

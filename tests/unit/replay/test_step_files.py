@@ -105,7 +105,7 @@ def test_two_processes_never_share_a_file(tmp_path: Path) -> None:
     assert [len(file.lines) for file in files if file is not None] == [2, 2, 2]
 
 
-def test_a_full_disk_is_told_once_and_harms_nobody(
+def test_a_full_disk_is_reported_once_and_harms_nobody(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     life = RecordedLife(tmp_path)

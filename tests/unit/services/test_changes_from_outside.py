@@ -85,7 +85,7 @@ def test_only_a_goal_makes_time_matter(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(("resource", "target", "mover"), [("axes", "USED", "skills"), ("lamp", "LIT", "BROKEN")])
-def test_a_refused_transition_is_told_who_moves_the_resource(
+def test_a_refused_transition_names_who_moves_the_resource(
     bench: Bench, resource: str, target: str, mover: str
 ) -> None:
     with pytest.raises(RefusedError, match="no extern transition") as refusal:

@@ -138,7 +138,7 @@ def test_a_skill_may_go_on_without_its_owner() -> None:
     assert desk.state is State.RUNNING
 
 
-def test_a_resource_manager_that_cannot_judge_now_is_asked_again() -> None:
+def test_a_resource_manager_that_cannot_decide_now_is_asked_again() -> None:
     desk = Desk()
     desk.start()
     desk.validated()

@@ -36,7 +36,7 @@ def test_what_is_named_is_imported(write: Write) -> None:
     assert imported({"hooks": f"{write('hooks_that_fit', 'Manager = 7')}:Manager"}, "hooks") == 7
 
 
-def test_a_module_that_is_not_there_is_told_from_one_that_lacks_another(write: Write, tmp_path: Path) -> None:
+def test_a_missing_module_is_distinguished_from_one_with_a_missing_import(write: Write, tmp_path: Path) -> None:
     lacking = write("hooks_that_lack", "import math", "import hooks_of_nobody")
     user = write("hooks_that_use_it", "", "", "import hooks_that_lack")
     assert "there is no module `hooks_at_all`. Correct its name" in refusal("hooks_at_all.skills:Manager")
@@ -46,9 +46,7 @@ def test_a_module_that_is_not_there_is_told_from_one_that_lacks_another(write: W
         assert "Correct its name" not in told
 
 
-def test_a_name_that_another_module_does_not_have_is_told_with_the_line_that_wants_it(
-    write: Write, tmp_path: Path
-) -> None:
+def test_a_missing_imported_name_is_reported_with_its_line(write: Write, tmp_path: Path) -> None:
     told = refusal(f"{write('hooks_that_want', 'from math import tao')}:Manager")
     assert f"`{tmp_path}/hooks_that_want.py:1` imports from `math` what that does not have" in told
     assert "Fix the import." in told
@@ -65,7 +63,7 @@ def test_a_name_that_another_module_does_not_have_is_told_with_the_line_that_wan
         ("hooks_in_no_python", "class Manager", "is no Python: expected ':'. Fix it."),
     ],
 )
-def test_a_module_that_fails_while_it_is_loaded_is_told_with_the_line(
+def test_a_module_that_fails_while_it_is_loaded_is_reported_with_the_line(
     write: Write, tmp_path: Path, name: str, line: str, told: str
 ) -> None:
     broken = write(name, "import json, math", "", line)
@@ -74,7 +72,7 @@ def test_a_module_that_fails_while_it_is_loaded_is_told_with_the_line(
         assert f"its module cannot be loaded. `{tmp_path}/{broken}.py:3` {told}" in refusal(f"{path}:Manager")
 
 
-def test_what_a_module_does_not_define_is_told() -> None:
+def test_a_name_that_a_module_does_not_define_is_reported() -> None:
     assert "`math` has no `Manager`" in refusal("math:Manager")
 
 

@@ -44,7 +44,7 @@ def test_a_lease_that_nobody_renews_runs_out_once() -> None:
     assert 12.0 <= when < 12.01
 
 
-def test_the_silence_is_told() -> None:
+def test_the_silence_is_reported() -> None:
     leases = Leases()
     leases.begin("g", 0.5, 0.0)
     [expired] = leases.look(0.75, hearing=True)

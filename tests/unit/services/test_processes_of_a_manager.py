@@ -103,7 +103,7 @@ def test_a_renewal_with_another_token_is_refused(bench: Bench) -> None:
     assert bench.core.states["axes"] == "USED"
 
 
-def test_a_successor_that_asks_for_its_predecessors_goal_is_told_that_it_was_lost(bench: Bench) -> None:
+def test_a_successor_learns_that_its_predecessors_goal_was_lost(bench: Bench) -> None:
     bench.now = 1.0
     first = granted(bench.begin("move", "g", incarnation="first"))
     bench.now = 2.0

@@ -100,7 +100,7 @@ def test_a_goal_id_is_neither_empty_nor_without_bounds(bench: Bench, length: int
         assert refusal.value.code is ErrorCode.BAD_REQUEST
 
 
-def test_an_end_with_a_result_that_has_no_name_is_told_which_there_are(bench: Bench) -> None:
+def test_an_end_with_an_unknown_result_gets_the_valid_ones(bench: Bench) -> None:
     token = granted(bench.begin("move", "g")).token
     with pytest.raises(RefusedError) as refusal:
         bench.end("move", "g", token, EndKind.RESULT)

@@ -13,7 +13,7 @@ from skillwing.services.core.skill_events import QuestionAnswered
 from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, Record, State, Terminal
 
 
-def test_hooks_are_told_token_begin_and_end_of_their_goal() -> None:
+def test_hooks_get_token_begin_and_end_of_their_goal() -> None:
     desk = Desk()
     desk.now = 3.0
     desk.start()

@@ -105,7 +105,7 @@ def test_what_is_deep_inside_is_named_by_its_path() -> None:
     ]
 
 
-def test_a_name_that_is_nearly_right_is_told_the_right_one() -> None:
+def test_a_misspelt_name_gets_the_right_one() -> None:
     assert problems(lenght=1)[0] == ("lenght", "unknown", "There is no field `lenght`; did you mean `length`?")
     [inner] = problems(at={"x": 1.0, "y": 1.0, "X": 1.0})
     assert inner[2] == "There is no field `at.X`; did you mean `at.x`?"
@@ -116,13 +116,13 @@ def test_what_is_missing_is_described_with_a_unit_only_if_it_has_one() -> None:
     assert pair.sentence == "`pair` is missing; it is a list of 2: each a finite number."
 
 
-def test_the_values_of_an_enum_are_told_wherever_it_stands() -> None:
+def test_the_values_of_an_enum_are_listed_everywhere() -> None:
     modes = ArrayType(EnumType("Mode", ("SLOW", "FAST")), length=None)
     _, [problem] = fit_fields((Field("modes", modes),), {"modes": "FAST"})
     assert problem.sentence == "`modes` is 'FAST'; it takes a list of any length: each one of `SLOW` and `FAST`."
 
 
-def test_a_name_that_is_like_no_other_is_told_all_there_are() -> None:
+def test_an_unknown_name_gets_the_list_of_names() -> None:
     [(path, kind, sentence)] = problems(zzzzzzzz=1)
     assert (path, kind) == ("zzzzzzzz", "unknown")
     assert sentence.startswith("There is no field `zzzzzzzz`; there is `on`, `name`, ")
@@ -180,7 +180,7 @@ def test_a_long_text_is_cut_and_one_without_an_encoding_is_repaired() -> None:
     assert sendable_text("a\udc80b") == "a?b"
 
 
-def test_of_much_that_is_wrong_the_beginning_is_told() -> None:
+def test_of_many_problems_the_first_are_reported() -> None:
     unknown = problems(**{f"stranger{number}": 0 for number in range(1000)})
     assert [kind for _, kind, _ in unknown] == ["unknown"] * MOST_PROBLEMS
     wrong = problems(many=[*range(10), *["no"] * 1000])
@@ -195,7 +195,7 @@ def test_a_long_name_is_cut() -> None:
 
 
 @pytest.mark.parametrize("where", [{"at": {"z": 1.5}}, {"at": SimpleNamespace(z=1.5)}])
-def test_of_a_structure_the_field_is_told_that_the_guard_names(where: dict[str, object]) -> None:
+def test_of_a_structure_the_field_in_the_guard_is_reported(where: dict[str, object]) -> None:
     high = Literal(2.0)
     expression = Comparison(">", Name("at.z", "data"), high)
     assert explain_failure(expression, Environment(data=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."

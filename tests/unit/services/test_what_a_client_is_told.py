@@ -51,7 +51,7 @@ def last_record(desk: Desk) -> Record:
     return [action for action in desk.actions if isinstance(action, Record)][-1]
 
 
-def test_without_an_id_one_is_told_of_the_goal_that_runs_else_of_the_latest() -> None:
+def test_without_an_id_the_running_or_latest_goal_is_reported() -> None:
     desk = Desk()
     with pytest.raises(RefusedError, match="`move` knows of no goal yet") as refusal:
         desk.core.status(None)
@@ -67,7 +67,7 @@ def test_without_an_id_one_is_told_of_the_goal_that_runs_else_of_the_latest() ->
     assert desk.core.status(None).goal_id == "g"
 
 
-def test_a_violation_is_told_with_its_invariant_and_subject() -> None:
+def test_a_violation_is_reported_with_its_invariant_and_subject() -> None:
     desk = running()
     desk.now = 3.0
     desk.violated()
@@ -82,7 +82,7 @@ def test_a_violation_is_told_with_its_invariant_and_subject() -> None:
 
 
 @pytest.mark.parametrize("way", ["pushed", "renewed", "answered"])
-def test_a_loss_is_told_with_who_noticed_it(way: str) -> None:
+def test_a_loss_is_reported_with_its_observer(way: str) -> None:
     desk = running()
     desk.now = 3.0
     if way == "pushed":
@@ -114,7 +114,7 @@ def test_a_goal_that_is_no_longer_ours_is_lost(code: ErrorCode) -> None:
     )
 
 
-def test_a_refusal_is_told_with_what_to_do() -> None:
+def test_a_refusal_is_reported_with_a_remedy() -> None:
     desk = validating()
     desk.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="It is another version.", help="Generate it again."))
     assert desk.terminal().ending is Ending.ERROR
@@ -129,7 +129,7 @@ def test_an_answer_that_does_not_belong_here_ends_in_an_error() -> None:
     assert "does not belong here" in desk.terminal().reason
 
 
-def test_an_end_that_nobody_hears_of_is_told_with_its_reason() -> None:
+def test_an_unconfirmed_end_is_reported_with_its_reason() -> None:
     desk = running()
     desk.terminated()
     for _ in range(SILENCES_UNTIL_ERROR):
@@ -137,7 +137,7 @@ def test_an_end_that_nobody_hears_of_is_told_with_its_reason() -> None:
     assert desk.terminal().reason == "The resource manager does not answer. The skill ended with DONE."
 
 
-def test_what_did_not_hold_is_told_beside_what_was_reached() -> None:
+def test_failed_conditions_are_reported_with_the_result() -> None:
     desk = running()
     desk.terminated()
     desk.ended(held=False)
@@ -160,7 +160,9 @@ def test_an_end_that_the_skillset_does_not_know_is_an_error_that_names_what_is_w
 
 
 @pytest.mark.parametrize(("output", "told"), [(None, None), ({}, {}), ({"distance": 3}, {"distance": 3.0})])
-def test_an_output_is_told_if_there_was_one(output: dict[str, object] | None, told: dict[str, object] | None) -> None:
+def test_an_output_is_reported_if_there_was_one(
+    output: dict[str, object] | None, told: dict[str, object] | None
+) -> None:
     desk = running()
     desk.terminated(output=output)
     desk.ended()
@@ -213,7 +215,7 @@ def test_a_renewal_that_arrives_for_an_earlier_goal_changes_nothing() -> None:
     assert desk.actions == []
 
 
-def test_what_an_earlier_process_ended_is_told_as_that() -> None:
+def test_an_end_by_an_earlier_process_is_reported_as_such() -> None:
     desk = validating()
     desk.answer(Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.RESULT, result="DONE"))
     terminal = desk.terminal()

@@ -60,7 +60,7 @@ def test_what_gets_between_the_blades_is_hit(beside: Physics, gap: float, rotor:
     assert touches(beside, gap, bearing, bearing + math.pi - rotor)
 
 
-def test_clearance_is_told_from_the_tips_at_this_moment() -> None:
+def test_clearance_is_measured_from_the_tips_at_this_moment() -> None:
     simulator = Simulator(_world_with_a_pole(), sensors=())
     for gap in (0.0, 0.2, 1.0, 0.2):
         simulator.place((10.0 - POLE - TIP_RADIUS - gap, 0.0, 4.0))

@@ -246,15 +246,15 @@ def test_lost_but_sure_of_its_velocity_it_lands_where_it_is() -> None:
     sim, navigator = rig.sim, rig.sim._navigator
     navigator._receiver = dataclasses.replace(navigator._receiver, trusted=0.1)
 
-    def told_odometry_until(mode: Mode | None) -> bool:
+    def reported_odometry_until(mode: Mode | None) -> bool:
         velocity = to_body(sim.motion.quaternion, sim.motion.velocity)
         sim.odometry(OdometryReport(sim.t, 0.0, velocity, good=True))
         return sim.autopilot.mode is mode
 
-    rig.fly(3.0, lambda: told_odometry_until(None))
+    rig.fly(3.0, lambda: reported_odometry_until(None))
     sim.set_fault("gnss", "blackout", on=True)
-    assert rig.fly(5.0, lambda: told_odometry_until(Mode.NAVIGATION))
-    assert rig.fly(15.0, lambda: told_odometry_until(Mode.OFF))
+    assert rig.fly(5.0, lambda: reported_odometry_until(Mode.NAVIGATION))
+    assert rig.fly(15.0, lambda: reported_odometry_until(Mode.OFF))
     assert sim.collisions == 0
     assert math.dist(sim.motion.position[:2], (0.0, 0.0)) < 0.3
 

@@ -167,7 +167,7 @@ def test_once_it_has_contradicted_for_long_it_has_to_earn_its_say_again() -> Non
     assert drone.solution.valid
 
 
-def test_a_single_slip_costs_nothing() -> None:
+def test_a_single_wrong_velocity_costs_nothing() -> None:
     def slipping(report: OdometryReport) -> OdometryReport:
         return replace(report, velocity=(5.0, 0.0, 0.0)) if round(report.t / EPOCH) % 10 == 0 else report
 

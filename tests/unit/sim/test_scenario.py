@@ -297,7 +297,7 @@ def test_a_byte_order_mark_is_no_part_of_the_text(write, name: str, text: str) -
     assert read_scenario(write(f"\ufeff{text}", name)).battery == 50.0
 
 
-def test_all_that_is_wrong_in_a_file_is_told_at_once(write) -> None:
+def test_all_problems_of_a_file_are_reported_at_once(write) -> None:
     text = 'winds = 1\n[[fault]]\nsensor="nose"\nkind="freeze"\nat="soon"\n[[gust]]\nat=1\nvelocity=[1]\nfor=2'
     with pytest.raises(ScenarioError) as caught:
         read_scenario(write(text))
@@ -321,7 +321,7 @@ JUNK = st.recursive(
 
 @example({"link": None})
 @given(st.dictionaries(st.sampled_from([*NAMES, "x"]), JUNK, max_size=5))
-def test_slips_are_found_exactly_where_the_reader_finds_one(content: dict[str, object]) -> None:
+def test_errors_are_found_exactly_where_the_reader_finds_one(content: dict[str, object]) -> None:
     try:
         msgspec.convert(content, Scenario)
         fits = True

@@ -36,7 +36,7 @@ def test_without_a_kind_it_lists_those_there_are() -> None:
     assert [each["kind"] for each in json.loads(text)] == list(KINDS)
 
 
-def test_a_site_is_told_to_people_and_programs() -> None:
+def test_a_site_is_printed_for_people_and_programs() -> None:
     code, text = run("inspection", "--seed", "3")
     assert code == 0
     assert "home over everything at 30.5 m" in text

@@ -45,7 +45,7 @@ def share_of(colour: str, picture: np.ndarray) -> float:
     return float((np.abs(picture[:, :, :3] - to_rgb(colour)).max(axis=2) < 0.02).mean())
 
 
-def test_branches_are_told_apart_by_colour(tmp_path: Path) -> None:
+def test_branches_have_different_colours(tmp_path: Path) -> None:
     seen = ground(30.0)
     flown = [Flown("zed", np.array(ROUTE[:2])), Flown("lidar", np.array(ROUTE[1:]))]
     draw_map(tmp_path / "map.png", MapScene(seen, 0.4, ROUTE, flown, [(30.0, 10.0, 4.0)]), "Two branches")
@@ -99,7 +99,7 @@ def test_the_place_where_a_flight_ended_is_marked(tmp_path: Path) -> None:
     assert share_of(END, drawn(tmp_path / "map.png", flown)) > 1e-4
 
 
-def test_who_sees_no_path_is_told_why() -> None:
+def test_a_picture_without_path_gives_the_reason() -> None:
     assert MapScene(ground(38.0), 0.4, ROUTE, []).caveats == "No flown path was recorded."
 
 

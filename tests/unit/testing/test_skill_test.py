@@ -117,7 +117,7 @@ def test_afterwards_they_go_the_way_of_the_functional_layer() -> None:
     assert test.states["power"] == "ON", "nothing was moved"
 
 
-def test_a_context_that_does_not_fit_is_told_at_once_and_completely() -> None:
+def test_a_context_that_does_not_fit_is_reported_at_once_and_completely() -> None:
     with pytest.raises(ContextError) as caught:
         SkillTest(LIFTER, Lift, states={"powr": "ON", "hoist": "FLEE"})
     assert ["did you mean `power`" in caught.value.problems[0], "`FREE`" in caught.value.problems[1]] == [True, True]

@@ -25,7 +25,7 @@ def test_of_the_emergency_stop_expecting_too_much() -> None:
 """
 
 
-def test_every_example_runs_and_the_story_is_told_as_it_stands_there(
+def test_every_example_runs_and_prints_the_story_of_the_page(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = pytester.makepyfile(test_page="\n\n".join(EXAMPLES) + FAILURE)

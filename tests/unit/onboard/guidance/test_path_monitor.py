@@ -116,7 +116,7 @@ def test_what_shows_itself_as_the_sensor_falls_silent_is_still_stopped_for(horiz
     assert LEAST_MARGIN - 2 * TICK * speed < min(gaps) < LEAST_MARGIN + 0.5
 
 
-def test_of_what_an_overdue_report_has_told_some_has_been_flown_since() -> None:
+def test_a_late_report_is_reduced_by_the_path_flown_since() -> None:
     monitor, free = PathMonitor(), stopping_distance(4.0) + 0.5
     monitor.begin(0.0)
     monitor.report(told(1.0, 1.0, free))

@@ -317,7 +317,7 @@ def test_between_narrow_fences_no_place_is_left_and_the_one_below_is_taken() -> 
     assert answer.place is None
 
 
-def test_where_no_fence_was_told_the_nearest_place_is_offered() -> None:
+def test_without_a_fence_the_nearest_place_is_offered() -> None:
     unfenced, fenced = Bench(make_obstacles({})), Bench(make_obstacles({}))
     tell_fence(fenced, south=20.0, north=20.0)
     for bench in (unfenced, fenced):
