@@ -149,9 +149,7 @@ def test_errors_in_different_tags_are_as_many_problems(data: st.DataObject, tags
     chosen = [data.draw(st.sampled_from(tag)) for tag in tags]
     words = {TEMPLATE[slot.start : slot.end] for slot in chosen}
     assume(len(words) == len(chosen))  # the same one twice would be right again, where it is a cell's
-    assume(
-        len({quoted_around(slot) for slot in chosen}) == len(chosen)
-    )  # a tree and its name are one mistake
+    assume(len({quoted_around(slot) for slot in chosen}) == len(chosen))  # a tree and its name are one mistake
     found = problems_of(misspelt(TEMPLATE, *chosen))
     assert len(found) == len(chosen), (words, found)
 

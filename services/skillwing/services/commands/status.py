@@ -81,7 +81,6 @@ def _overview(system: System) -> SystemOverview:
     system.bus.subscribe(system.keys.timeline, message_reader(Record, live_state.add_record), events=True)
     alive = system.alive()
     processes = system.process_statuses(alive)
-    goals: list[GoalStatus] = []
     silent: list[str] = []
     skills = [skill.name for skill in system.skillset.skills]
     for skill in skills:
@@ -93,7 +92,9 @@ def _overview(system: System) -> SystemOverview:
             continue
         if goal is not None:
             live_state.add_status(goal)
-            goals.append(goal)
+    # The timeline, whose history has arrived before the managers' answers, has goals that were lost with their manager,
+    # and reports on hooks.
+    goals = [goal for skill in skills if (goal := live_state.goal(skill)) is not None]
     states = _states(system)
     running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
     return SystemOverview(
@@ -101,7 +102,6 @@ def _overview(system: System) -> SystemOverview:
         processes=processes,
         goals=goals,
         silent=silent,
-        # Reports on hooks are in the timeline, whose history has arrived before the managers' answers.
         blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
         unattended=unattended_states(system.target, system.skillset, states.states if states else {}, alive, running),

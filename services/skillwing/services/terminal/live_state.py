@@ -109,6 +109,10 @@ class LiveState:
         skill, state = record.subject, State.TERMINATED
         self.add_status(GoalStatus(goal_id=goal_id, skill=skill, state=state, t=record.t, terminal=terminal))
 
+    def goal(self, skill: str) -> GoalStatus | None:
+        """The running goal of a skill, else the one that ended last; None without any."""
+        return self._running.get(skill) or self._ended.get(skill)
+
     def skill(self, name: str) -> SkillNow:
         """The present state of a skill."""
         running, ended = self._running.get(name), self._ended.get(name)
