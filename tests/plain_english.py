@@ -15,7 +15,7 @@ from pathlib import Path
 LONGEST_SENTENCE = 25
 ARCHAIC = (
     *("mend", "mends", "mended", "mending", "whoever", "anew", "lest", "hence", "whence", "besides"),
-    *("befall", "befalls", "befell", "thereby", "whereby"),
+    *("befall", "befalls", "befallen", "befell", "thereby", "whereby"),
 )
 RETIRED = (
     *("Scribe", "hand_over", "DatumKept", "GoalOver", "gives_up_unheard", "why_not", "SoleJudge", "Attendance"),
@@ -39,6 +39,8 @@ _FIRST = re.compile(
     re.IGNORECASE,
 )
 """First words of docstrings that do not name the thing."""
+_NAME = re.compile(r"[A-Za-z]+(?:_[A-Za-z]+|[a-z][A-Z][A-Za-z]*)[A-Za-z_]*")
+_PART = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _ARCHAIC = re.compile(rf"\b({'|'.join(ARCHAIC)})\b", re.IGNORECASE)
 _RETIRED = re.compile(rf"\b({'|'.join(RETIRED)})\b")
 _FENCE = re.compile(r"^ *(```|~~~).*?^ *\1", re.MULTILINE | re.DOTALL)
@@ -52,11 +54,17 @@ _BLOCK_START = re.compile(r"^([-*+]|\d+\.|#+|>)\s+")
 
 
 def problems(path: Path) -> Iterator[tuple[int, str]]:
-    """Line and description of each problem in a Python or Markdown file."""
+    """Line and description of each problem in a file. Only Python and Markdown are read as sentences."""
     text = path.read_text(encoding="utf-8")
     for number, line in enumerate(text.splitlines() if path.name != Path(__file__).name else (), 1):
         yield from ((number, f"retired name: {word}") for word in _RETIRED.findall(line))
-    yield from python_problems(text) if path.suffix == ".py" else markdown_problems(text)
+    if path.suffix == ".py":
+        yield from python_problems(text)
+    elif path.suffix == ".md":
+        yield from markdown_problems(text)
+    else:
+        lines = enumerate(text.splitlines(), 1)
+        yield from ((number, f"archaic word: {word}") for number, line in lines for word in _ARCHAIC.findall(line))
 
 
 def markdown_problems(text: str) -> Iterator[tuple[int, str]]:
@@ -78,6 +86,8 @@ def python_problems(text: str) -> Iterator[tuple[int, str]]:
         comment = re.search(r"(?:^|\s)# (.*)", source)
         words = _ARCHAIC.findall(comment.group(1)) if comment else ()
         yield from ((number, f"archaic word: {word}") for word in words)
+        parts = {part.lower() for name in _NAME.findall(source) for part in _PART.findall(name)}
+        yield from ((number, f"archaic word in a name: {part}") for part in sorted(parts & set(ARCHAIC)))
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name in RETIRED_CLASSES:
             yield node.lineno, f"retired class name: {node.name}"

@@ -14,7 +14,8 @@ SELF = {"tests/plain_english.py", "tests/unit/test_plain_english.py"}
 
 
 def tracked() -> list[Path]:
-    done = subprocess.run(["git", "ls-files", "*.py", "*.md"], cwd=ROOT, check=True, capture_output=True, text=True)
+    kinds = ("*.py", "*.md", "*.skillset", "*.template", "*.yml", "*.lark", "*.toml", "*.xml", "Makefile", "Dockerfile")
+    done = subprocess.run(["git", "ls-files", *kinds], cwd=ROOT, check=True, capture_output=True, text=True)
     names = [name for name in done.stdout.splitlines() if name not in SELF]
     return [ROOT / name for name in names if (ROOT / name).exists()]
 
@@ -32,6 +33,7 @@ def test_docstrings_and_pages_are_in_plain_english() -> None:
         (f'"""A noun. {"word " * 26}."""', "26 words"),
         ('"""A door, mended."""', "archaic word: mended"),
         ("# Begun anew.", "archaic word: anew"),
+        ("def test_begun_anew(): ...", "archaic word in a name: anew"),
         ("class Kept:\n    pass", "retired class name: Kept"),
     ],
 )
