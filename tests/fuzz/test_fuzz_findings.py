@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import msgspec
+import numpy as np
 import pytest
+import rerun as rr
 
 from skillwing.dsl import parse
+from skillwing.evaluation.dashboard.scene import Dashboard
 from skillwing.onboard.topics.flight import AutopilotSetpoint
 from skillwing.onboard.topics.mapping import MapHeader
-from skillwing.onboard.topics.sensors import Health, SensorStatus
+from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
+from skillwing.onboard.topics.sensors import LIDAR, ZED_DEPTH, DepthHeader, Health, LidarHeader, SensorStatus
 from skillwing.onboard.topics.video import VideoPacket
+from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
@@ -24,7 +29,9 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
+from skillwing.sim_mujoco.world.kinds import make_site
 
+ORIGIN = (0.0, 0.0, 0.0)
 ALMOST_TOO_LONG = "a" * (MAX_MESSAGE_BYTES - 100)
 
 
@@ -74,6 +81,26 @@ def test_a_setpoint_beyond_all_maps_is_refused() -> None:
     still = (0.0, 0.0, 0.0)
     setpoint = AutopilotSetpoint(t=0.0, position=(1e300, 0.0, 0.0), velocity=still, heading=0.0, rotors=True)
     refused(setpoint, AutopilotSetpoint)
+
+
+def test_a_scan_or_picture_of_another_size_does_not_end_the_dashboard() -> None:
+    """A scan with one beam ended the recorder, which expected those of the robot's LiDAR."""
+    network, recording = InProcessNetwork(), rr.RecordingStream("fuzz")
+    memory = recording.memory_recording()
+    Dashboard(recording, skillset="m600", site=make_site(1)).attach(network.bus("recorder"))
+    bus = network.bus("sim")
+    navigation = Navigation(
+        t=0.0, position=ORIGIN, velocity=ORIGIN, quaternion=(1.0, 0.0, 0.0, 0.0), angular_velocity=ORIGIN, heading=0.0
+    )
+    streams = {key: bus.advertise(key) for key in (NAVIGATION, LIDAR, ZED_DEPTH)}
+    streams[NAVIGATION].put(encode(navigation))
+    for t, size in enumerate((16, 1, 32)):
+        scan = LidarHeader(t0=float(t), t1=t + 0.1, columns=64, beams=size, mount=ORIGIN)
+        streams[LIDAR].put(np.ones((64, size), np.float32).tobytes(), encode(scan))
+        picture = DepthHeader(t=float(t), width=8 * size, height=64, fx=50.0, fy=50.0, cx=4.0, cy=32.0, mount=ORIGIN)
+        streams[ZED_DEPTH].put(np.full((64, 8 * size), 900, np.uint16).tobytes(), encode(picture))
+        network.run_for(0.1)
+    assert len(memory.drain_as_bytes()) > 0
 
 
 def test_a_verdict_does_not_quote_a_huge_datum() -> None:

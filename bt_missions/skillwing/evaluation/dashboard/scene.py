@@ -28,6 +28,7 @@ from skillwing.evaluation.dashboard.geometry import (
 )
 from skillwing.evaluation.dashboard.voxel_pieces import VoxelPieces
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
+from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, measurement_reader
 from skillwing.onboard.topics import common, flight, guidance, mapping, navigation, obstacles, sensors, video
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Bus
@@ -68,7 +69,6 @@ class Dashboard:
         self._site = site
         self._arrangement: Arrangement | None = None
         self._front = Front.WORLD
-        self._directions = lidar_directions()[::SCAN_STRIDE]
         self._pose: navigation.Navigation | None = None
         self._path: list[common.Vector3] = []
         self._strips = 0
@@ -111,8 +111,8 @@ class Dashboard:
             obstacles.OBSTACLE_STATUS, message_reader(obstacles.ObstacleStatus, self._on_obstacle), latest_only=True
         )
         _follow(bus, flight.BATTERY, flight.Battery, self._on_battery)
-        bus.subscribe(sensors.LIDAR, stream_reader(sensors.LidarHeader, self._on_scan), latest_only=True)
-        bus.subscribe(sensors.ZED_DEPTH, stream_reader(sensors.DepthHeader, self._on_depth), latest_only=True)
+        bus.subscribe(sensors.LIDAR, measurement_reader(LidarScan.decode, self._on_scan), latest_only=True)
+        bus.subscribe(sensors.ZED_DEPTH, measurement_reader(DepthPicture.decode, self._on_depth), latest_only=True)
         bus.subscribe(video.VIDEO_SHOWN, stream_reader(video.VideoShown, self._on_video), latest_only=True)
         _follow(bus, LINK_STATUS, LinkStatus, self._on_link)
         _follow(bus, video.VIDEO_STATUS, video.VideoStatus, self._on_video_status)
@@ -196,11 +196,12 @@ class Dashboard:
 
     # --- sensors -------------------------------------------------------------------------------------------
 
-    def _on_scan(self, header: sensors.LidarHeader, payload: bytes) -> None:
+    def _on_scan(self, scan: LidarScan) -> None:
+        header = scan.header
         if self._pose is None or not self._scan_due.due(header.t1):
             return
-        ranges = np.frombuffer(payload, np.float32).reshape(header.columns, header.beams)[::SCAN_STRIDE]
-        points = world_points(ranges, self._directions, header.mount, self._pose)
+        directions = lidar_directions(header.columns, header.beams)[::SCAN_STRIDE]
+        points = world_points(scan.ranges[::SCAN_STRIDE], directions, header.mount, self._pose)
         at(self._recording, header.t1)
         self._recording.log("world/scan", rr.Points3D(points, colors=[[255, 255, 255]], radii=rr.Radius.ui_points(1.1)))
         self._pile_up(points, self._pose, header.t1)
@@ -215,14 +216,15 @@ class Dashboard:
             self._seen_lately.clear()
             self._draw_voxels("seen", self._seen, changed)
 
-    def _on_depth(self, header: sensors.DepthHeader, payload: bytes) -> None:
+    def _on_depth(self, picture: DepthPicture) -> None:
+        header = picture.header
         if not self._depth_due.due(header.t):
             return
-        if self._pixels is None:
+        depths = picture.depth[::PIXEL_STRIDE, ::PIXEL_STRIDE] / np.float32(1000.0)
+        if self._pixels is None or self._pixels.shape[:2] != depths.shape:
             _draw_camera(self._recording, header)
             self._pixels = depth_directions(header)[::PIXEL_STRIDE, ::PIXEL_STRIDE]
-        picture = np.frombuffer(payload, np.uint16).reshape(header.height, header.width)
-        levels = depth_levels(picture)
+        levels = depth_levels(picture.depth)
         at(self._recording, header.t)
         image = rr.EncodedDepthImage(
             depth_png(levels),
@@ -233,7 +235,6 @@ class Dashboard:
         )
         self._recording.log("world/drone/camera/depth", image)
         if self._pose is not None and self._seen is not None:
-            depths = picture[::PIXEL_STRIDE, ::PIXEL_STRIDE] / np.float32(1000.0)
             near = np.where(depths < SURE_DEPTH, depths, np.float32(0.0))
             self._pile_up(world_points(near, self._pixels, header.mount, self._pose), self._pose, header.t)
 

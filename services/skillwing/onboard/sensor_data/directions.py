@@ -6,6 +6,7 @@ Frames are FLU (x forward, y left, z up).
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -22,8 +23,9 @@ LIDAR_HALF_FAN: Final = math.radians(15.0)
 """Largest angle of the LiDAR's beams from the plane of its ring, fore and aft [rad]."""
 
 
-def lidar_directions(columns: int = 1024, beams: int = 16) -> NDArray[np.float32]:
-    """Unit directions (columns, beams, 3). The ring is orthogonal to the nose (spin axis = body x).
+@lru_cache(maxsize=2)
+def lidar_directions(columns: int, beams: int) -> NDArray[np.float32]:
+    """Unit directions (columns, beams, 3), read-only. The ring is orthogonal to the nose (spin axis = body x).
 
     Column 0 looks left, and a quarter turn later up; beam 0 is tilted aft, the last one forward.
     """
@@ -31,7 +33,9 @@ def lidar_directions(columns: int = 1024, beams: int = 16) -> NDArray[np.float32
     elevation = np.linspace(-LIDAR_HALF_FAN, LIDAR_HALF_FAN, beams)[None, :]
     x = np.broadcast_to(np.sin(elevation), (columns, beams))
     y, z = np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation)
-    return np.stack([x, y, z], axis=-1).astype(np.float32)
+    directions = np.stack([x, y, z], axis=-1).astype(np.float32)
+    directions.flags.writeable = False
+    return directions
 
 
 def depth_directions(header: DepthHeader) -> NDArray[np.float32]:

@@ -80,7 +80,7 @@ class LidarScan:
     def in_body(self) -> Points:
         """Returns (columns, beams, 3) in body axes at the moment of each column [m]."""
         header = self.header
-        directions = _ring(header.columns, header.beams)
+        directions = lidar_directions(header.columns, header.beams)
         return directions * self.ranges[:, :, None] + np.array(header.mount, dtype=np.float32)
 
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
@@ -151,11 +151,6 @@ def _nearest_but_one(depth: NDArray[np.uint16]) -> Points:
         second = np.minimum(second, np.maximum(nearest, pixel))
         nearest = np.minimum(nearest, pixel)
     return (second + np.uint16(1)) * np.float32(0.001)
-
-
-@lru_cache(maxsize=2)
-def _ring(columns: int, beams: int) -> Points:
-    return lidar_directions(columns, beams)
 
 
 @lru_cache(maxsize=2)
