@@ -23,8 +23,8 @@ LONGEST = 30.0
 """Longer than the nominal flight takes, in seconds: whatever happens may also come after it."""
 FLOWN = ["takeoff", "inspect", "return_home", "land"]
 TOUCHDOWN = (26.5, 27.5)
-"""Times around the nominal touchdown. If the pilot takes and returns the drone there, the landing is not ready again: the
-mission ends FAILED, although the drone stands at home. A known defect, of every mission."""
+"""Times around the nominal touchdown. If the pilot takes and returns the drone there, the landing is not ready: the
+mission ends FAILED, although the drone stands at home. docs/missions.md names this defect."""
 seeds = st.integers(0, 2**16)
 moments = st.floats(0.0, LONGEST)
 few = settings(max_examples=3, deadline=None)
