@@ -42,7 +42,7 @@ def test_a_manager_without_a_journal_is_found_to_have_forgotten(tmp_path: Path) 
     assert not recorded.check().linearizable
 
 
-@pytest.mark.parametrize("lie", ["grants_twice", "tells_old_states", "forgets_ends", "forgets_outcomes"])
+@pytest.mark.parametrize("lie", ["grants_twice", "replies_old_states", "forgets_ends", "forgets_outcomes"])
 def test_a_manager_that_lies_is_found_out(tmp_path: Path, lie: str) -> None:
     recorded = record(tmp_path, seed=4, operations=120, factory=f"untrustworthy:make_{lie}", journal=False)
     assert not recorded.check().linearizable
