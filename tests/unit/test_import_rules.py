@@ -38,8 +38,6 @@ ALLOWED = {
 }
 OPTIONAL = {"recording", "report", "viewer"}
 """Folders of services for which the extra `viewer` is installed."""
-DRAWING = {"skillwing.services.commands.report", "skillwing.services.commands.timeline"}
-"""Commands that import drawing packages only when they are called, and report missing ones."""
 HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
 
@@ -137,7 +135,7 @@ def test_packages_of_a_part_import_each_other_in_one_direction(part: str) -> Non
 
 def test_skill_managers_need_no_heavy_packages() -> None:
     """The bridge, the launcher and the command line need none either: the image of a manager holds them."""
-    services = {module_of(path) for path in files("services") if OPTIONAL.isdisjoint(path.parts)} - DRAWING
+    services = {module_of(path) for path in files("services") if OPTIONAL.isdisjoint(path.parts)}
     hooks = [path.partition(":")[0] for path in ROBOT.hooks.values()]
     needed = needed_by([*services, *hooks, "skillwing.m600.robot", "skillwing.m600.bridge.node"])
     assert "zenoh" in needed

@@ -14,6 +14,7 @@ from skillwing.services.history.report import OperatorFacts
 from skillwing.services.recording.run_facts import read_facts
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json
+from skillwing.services.viewer_extra import viewer_module
 
 NO_MISSION = "No mission was flown in this run. `skillwing timeline RUN` shows what was."
 TABLE_WIDTH = 100
@@ -28,21 +29,17 @@ def report(
 ) -> None:
     """Write and show the report of each mission of a run, with its pictures.
 
-     `up` and `demo` do this when a mission ends. Use it for a run that was cut short, or to write a report again
-    . See docs/recordings.md.
+    `up` and `demo` do this when a mission ends. Use it for a run that was cut short, or to write a report again.
+    See docs/recordings.md.
 
-     Exit codes: 0 written, 1 nothing could be written, 2 no such run, or one without a mission.
+    Exit codes: 0 written, 1 nothing could be written, 2 no such run, or one without a mission.
     """
     run_facts = read_facts(run)
     known = None if facts is None else msgspec.json.decode(facts.read_bytes(), type=OperatorFacts)
+    reports = viewer_module("skillwing.services.report.run_reports", "RUN")
+    rendering = viewer_module("skillwing.services.report.rendering", "RUN")
     try:
-        from skillwing.services.report.rendering import summary_table  # noqa: PLC0415 - drawing is optional
-        from skillwing.services.report.run_reports import write_reports  # noqa: PLC0415
-    except ModuleNotFoundError as missing:
-        text = f"{missing.name} is not installed. To draw a run: pip install 'skillwing[viewer]'."
-        raise InvalidOptionError("RUN", text) from missing
-    try:
-        written = write_reports(run.absolute(), run_facts, known, only_last=last, until=until)
+        written = reports.write_reports(run.absolute(), run_facts, known, only_last=last, until=until)
     except OSError as error:
         raise SkillwingError(f"The report cannot be written: {error}.") from error
     if not written:
@@ -52,5 +49,5 @@ def report(
         return
     console = make_console()
     for folder, each in written:
-        console.print(summary_table(each), width=min(console.width, TABLE_WIDTH))
+        console.print(rendering.summary_table(each), width=min(console.width, TABLE_WIDTH))
         console.print(f"Report and pictures: {folder}", soft_wrap=True)

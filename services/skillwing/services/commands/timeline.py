@@ -17,6 +17,7 @@ from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.recording.run_facts import missing_run_file, read_facts, version_note
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json, print_records
+from skillwing.services.viewer_extra import viewer_module
 
 KINDS = tuple(kind.value for kind in RecordKind)
 LONGEST_FLIGHT = 1e8
@@ -93,17 +94,9 @@ def _skillset_of(run: Path) -> Skillset | None:
 
 
 def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
-    try:
-        from skillwing.services.report.timeline_picture import (  # noqa: PLC0415 - drawing is optional
-            ROBOT_TIME,
-            RUN_TIME,
-            draw_timeline,
-        )
-    except ModuleNotFoundError as missing:
-        text = f"{missing.name} is not installed. To draw timelines: pip install 'skillwing[viewer]'."
-        raise InvalidOptionError("--png", text) from missing
+    picture = viewer_module("skillwing.services.report.timeline_picture", "--png")
     # Unix time is unreadable on an axis.
     long = history.first > LONGEST_FLIGHT
-    shown, clock = (history.part(history.first), RUN_TIME) if long else (history, ROBOT_TIME)
-    draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)
+    shown, clock = (history.part(history.first), picture.RUN_TIME) if long else (history, picture.ROBOT_TIME)
+    picture.draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)
     typer.echo(f"The timeline is drawn: {png}")

@@ -470,6 +470,8 @@ def _no_answer(reason: str = "") -> Terminal:
 
 def sending_problem(values: Mapping[str, object]) -> str | None:
     """The reason why values of the right types cannot be sent: too many bytes, or a text that has no encoding."""
+    if not values:
+        return None
     try:
         require_sendable(values)
     except ProtocolError as error:

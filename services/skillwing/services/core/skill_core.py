@@ -15,7 +15,6 @@ from skillwing.services.core.checks import check_goal_id, check_schema
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.goal_states import (
-    Ask,
     Executing,
     GoalRun,
     GoalState,
@@ -25,7 +24,7 @@ from skillwing.services.core.goal_states import (
 )
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.skill_actions import Action, CallHook
+from skillwing.services.core.skill_actions import Action, CallHook, Hook
 from skillwing.services.core.skill_events import (
     Accepted,
     CurrentGoalEvent,
@@ -230,13 +229,11 @@ class SkillCore:
             self._publish(run, state, now)
         if not state.busy and self._current is run:
             self._current = None
-        if action is None:
-            return True
-        if action is Ask.RESOURCES:
-            self._delivery.ask(run)
-        else:
+        if isinstance(action, Hook):
             token = state.token or before.token
             self._outbox.add(CallHook(action, run.goal_id, run.inputs, token, run.started_at, state.terminal))
+        elif action is not None:
+            self._delivery.ask(run)
         return True
 
     def _publish(self, run: GoalRun, state: GoalState, now: float) -> None:
