@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -22,8 +23,9 @@ from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_cl
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.retry import wait_for_answer
-from skillwing.services.names import skill_process
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.colocation import ProcessGroup
 from skillwing.services.processes.launcher import Launcher, StartError
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_REPLACED, EXIT_UNREACHABLE
 from skillwing.services.processes.process_state import ProcessState
@@ -393,3 +395,34 @@ def test_liveliness_is_declared_under_the_name_of_the_process(tmp_path: Path) ->
             seen[str(reply.ok.key_expr)] = True
         session.close()
     assert set(seen) == {"m600/alive/data_manager", "m600/alive/resource_manager"}
+
+
+def test_the_late_note_of_an_exit_does_not_count_against_the_next_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noted = threading.Event()
+    wait = subprocess.Popen.wait
+
+    def wait_long(self: subprocess.Popen[bytes], timeout: float | None = None) -> int:
+        """Let the launcher hear of the first life's end only after the start of the second has begun."""
+        code = wait(self, timeout)
+        if threading.current_thread().name.startswith("watch"):
+            noted.wait(PATIENCE)
+        return code
+
+    command = Launcher._command
+
+    def note_and_command(self: Launcher, group: ProcessGroup) -> list[str]:
+        noted.set()
+        return command(self, group)
+
+    monkeypatch.setattr(subprocess.Popen, "wait", wait_long)
+    (spec,) = (each for each in MANAGERS if each.name == RESOURCE_MANAGER)
+    with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:
+        launcher.start((spec,))
+        os.kill(launcher.pids[RESOURCE_MANAGER], signal.SIGKILL)
+        while launcher.running(RESOURCE_MANAGER):
+            pass
+        monkeypatch.setattr(Launcher, "_command", note_and_command)
+        launcher.start((spec,))
+        assert launcher.running(RESOURCE_MANAGER)

@@ -1,4 +1,4 @@
-"""What a command says when the packages of the extra `viewer` are not installed."""
+"""Messages of commands for which the packages of the extra `viewer` are not installed."""
 
 from __future__ import annotations
 

@@ -157,12 +157,19 @@ class Launcher:
             bus.watch_alive(self._keys.alive("**"), note)
             earlier = len(self.exits)
             started = process_groups(specs)
+            # The exit of a process that this start replaces may be noted only now.
+            replaced = {self.pids[group.name] for group in started if group.name in self.pids}
+            earlier = len(self.exits)
+
+            def exits() -> list[ProcessExit]:
+                return [exit_ for exit_ in self.exits[earlier:] if exit_.pid not in replaced]
+
             for group in started:
                 self._watch(self._launch(group, self._command(group)))
             essential = {group.name for group in started if group.essential}
 
             def dead() -> set[str]:
-                return {exit_.process for exit_ in self.exits[earlier:]}
+                return {exit_.process for exit_ in exits()}
 
             def awaited() -> list[str]:
                 gone = dead() - essential
@@ -174,7 +181,7 @@ class Launcher:
             self._wake = _nothing
             bus.close()
         if awaited():
-            raise self._start_error(awaited(), self.exits[earlier:])
+            raise self._start_error(awaited(), exits())
 
     def stop(self) -> None:
         """Stop the processes, then the router. A process that does not end in time is killed. Idempotent.
