@@ -75,6 +75,7 @@ SOURCE = f"""
 """
 BENCH = parse(SOURCE, "bench.skillset")
 OLD_METHODS = {"BeginGoal": "begin", "EndGoal": "end", "FireExtern": "fire_extern", "DataSample": "update_datum"}
+AT_STEP: Any = {"step": 1} if hasattr(protocol, "ResourceStep") else {"revision": 1}
 RESULT: Any = protocol.EndKind.RESULT if hasattr(protocol, "EndKind") else "result"
 
 
@@ -91,8 +92,8 @@ def resource_step(core: ResourceCore) -> Callable[[Any, float], Any]:
 def live(core: Any, goal_id: str, number: int) -> None:
     """Take a skill core through the life of a goal, from start to result, in six steps."""
     start = StartGoal(goal_id=goal_id, inputs={}, client="bench", schema=BENCH.schema_hash)
-    granted = Granted(goal_id=goal_id, token=number + 1, revision=1, record="rm#1")
-    ended = Ended(goal_id=goal_id, held=True, reason="", revision=2, record="rm#2")
+    granted = Granted(goal_id=goal_id, token=number + 1, record="rm#1", **AT_STEP)
+    ended = Ended(goal_id=goal_id, held=True, reason="", record="rm#2", **AT_STEP)
     if skill_events is not None:
         step = core.step
         step(start, 0.0)

@@ -58,14 +58,14 @@ class Manager:
         self._core = core if steps is None else RecordedCore(core, made, steps, lambda: None)
         self.times: list[float] = []
         if journal is not None:
-            journal.write(core.initial_entries(), (), 0.0)
+            journal.write(core.initial_entries(), (), 0.0, 0)
 
     def take(self, event: Event, now: float) -> Any:
         begun = time.perf_counter()
         step = self._core.step(event, now)
         if self._journal is not None:
             records = [each for each in step.publications if isinstance(each, Record)]
-            self._journal.write(step.entries, records, now)
+            self._journal.write(step.entries, records, now, step.number)
         self.times.append(time.perf_counter() - begun)
         return step.reply
 

@@ -9,8 +9,9 @@ imported. Run the mocks of the rover in one terminal, and this in another one:
     $ python examples/plain_client/client.py tcp/127.0.0.1:PORT rover rover SCHEMA drive_to \
           '{"target": {"x": 1, "y": 2, "heading": 0}}'
 
-It prints each change as one line of JSON. Ctrl-C interrupts the goal, and waits until it has stopped. Exit codes: 0 the
-skill succeeded, 1 it ended otherwise, 2 it never started.
+It prints each change of the goal and of the robot's resources as one line of JSON, causes before effects. Ctrl-C
+interrupts the goal, and waits until it has stopped. Exit codes: 0 the skill succeeded, 1 it ended otherwise, 2 it never
+started.
 """
 
 from __future__ import annotations
@@ -73,10 +74,15 @@ class Skill:
     def __init__(self, session: zenoh.Session, skillset: str, schema: str, skill: str) -> None:
         self._session = session
         self._schema = schema
+        self._skillset = skillset
         self._prefix = f"{skillset}/skill/{skill}"
         self._news: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
+        self._step = 0
+        """Number of the last step of the resource manager whose states were printed."""
         # Declared before the start, so that no message is missed.
-        self._subscribers = [self._subscribe("status"), self._subscribe("progress")]
+        keys = (f"{skillset}/resource/step", f"{self._prefix}/status", f"{self._prefix}/progress")
+        self._subscribers = [self._subscribe(key) for key in keys]
+        self._print_states()
 
     def start(self, inputs: dict[str, Any]) -> str:
         """Start a goal of this skill, and return its id."""
@@ -100,18 +106,43 @@ class Skill:
             if news is None:
                 # The goal is over when its status says so, not when it was asked to stop.
                 news = ask(self._session, f"{self._prefix}/interrupt", {"goal_id": goal_id, "client": "plain_client"})
-            if news["goal_id"] == goal_id and news != said:
-                print(json.dumps(news), flush=True)  # noqa: T201 - the output of the program
+            if "number" in news:
+                self._take_step(news)
+            elif news["goal_id"] == goal_id and news != said:
+                if news.get("after_step", 0) > self._step:
+                    # The status came before the step that it follows from. The states now contain that step.
+                    self._print_states()
+                _print(news)
                 said = news
                 if news.get("terminal"):
                     return news["terminal"]
 
-    def _subscribe(self, what: str) -> zenoh.Subscriber[None]:
+    def _take_step(self, step: dict[str, Any]) -> None:
+        """Print what a step of the resource manager changed, unless its states were printed already."""
+        if step["number"] == self._step + 1:
+            self._step = step["number"]
+            for record in step["records"]:
+                if record["kind"] == "resource":
+                    _print({"step": step["number"], "resource": record["subject"], "state": record["after"]})
+        elif step["number"] > self._step:
+            self._print_states()
+
+    def _print_states(self) -> None:
+        """Ask for the states of all resources, and print them."""
+        states = ask(self._session, f"{self._skillset}/resource/state", {})
+        self._step = states["step"]
+        _print({"step": states["step"], "states": states["states"]})
+
+    def _subscribe(self, key: str) -> zenoh.Subscriber[None]:
         callback = zenoh.handlers.Callback(self._hear, indirect=False)
-        return self._session.declare_subscriber(f"{self._prefix}/{what}", callback)
+        return self._session.declare_subscriber(key, callback)
 
     def _hear(self, sample: zenoh.Sample) -> None:
         self._news.put(msgpack.decode(sample.payload.to_bytes()))
+
+
+def _print(line: dict[str, Any]) -> None:
+    print(json.dumps(line), flush=True)  # noqa: T201 - the output of the program
 
 
 def main() -> int:

@@ -17,6 +17,7 @@ from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.protocol import Keys, MissionStatus, Record, RecordKind
@@ -157,7 +158,7 @@ class _Flight:
         bus.subscribe(TRUTH, message_reader(Truth, self._on_truth), latest_only=True)
         bus.subscribe(FLIGHT, message_reader(FlightState, self._on_state), latest_only=True)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
+        follow_records(bus, keys, self._on_record)
 
     def suffer(self, cell: FlightCell) -> FlightResult:
         signs = self._signs

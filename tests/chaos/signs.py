@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import Keys, Record, RecordKind
 
@@ -50,7 +50,7 @@ class Signs:
         self._alive_key = ""
         self._keys = keys
         bus.watch_alive(keys.alive("**"), self._on_alive)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
+        follow_records(bus, keys, self._on_record)
 
     @property
     def elapsed(self) -> float:

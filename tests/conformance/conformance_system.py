@@ -12,6 +12,7 @@ from typing import Any, NoReturn, Protocol, TypeAlias
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, NoReply, Refused, RunnableBus, Sample
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking import MockRun
 from skillwing.services.protocol import (
@@ -112,9 +113,8 @@ class System:
         self.records: dict[str, Record] = {}
         self._asked_for: dict[str, str] = {}
         self._replaced: Counter[str] = Counter()
-        self._listen(self.keys.status("*"), GoalStatus, self.statuses.append)
         self._listen(self.keys.verdict("*"), Violated | Lost, self.verdicts.append)
-        self._listen(self.keys.timeline, Record, self._note)
+        follow_records(self.bus, self.keys, self._note, self.statuses.append)
         self.bus.subscribe(
             self.keys.progress("*"), lambda each: self.feedback.append(decode(each.payload, GoalProgress))
         )

@@ -225,28 +225,30 @@ def example_events() -> Iterator[GoalEvent]:
 
 
 def _answers() -> Iterator[Granted | NotReady | Violated | Lost | Ended | ErrorReply]:
-    yield Granted(goal_id="g", token=TOKEN, revision=1, record="r")
-    yield NotReady(goal_id="g", failing={"free": "It is not."}, record="r")
+    yield Granted(goal_id="g", token=TOKEN, step=1, record="r")
+    yield NotReady(goal_id="g", failing={"free": "It is not."}, step=3, record="r")
     yield from (_violated(), _lost())
     yield from (_ended(held, how) for held in (True, False) for how in (*EndKind, None))
     for ending in (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED, Ending.ERROR):
         terminal = Terminal(ending=ending, reason="why")
-        yield Ended(goal_id="g", held=False, reason="", revision=1, record="r", terminal=terminal)
+        yield Ended(goal_id="g", held=False, reason="", step=1, record="r", terminal=terminal)
     yield ErrorReply(code=ErrorCode.STALE_TOKEN, message="Not yours.")
     yield ErrorReply(code=ErrorCode.BAD_REQUEST, message="No.")
 
 
 def _ended(held: bool, how: EndKind | None) -> Ended:
     result = "DONE" if how is EndKind.RESULT else None
-    return Ended(goal_id="g", held=held, reason="", revision=1, record="r", how=how, result=result)
+    return Ended(goal_id="g", held=held, reason="", step=1, record="r", how=how, result=result)
 
 
 def _violated() -> Violated:
-    return Violated(goal_id="g", skill="move", invariant="i", subject="s", reason="why", t=0.0, record="r")
+    return Violated(
+        goal_id="g", skill="move", invariant="i", subject="s", reason="why", t=0.0, step=3, record="r", token=TOKEN
+    )
 
 
 def _lost() -> Lost:
-    return Lost(goal_id="g", skill="move", reason="why", t=0.0, record="r", token=TOKEN)
+    return Lost(goal_id="g", skill="move", reason="why", t=0.0, step=3, record="r", token=TOKEN)
 
 
 def all_edges() -> tuple[Edge, ...]:

@@ -65,11 +65,11 @@ def test_the_resource_core_answers_or_refuses_and_stays_whole(randoms: list[Rand
             call = decode(payload(random, random.choice(kinds), WORDS), random.choice(kinds))
         except ProtocolError:
             continue
-        before = core.revision
+        before = core.last_step
         try:
             core.step(call, float(now))
         except RefusedError as refusal:
-            assert core.revision == before
+            assert core.last_step == before
             assert encode(refusal.reply)
         assert all(state in states[name] for name, state in core.states.items())
 

@@ -239,7 +239,7 @@ class LossWatch:
         for told in history:
             if isinstance(told.call, BeginGoal):
                 begun[told.call.goal_id] = min(told.called, begun.get(told.call.goal_id, told.called))
-        any_reply = Ended(goal_id="", held=True, reason="", revision=0, record="")
+        any_reply = Ended(goal_id="", held=True, reason="", step=0, record="")
         return [
             Operation("resource manager", Lose(goal_id), any_reply, begun[goal_id], at)
             for goal_id, at in self.heard.items()

@@ -77,6 +77,7 @@ class SequentialManager:
     """A `Model` of the resource manager for the history that is given.
 
     Fencing tokens may be any that grow. So the model grants with the token that the history says each goal was given.
+    Numbers of steps may be any that do not fall, since not every step is the answer to a call.
     """
 
     def __init__(self, skillset: Skillset, history: Iterable[Told]) -> None:
@@ -109,9 +110,14 @@ class SequentialManager:
             self._at = None
         if not (answer is None or isinstance(call, Lose) or _same(answer, step.reply)):
             return None
+        kept = state.kept
+        if isinstance(answer, ResourceStates):
+            if answer.step < kept.step:
+                return None
+            kept = msgspec.structs.replace(kept, step=answer.step)
         if not step.entries:
-            return state
-        kept = add_up(state.kept, step.entries)
+            return state if kept == state.kept else Memory(kept)
+        kept = add_up(kept, step.entries)
         return Memory(self._without_the_settled(kept, call))
 
     def _core_at(self, state: Memory) -> ResourceCore:
@@ -123,7 +129,7 @@ class SequentialManager:
     def _perform(self, core: ResourceCore, call: Call) -> Step:
         match call:
             case QueryStates():
-                return Step(core.resource_states(0.0))
+                return Step(core.resource_states(0.0), core.last_step)
             case Lose():
                 return core.step(GoalSilent(call.goal_id, "silent"), 0.0)
             case BeginGoal():
@@ -188,14 +194,14 @@ def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
 
 
 def _same(answer: Reply, reply: Reply | None) -> bool:
-    """Refusals by their codes, everything else as a whole but for times and ids of timeline records."""
+    """Refusals by their codes, everything else as a whole but for times, step numbers and record ids."""
     if isinstance(answer, ErrorReply):
         return isinstance(reply, ErrorReply) and answer.code == reply.code
     return reply is not None and _without_stamps(answer) == _without_stamps(reply)
 
 
 def _without_stamps(reply: Reply) -> Reply:
-    stamps = {"t": 0.0, "record": ""}
+    stamps = {"t": 0.0, "record": "", "step": 0}
     fields = {name: value for name, value in stamps.items() if name in reply.__struct_fields__}
     return msgspec.structs.replace(reply, **fields)
 

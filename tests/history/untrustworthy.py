@@ -78,8 +78,8 @@ class GrantsTwice(ResourceManagerNode):
         def change(request: Request, payload: bytes) -> bytes:
             verdict = decode(payload, _union(GoalVerdict))
             if isinstance(verdict, NotReady) and next(refusals) % OFTEN == 0:
-                token, revision = int(bus.now() * 1000), self._core.revision
-                return encode(Granted(goal_id=verdict.goal_id, token=token, revision=revision, record=verdict.record))
+                token, step = int(bus.now() * 1000), self._core.last_step
+                return encode(Granted(goal_id=verdict.goal_id, token=token, step=step, record=verdict.record))
             return payload
 
         super().attach(_lying(bus, Keys("workshop").resource_goal, change))
@@ -107,8 +107,8 @@ class ForgetsEnds(ResourceManagerNode):
         def drop(request: Request) -> bytes | None:
             call = decode(request.payload, _union(GoalCall))
             if isinstance(call, EndGoal) and next(ends) % OFTEN == 0:
-                revision = self._core.revision + 1
-                return encode(Ended(goal_id=call.goal_id, held=True, reason="", revision=revision, record=""))
+                step = self._core.last_step + 1
+                return encode(Ended(goal_id=call.goal_id, held=True, reason="", step=step, record=""))
             return None
 
         super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
@@ -127,7 +127,7 @@ class ForgetsOutcomes(ResourceManagerNode):
                     goal_id=call.goal_id,
                     held=False,
                     reason="",
-                    revision=self._core.revision,
+                    step=self._core.last_step,
                     record="",
                     terminal=call.terminal,
                 )

@@ -24,7 +24,7 @@ from skillwing.services.history.files import read_records
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.run_state import announced, read_run_state, write_run_state
-from skillwing.services.protocol import FireExtern, Keys, ResourceChange, decode, encode
+from skillwing.services.protocol import FireExtern, Keys, ResourceStep, decode, encode
 from skillwing.services.recording.recorder import RECORDING_FILE
 from skillwing.services.terminal.connection import connect
 from skillwing.services.terminal.exit_codes import FAILED, NO_SYSTEM, OK, REFUSED, USAGE
@@ -177,7 +177,8 @@ def test_a_transition_that_only_skills_may_take_is_refused(ready: Command) -> No
 
 def test_a_transition_that_the_robot_takes_back_is_no_success(ready: Command, system: Launcher) -> None:
     def put_back(sample: Sample) -> None:
-        if decode(sample.payload, ResourceChange).after == "UNAVAILABLE":
+        changes = decode(sample.payload, ResourceStep).changes
+        if ("SDK_authority", "UNAVAILABLE") in [(change.subject, change.after) for change in changes]:
             report = FireExtern(resource="SDK_authority", target="AVAILABLE", source="bridge")
             bridge.ask(keys.resource_extern, encode(report), lambda answer: None)
 
@@ -185,7 +186,7 @@ def test_a_transition_that_the_robot_takes_back_is_no_success(ready: Command, sy
     assert state is not None
     keys = Keys("m600")
     bridge = ZenohBus("bridge", "m600", system.endpoint)
-    bridge.subscribe(keys.resource("SDK_authority"), put_back, events=True)
+    bridge.subscribe(keys.resource_steps, put_back, events=True)
     over = threading.Event()
     robot = threading.Thread(target=bridge.run_until, args=(over.is_set,))
     robot.start()

@@ -11,6 +11,7 @@ from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus, Sample
 from skillwing.services.bus.inprocess import InProcessBus
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
@@ -22,7 +23,7 @@ from skillwing.services.managers.leased_core import DISPATCH_GRACE, GRANT_LEASE
 from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import Keys, Lost, Record, RecordKind, ResourceChange, StartGoal, State, decode, encode
+from skillwing.services.protocol import Keys, Lost, Record, RecordKind, StartGoal, State, decode, encode
 from skillwing.services.testing import SkillsetInProcess
 
 CRANE = parse(
@@ -82,14 +83,18 @@ def test_an_idle_system_says_nothing_about_grants(monkeypatch: pytest.MonkeyPatc
     assert set(asked) == {KEYS.resource_attach}
 
 
+def last_change(records: list[Record], resource: str) -> Record:
+    return [record for record in records if record.subject == resource][-1]
+
+
 def test_mistake_a_manager_that_hangs_keeps_its_resources_for_ever() -> None:
     robot = crane(MockRun(delay=10.0, hang=True), FOREVER)
-    changes: list[ResourceChange] = []
-    robot.bus.subscribe(KEYS.resource("hook"), lambda sample: changes.append(decode(sample.payload, ResourceChange)))
+    records: list[Record] = []
+    follow_records(robot.bus, KEYS, records.append)
     goal = robot.start_skill("lift")
-    taken_at = changes[-1].t
+    taken_at = last_change(records, "hook").t
     goal.assert_ended("LOST", within=20.0, detected_by="resource_manager", reason="silent for")
-    freed = changes[-1]
+    freed = last_change(records, "hook")
     assert freed.after == "FREE"
     assert GRANT_LEASE - RENEWAL_PERIOD <= freed.t - (taken_at + 10.0) <= GRANT_LEASE + 0.1
     assert robot.now() <= freed.t + VERDICT_PATIENCE + 0.5, "nobody waits for an answer that cannot come"
@@ -128,7 +133,7 @@ def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.M
 
     robot = SkillsetInProcess(CRANE, [Lift])
     records: list[Record] = []
-    robot.bus.subscribe(KEYS.timeline, lambda sample: records.append(decode(sample.payload, Record)), events=True)
+    follow_records(robot.bus, KEYS, records.append)
     goal = robot.start_skill("lift")
     goal.assert_running()
     [report] = [record for record in records if record.kind is RecordKind.PROCESS]

@@ -12,6 +12,7 @@ from skillwing.dsl import parse
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_core import SkillCore
@@ -36,7 +37,6 @@ from skillwing.services.protocol import (
     Record,
     State,
     Terminal,
-    decode,
     encode,
 )
 
@@ -91,18 +91,15 @@ class System:
         self.bus = self.network.bus("client")
         self.records: dict[str, Record] = {}
         self.terminals: list[tuple[str, Terminal]] = []
-        self.bus.subscribe(KEYS.timeline, self._on_record, events=True)
-        self.bus.subscribe(KEYS.status("*"), self._on_status, events=True)
+        follow_records(self.bus, KEYS, self._on_record, self._on_status)
         self.client = SkillsetInterface(self.bus, ARM, client="client")
         self.network.run_for(0.1)
 
-    def _on_record(self, sample: Any) -> None:
-        record = decode(sample.payload, Record)
+    def _on_record(self, record: Record) -> None:
         assert record.id not in self.records
         self.records[record.id] = record
 
-    def _on_status(self, sample: Any) -> None:
-        status = decode(sample.payload, GoalStatus)
+    def _on_status(self, status: GoalStatus) -> None:
         if status.terminal is not None:
             self.terminals.append((status.goal_id, status.terminal))
 

@@ -91,7 +91,7 @@ def test_killed_right_after_an_answer_it_has_forgotten_nothing(digger: SkillsetP
         acknowledged = decode(answer.payload, ResourceStates)
         digger.kill(RESOURCE_MANAGER)
         digger.restart(RESOURCE_MANAGER)
-        assert states_of(digger) == (acknowledged.revision, acknowledged.states)
+        assert states_of(digger) == (acknowledged.step + 1, acknowledged.states), "its return is a step as well"
 
 
 def test_a_journal_that_it_cannot_read_is_refused_and_left_alone(digger: SkillsetProcesses) -> None:
@@ -157,4 +157,4 @@ def states_of(digger: SkillsetProcesses) -> tuple[int, dict[str, str]]:
     (answer,) = answers
     assert isinstance(answer, Answered)
     states = decode(answer.payload, ResourceStates)
-    return states.revision, states.states
+    return states.step, states.states

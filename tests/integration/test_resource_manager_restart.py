@@ -14,6 +14,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
@@ -34,6 +35,7 @@ from skillwing.services.protocol import (
     QueryStates,
     Record,
     ResourceStates,
+    ResourceStep,
     State,
     Violated,
     decode,
@@ -163,7 +165,7 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
     """The process died after it had written the verdict to the journal, and before it could publish it."""
     journal = Journal(None, Identity("", DIGGER.name, DIGGER.schema_hash))
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
-    journal.write(core.initial_entries(), (), 0.0)
+    journal.write(core.initial_entries(), (), 0.0, 0)
     for name, value in (("slope", 0.1), ("permit", 1.0)):
         core.step(DataSample(name=name, value=value, t=0.0), 0.0)
     begin = BeginGoal(goal_id="g", skill="dig", inputs={}, manager=SKILL, owner="test", schema=DIGGER.schema_hash)
@@ -171,14 +173,14 @@ def test_a_verdict_that_nobody_heard_is_said_again() -> None:
         core.step(begin, 0.0),
         core.step(FireExtern(resource="engine", target="OFF", source="test"), 0.0),
     ):
-        journal.write(step.entries, [each for each in step.publications if isinstance(each, Record)], 0.0)
+        journal.write(step.entries, [each for each in step.publications if isinstance(each, Record)], 0.0, step.number)
 
     network, keys = InProcessNetwork(), Keys(DIGGER.name)
     heard: list[Violated] = []
     records: list[Record] = []
     listener = network.bus("listener")
     listener.subscribe(keys.verdict("dig"), lambda sample: heard.append(decode(sample.payload, Violated)))
-    listener.subscribe(keys.timeline, lambda sample: records.append(decode(sample.payload, Record)))
+    follow_records(listener, keys, records.append)
     network.attach(ResourceManagerNode(DIGGER, journal=journal))
     network.run_for(0.1)
     assert [(verdict.goal_id, verdict.invariant) for verdict in heard] == [("g", "engine")]
@@ -240,9 +242,9 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     identity, path = Identity("", DIGGER.name, DIGGER.schema_hash), tmp_path / "journal.sqlite"
     core = ResourceCore(DIGGER, source=RESOURCE_MANAGER, new_record_id=RecordIds(RESOURCE_MANAGER))
     journal = Journal(path, identity)
-    journal.write(core.initial_entries(), (), 0.0)
+    journal.write(core.initial_entries(), (), 0.0, 0)
     step = core.step(FireExtern(resource="engine", target="OFF", source="test"), 50.0)
-    journal.write(step.entries, (), 50.0)
+    journal.write(step.entries, (), 50.0, step.number)
     journal.close()
 
     network, keys = InProcessNetwork(), Keys(DIGGER.name)
@@ -258,15 +260,15 @@ def test_a_journal_of_an_earlier_life_of_the_robot_is_set_aside(tmp_path: Path) 
     assert {stands.resource: stands.state for stands in kept.resources}["engine"] == "OFF"
 
 
-def test_tokens_and_revisions_go_on_growing(digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The clock stands still: tokens and revisions grow only because the journal holds them."""
+def test_tokens_and_steps_go_on_growing(digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock stands still: tokens and step numbers grow only because the journal holds them."""
     monkeypatch.setattr(InProcessBus, "now", lambda _: 1.0)
     before = given_token(digger)
-    revision = published_revision(digger)
+    number = published_step(digger)
     die_and_come_back(digger)
-    assert published_revision(digger) == revision
+    assert published_step(digger) == number + 1, "its return is a step as well"
     assert given_token(digger) > before
-    assert published_revision(digger) > revision
+    assert published_step(digger) > number + 1
 
 
 def given_token(digger: SkillsetInProcess) -> int:
@@ -280,13 +282,13 @@ def given_token(digger: SkillsetInProcess) -> int:
     return current.token
 
 
-def published_revision(digger: SkillsetInProcess) -> int:
+def published_step(digger: SkillsetInProcess) -> int:
     answers: list[Answer] = []
     digger.bus.ask(Keys(DIGGER.name).resource_states, encode(QueryStates()), answers.append)
     digger.run(0.1)
     (answer,) = answers
     assert isinstance(answer, Answered)
-    return decode(answer.payload, ResourceStates).revision
+    return decode(answer.payload, ResourceStates).step
 
 
 def test_a_full_disk_refuses_requests_and_the_manager_lives(
@@ -341,22 +343,22 @@ def test_a_loss_that_could_not_be_written_is_written_later(
     digger.assert_states(arm="FREE")
 
 
-def test_what_cannot_be_sent_keeps_nobody_from_the_rest(
+def test_a_step_that_cannot_be_sent_is_answered_and_its_states_are_asked_for(
     digger: SkillsetInProcess, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A step in the journal stands: it is answered, and its other publications are sent."""
+    """A step in the journal stands. A client that misses it sees no goal end before it knows the states."""
 
-    def encode_no_record(message: Message) -> bytes:
-        if isinstance(message, Record):
+    def encode_no_step(message: Message) -> bytes:
+        if isinstance(message, ResourceStep):
             raise ProtocolError("too long")
         return encode(message)
 
-    monkeypatch.setattr("skillwing.services.timeline.encode", encode_no_record)
+    monkeypatch.setattr("skillwing.services.managers.resource_manager.encode", encode_no_step)
     goal = digger.start_skill("dig")
     digger.trigger("engine", "OFF")
     goal.assert_ended("RI", invariant="engine")
     digger.assert_states(arm="FREE")
-    assert "cannot send a Record" in caplog.text
+    assert "cannot send a ResourceStep" in caplog.text
 
 
 def raising(error: Exception) -> Callable[..., None]:

@@ -14,6 +14,7 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.services.bus import Answer, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.managers.data_manager import make_data_manager
 from skillwing.services.managers.resource_manager import make_resource_manager
 from skillwing.services.protocol import (
@@ -65,10 +66,9 @@ class Flight:
         self.states: dict[str, str] = {}
         self.buses: dict[str, Bus] = {}
         self.observer = self.network.bus("observer")
-        self._watch(KEYS.timeline, Record, self.records.append)
+        follow_records(self.observer, KEYS, self.records.append, self._follow)
         self._watch(KEYS.mission_status, MissionStatus, self.statuses.append)
         self._watch(KEYS.mission_tree, TreeSnapshot, self.trees.append)
-        self._watch(KEYS.status("*"), GoalStatus, self._follow)
         managers = [
             make_data_manager({"skillset": str(M600_FILE)}),
             make_resource_manager({"skillset": str(M600_FILE), "contended": False}),

@@ -13,7 +13,7 @@ from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT, SKILLSET
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.mocking import MockWorld, load_scripts, make_mock_managers
 from skillwing.services.mocking.system import scripts_for
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, RecordKind
@@ -32,8 +32,7 @@ class MockFlight:
         self.records: list[Record] = []
         keys = Keys(M600.name)
         observer = self.network.bus("observer")
-        observer.subscribe(keys.timeline, message_reader(Record, self.records.append), events=True)
-        observer.subscribe(keys.status("*"), message_reader(GoalStatus, self._follow), events=True)
+        follow_records(observer, keys, self.records.append, self._follow)
         played = load_scripts(scripts_for(SKILLSET, script), M600)
         for node in (*make_mock_managers(M600, played), MockWorld(M600, played)):
             self.network.attach(node)

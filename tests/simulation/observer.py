@@ -11,6 +11,7 @@ import msgspec
 from simulation.plan import Plan
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import SentMessage
+from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
@@ -19,8 +20,8 @@ from skillwing.services.protocol import (
     Granted,
     Keys,
     Record,
-    ResourceChange,
     ResourceStates,
+    ResourceStep,
     State,
     Terminal,
     decode,
@@ -63,13 +64,15 @@ class Observer:
         self._tokens: dict[str, int] = {}
         self._initial = {resource.name: resource.initial for resource in skillset.resources}
         self.states = dict(self._initial)
-        self.revision = 0
+        self.step: int | None = None
+        """Number of the latest step; None until one is known."""
+        self._steps: dict[str, int] = {}
+        """Number of the step that a record belongs to, or that the status of that record follows from."""
         self._listeners: dict[tuple[str, str], Callable[[SentMessage], None]] = {
             ("put", keys.timeline): self._on_record,
             ("reply", keys.resource_goal): self._on_verdict,
         }
-        for resource in skillset.resources:
-            self._listeners["put", keys.resource(resource.name)] = self._on_change
+        self._listeners["put", keys.resource_steps] = self._on_step
         self._listeners["reply", keys.resource_attach] = self._on_states
         for key in (keys.resource_states, keys.resource_extern):
             self._listeners["reply", key] = self._on_states
@@ -89,8 +92,9 @@ class Observer:
 
     def expect_new_books(self) -> None:
         """A resource manager without a journal was killed: its successor begins from scratch."""
-        self.states, self.revision = dict(self._initial), 0
+        self.states, self.step = dict(self._initial), None
         self._tokens.clear()
+        self._steps.clear()
         self._known.clear()
         self._binding.clear()
 
@@ -106,11 +110,29 @@ class Observer:
         if rank <= self._ranks.get(which, -1):
             self.note(said.t, "goals move forward", f"{status.goal_id} is {status.state} again")
         self._ranks[which] = rank
+        if (record := status.as_record()) is not None:
+            self._note_record(record, said.t)
+        self._judge_order(said.t, status)
         if which in self._interrupted_early and status.state is State.DISPATCHING:
             self.note(
                 said.t, "interrupts count", f"{status.goal_id} is dispatched, and was interrupted before its start"
             )
         self._judge_terminal(said, status)
+
+    def _judge_order(self, t: float, status: GoalStatus) -> None:
+        """A status names the step that it follows from, so that clients can wait for it."""
+        follows = self._steps.get(status.cause or "", 0)
+        if not follows <= status.after_step <= (self.step or 0):
+            text = f"{status.goal_id} is {status.label} by step {follows}, and names step {status.after_step}"
+            self.note(t, "causes before effects", text)
+        if status.record is not None:
+            self._steps[status.record] = status.after_step
+
+    def see_goal(self, t: float, client: str, goal: GoalHandle, step: int) -> None:
+        """Judge what a client sees: a goal, and the states after that step."""
+        if self._steps.get(goal.record or "", 0) > step:
+            text = f"{client} sees {goal} of step {self._steps[goal.record or '']}, and the states of step {step}"
+            self.note(t, "causes before effects", text)
 
     def _on_refusal_to_interrupt(self, said: SentMessage) -> None:
         """A process that does not know the goal remembers the interrupt, should the start still arrive there."""
@@ -148,24 +170,26 @@ class Observer:
 
     # --- resources ---------------------------------------------------------------------------------------------------
 
-    def _on_change(self, said: SentMessage) -> None:
-        change = decode(said.payload, ResourceChange)
-        if self.states[change.resource] == change.after and change.revision <= self.revision:
-            return  # told again after a restart
-        if self.states[change.resource] != change.before or change.revision not in (self.revision, self.revision + 1):
-            text = (
-                f"{change.resource} {change.before} -> {change.after} as revision {change.revision} does not follow "
-                f"{self.states[change.resource]} of revision {self.revision}"
-            )
-            self.note(said.t, "no transition lost", text)
-        self.states[change.resource] = change.after
-        self.revision = change.revision
+    def _on_step(self, said: SentMessage) -> None:
+        step = decode(said.payload, ResourceStep)
+        if self.step is not None and step.number != self.step + 1:
+            self.note(said.t, "no step lost", f"step {step.number} came after step {self.step}")
+        self.step = step.number
+        for change in step.changes:
+            if self.states[change.subject] != change.before:
+                text = f"step {step.number} brings {change.subject} from {change.before} to {change.after}"
+                self.note(said.t, "no step lost", f"{text}; it was {self.states[change.subject]}")
+            self.states[change.subject] = change.after
+        for record in step.records:
+            self._steps[record.id] = step.number
+            self._note_record(record, said.t)
 
     def _on_states(self, said: SentMessage) -> None:
         told = decode(said.payload, ResourceStates)
-        if (told.revision, told.states) != (self.revision, self.states):
-            text = f"told {told.states} of revision {told.revision}, published {self.states} of {self.revision}"
-            self.note(said.t, "no transition lost", text)
+        self.step = told.step if self.step is None else self.step
+        if (told.step, told.states) != (self.step, self.states):
+            text = f"told {told.states} after step {told.step}, published {self.states} after {self.step}"
+            self.note(said.t, "no step lost", text)
 
     def _on_verdict(self, said: SentMessage) -> None:
         verdict: dict[str, Any] = msgspec.msgpack.decode(said.payload)
@@ -187,10 +211,12 @@ class Observer:
     # --- the timeline ------------------------------------------------------------------------------------------------
 
     def _on_record(self, said: SentMessage) -> None:
-        record = decode(said.payload, Record)
+        self._note_record(decode(said.payload, Record), said.t)
+
+    def _note_record(self, record: Record, t: float) -> None:
         known = self.records.get(record.id)
         if known is not None and known != record:
-            self.note(said.t, "records have ids of their own", f"{record.id}: {known.text!r} and {record.text!r}")
+            self.note(t, "records have ids of their own", f"{record.id}: {known.text!r} and {record.text!r}")
         self.records[record.id] = record
         if record.cause is not None and record.cause not in self.records:
-            self.note(said.t, "causes can be looked up", f"{record.id} comes of {record.cause}, which nobody wrote")
+            self.note(t, "causes can be looked up", f"{record.id} comes of {record.cause}, which nobody wrote")

@@ -7,7 +7,10 @@ from contextlib import contextmanager
 from typing import Any
 from unittest.mock import patch
 
+from msgspec.structs import replace
+
 from simulation.run import simulate
+from skillwing.services.client.causal_view import CausalView
 from skillwing.services.client.goal_tracker import GoalTracker
 from skillwing.services.core import ends, externs_and_events, grants, invariants, losses, readiness
 from skillwing.services.core.delivery import Delivery
@@ -113,8 +116,8 @@ def _count_from_one(right: Wrong) -> Wrong:
 
 
 def _write_no_grants(right: Wrong) -> Wrong:
-    def write(self: Journal, entries: Any, records: Any, now: float) -> None:
-        right(self, [each for each in entries if not isinstance(each, GrantEntry)], records, now)
+    def write(self: Journal, entries: Any, *rest: Any) -> None:
+        right(self, [each for each in entries if not isinstance(each, GrantEntry)], *rest)
 
     return write
 
@@ -136,6 +139,15 @@ def _retry_only(*calls: type) -> Callable[[Wrong], Wrong]:
 
 def _ignore(*events: type) -> Callable[[Wrong], Wrong]:
     return lambda right: lambda self, event, now: () if isinstance(event, events) else right(self, event, now)
+
+
+def _name_no_step(right: Wrong) -> Wrong:
+    return lambda *args: replace(right(*args), after_step=0)
+
+
+def _show_at_once(right: Wrong) -> Wrong:
+    del right
+    return lambda self, status: (status,)
 
 
 def _always(value: Any) -> Callable[[Wrong], Wrong]:
@@ -170,6 +182,8 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
     ),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
+    "a status does not name its step": ((GoalRun, "status_in", _name_no_step),),
+    "a client shows a goal before it knows the states": ((CausalView, "take_status", _show_at_once),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
 }
 """Replaced functions by bug: owner, name, and a factory of the wrong function from the right one."""

@@ -9,8 +9,9 @@ from hashlib import sha256
 from simulation.audit import Audit
 from simulation.observer import Observer, Problem
 from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
-from simulation.world import World
+from simulation.world import Client, World
 from skillwing.services.bus.inprocess import SentMessage
+from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
@@ -53,6 +54,7 @@ class Run:
         self._quiet = False
         self.world.network.tap = self._hear
         self.world.on_new_books = self.observer.expect_new_books
+        self.world.on_goal = self._see_goal
 
     def carry_out(self) -> Outcome:
         network, observer = self.world.network, self.observer
@@ -70,6 +72,12 @@ class Run:
         if self._pass_time(rest_until):
             self._audit.look_at_the_rest()
         return Outcome(self.plan, tuple(observer.problems), self._messages, self._digest.hexdigest())
+
+    def _see_goal(self, client: Client, goal: GoalHandle) -> None:
+        """A client sees a change of a goal, with the states that it knows."""
+        interface = client.interface
+        if interface.step is not None and not interface.resource_manager_silent:
+            self.observer.see_goal(self.world.network.now(), client.name, goal, interface.step)
 
     def _pass_time(self, until: float) -> bool:
         """True if no promise has been broken until then."""

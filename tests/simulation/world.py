@@ -46,8 +46,9 @@ class Client:
 
     owns_clock = False
 
-    def __init__(self, name: str, plan: Plan) -> None:
+    def __init__(self, name: str, plan: Plan, on_goal: Callable[[Client, GoalHandle], None]) -> None:
         self.name = name
+        self._on_goal = on_goal
         self._skillset = plan.subject.skillset
         self._names = random.Random(f"{plan.seed}/{name}")
         self.goals: dict[str, GoalHandle] = {}
@@ -68,7 +69,8 @@ class Client:
         pass
 
     def start(self, skill: str, goal: str, inputs: dict[str, Any]) -> None:
-        self.goals[goal] = self.interface.start(skill, inputs, goal_id=goal)
+        handle = self.goals[goal] = self.interface.start(skill, inputs, goal_id=goal)
+        handle.on_change(lambda changed: self._on_goal(self, changed))
 
     def interrupt(self, goal: str) -> None:
         if goal in self.goals:
@@ -167,6 +169,8 @@ class World:
         self.zombies: list[Process] = []
         self.fallen: list[Process] = []
         self.on_new_books: Callable[[], None] = lambda: None
+        self.on_goal: Callable[[Client, GoalHandle], None] = lambda client, goal: None
+        """Called with each change of a goal that a client sees."""
         self._router_up = True
         self._books = self._new_journal()
         self._number = 0
@@ -224,7 +228,7 @@ class World:
             case "robot":
                 return Robot(plan)
             case "mission" | "operator":
-                return Client(name, plan)
+                return Client(name, plan, self.on_goal)
             case _:
                 model = skillset.skill(name.removeprefix("skill/"))
                 return SkillManagerNode(AnySkill(model, self.logbook, plan.seed, number), skillset)

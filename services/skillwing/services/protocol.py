@@ -214,7 +214,11 @@ class Terminal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 class GoalStatus(Message, frozen=True, kw_only=True):
     """State of one goal; published on every change and the answer to start, interrupt and goal queries.
 
-    `record` is the id of the timeline record of this change.
+    It carries the timeline record of this change (`as_record`): `record` is its id, `source` the process, `before` the
+    state before, `text` its explanation, `cause` the record that led to it.
+
+    `after_step` is the number of the resource manager's step that this status follows from. Show it only once the
+    states of that step are known: otherwise a goal seems to end before the change that ended it.
     """
 
     goal_id: str
@@ -223,6 +227,33 @@ class GoalStatus(Message, frozen=True, kw_only=True):
     t: Time
     terminal: Terminal | None = None
     record: str | None = None
+    source: str = ""
+    before: str | None = None
+    text: str = ""
+    cause: str | None = None
+    after_step: int = 0
+
+    @property
+    def label(self) -> str:
+        """The name used in timelines: that of the ending, else of the state."""
+        return self.terminal.label if self.terminal else self.state
+
+    def as_record(self) -> Record | None:
+        """The timeline record of this change; None for a status without one."""
+        if self.record is None:
+            return None
+        return Record(
+            id=self.record,
+            t=self.t,
+            source=self.source,
+            kind=RecordKind.GOAL,
+            subject=self.skill,
+            before=self.before,
+            after=self.label,
+            text=self.text,
+            cause=self.cause,
+            goal_id=self.goal_id,
+        )
 
 
 class GoalProgress(Message, frozen=True, kw_only=True):
@@ -268,23 +299,11 @@ class QueryGoal(Message, frozen=True, kw_only=True):
 
 
 class ResourceStates(Message, frozen=True, kw_only=True):
-    """States of all resources at a revision, by resource."""
+    """States of all resources, by resource, after the resource manager's step of that number."""
 
-    revision: int
+    step: int
     states: dict[str, str]
     t: Time
-
-
-class ResourceChange(Message, frozen=True, kw_only=True):
-    """A transition of one resource. `record` is its timeline record, `cause` the record that led to it."""
-
-    resource: str
-    before: str
-    after: str
-    revision: int
-    t: Time
-    record: str
-    cause: str | None = None
 
 
 class QueryStates(Message, frozen=True, kw_only=True):
@@ -397,26 +416,27 @@ GoalCall = BeginGoal | EndGoal | RecordOutcome | RenewGoal
 
 
 class Granted(Message, frozen=True, kw_only=True, tag="granted"):
-    """`token` is the fencing token: larger than that of every earlier grant."""
+    """`token` is the fencing token: larger than that of every earlier grant. `step` is the step that granted it."""
 
     goal_id: str
     token: int
-    revision: int
+    step: int
     record: str
 
 
 class NotReady(Message, frozen=True, kw_only=True, tag="not_ready"):
-    """`failing` maps every failing precondition to a sentence that explains why."""
+    """`failing` maps every failing precondition to a sentence that explains why. `step` is the step that refused."""
 
     goal_id: str
     failing: dict[str, str]
+    step: int
     record: str
 
 
 class Violated(Message, frozen=True, kw_only=True, tag="violated"):
     """An invariant of a granted goal broke; its violation effect has been applied. Also pushed on `verdict`.
 
-    `token` is the grant's fencing token, which is no longer valid.
+    `token` is the grant's fencing token, which is no longer valid. `step` is the step that ended the goal.
     """
 
     goal_id: str
@@ -425,27 +445,29 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
     subject: str
     reason: str
     t: Time
+    step: int
     record: str
-    token: int = 0
+    token: int
 
 
 class Lost(Message, frozen=True, kw_only=True, tag="lost"):
     """A granted goal ended because its manager is gone; its lost effect has been applied. Pushed on `verdict`.
 
-    `token` is the grant's fencing token, which is no longer valid.
+    `token` is the grant's fencing token, which is no longer valid. `step` is the step that ended the goal.
     """
 
     goal_id: str
     skill: str
     reason: str
     t: Time
+    step: int
     record: str
     token: int
 
 
 class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     """End of a goal. `held=False`: effect or postcondition did not hold, and `reason` names it; or the goal never had a
-    grant, so that there was nothing to apply.
+    grant, so that there was nothing to apply. `step` is the latest step, which ended the goal if it had a grant.
 
     `how` and `result` repeat the `EndGoal`, `terminal` the `RecordOutcome`. A manager needs them when it asks for a
     goal that its predecessor has ended. A goal that was given up before its grant has none of them.
@@ -454,7 +476,7 @@ class Ended(Message, frozen=True, kw_only=True, tag="ended"):
     goal_id: str
     held: bool
     reason: str
-    revision: int
+    step: int
     record: str
     how: EndKind | None = None
     result: str | None = None
@@ -516,6 +538,24 @@ class Record(Message, frozen=True, kw_only=True):
     cause: str | None = None
     goal_id: str | None = None
     detail: dict[str, Any] = {}
+
+
+class ResourceStep(Message, frozen=True, kw_only=True):
+    """One step of the resource manager: everything that it recorded and decided, in order, as one event.
+
+    `number` grows by one with each step that tells anything, also when a process continues from the journal. A record
+    of kind `resource` is the change of a resource (`changes`). `verdicts` are those on goals that the step took away.
+    """
+
+    number: int
+    t: Time
+    records: tuple[Record, ...] = ()
+    verdicts: tuple[Violated | Lost, ...] = ()
+
+    @property
+    def changes(self) -> tuple[Record, ...]:
+        """The records of changed resources: `subject` is the resource, `before` and `after` are its states."""
+        return tuple(record for record in self.records if record.kind is RecordKind.RESOURCE)
 
 
 class NodeStatus(StrEnum):
@@ -734,9 +774,10 @@ class Keys:
     def resource_attach(self) -> str:
         return f"{self.skillset}/resource/attach"
 
-    def resource(self, name: str) -> str:
-        """Publications of changes; `"*"` for all."""
-        return f"{self.skillset}/resource/change/{name}"
+    @property
+    def resource_steps(self) -> str:
+        """Publications of the resource manager's steps."""
+        return f"{self.skillset}/resource/step"
 
     def verdict(self, skill: str) -> str:
         """Publications of `Violated` and `Lost`, for the skill's manager and the robot bridge; `"*"` for all."""

@@ -9,7 +9,6 @@ from fake_interface import FakeGoal, FakeMission
 from py_trees.common import Status
 
 from skillwing.bt_missions.checking.preflight import preflight
-from skillwing.bt_missions.leaves.context import SETTLE_TIME
 from skillwing.bt_missions.missions.inspection import MISSION, InspectionOptions
 from skillwing.bt_missions.subtrees.pausing import Pausable
 from skillwing.dsl import load
@@ -63,8 +62,8 @@ class Flight(FakeMission):
         """Let the tree react, end the goals that it has interrupted, and let the drone settle."""
         self.tick()
         self.stop()
-        self.tick(later=SETTLE_TIME)
-        self.tick(later=SETTLE_TIME)
+        self.tick()
+        self.tick()
 
     def see(self, source: str) -> None:
         """Set the source of the depth map, and let all started goals run."""
@@ -117,7 +116,7 @@ def test_the_nominal_mission(flight: Flight) -> None:
     flight.goal("return_home").end("S_ARRIVED", success=True)
     flight.tick()
     flight.stop()
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.land() is Status.SUCCESS
     assert flight.journal == []
 
@@ -163,7 +162,7 @@ def test_a_lap_that_cannot_be_flown_brings_the_drone_home_with_video(flight: Fli
     flight.goal("return_home").end("S_ARRIVED", success=True)
     flight.tick()
     flight.stop()
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.land() is Status.FAILURE
     assert [step[2] for step in flight.journal] == ["coming home early"]
 
@@ -177,8 +176,8 @@ def test_a_low_battery_brings_the_drone_home_and_an_empty_one_lands_it(flight: F
     flight.interface.states["battery_status"] = "CRITICAL"
     flight.tick()
     flight.stop()
-    flight.tick(later=SETTLE_TIME)
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
+    flight.tick()
     assert flight.alive() == ["land"]
 
 
@@ -193,14 +192,14 @@ def test_a_pause_keeps_the_video_and_what_was_flown(flight: Flight) -> None:
     flight.pausable.resume()
     flight.tick()
     flight.stop()
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     second = flight.goal("inspect")
     assert second.inputs == {**first.inputs, "laps": 1.25}
 
     second.progress = {"laps_done": 1.24}
     second.end("RI", invariant="authority", subject="SDK_authority")
     flight.tick()
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.goal("inspect").inputs["laps"] == 0.1, "the least that the skill flies"
 
 
@@ -214,7 +213,7 @@ def test_video_that_is_lost_during_a_pause_ends_it(flight: Flight) -> None:
     flight.tick()
     assert holding.interrupts == 1
     flight.stop()
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.goal("hover").inputs == {"duration": 4.0}
     assert flight.pausable.pause("again") is not None
     flight.goal("hover").end("S_DONE", success=True)
@@ -233,8 +232,8 @@ def test_video_that_is_lost_while_the_pilot_flies_leaves_the_drone_to_him(flight
         assert flight.tick(later=10.0) is Status.RUNNING
     assert flight.alive() == []
     flight.interface.states["SDK_authority"] = "AVAILABLE"
-    flight.tick(later=SETTLE_TIME)
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
+    flight.tick()
     assert flight.alive() == ["hover"]
 
 
@@ -262,9 +261,7 @@ def test_without_the_lidar_the_drone_comes_home_by_the_camera_with_video(
     flight.tick()
     assert (motion.interrupts, motion.interrupt_cause) == (1, depth_map.record)
     flight.stop()
-    flight.tick(later=SETTLE_TIME / 2)
-    assert flight.alive() == ["stream"], "news of the camera may still come"
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.alive() == ["stream", "zed_depthmap"], "nothing looks ahead yet"
     flight.see("ZED")
     assert flight.alive() == ["stream", "zed_depthmap", "return_home"]
@@ -356,7 +353,7 @@ def test_a_lidar_that_leads_home_and_is_lost_again_leaves_it_to_a_camera_that_is
 def test_sensors_that_are_lost_together_land_the_drone(flight: Flight) -> None:
     """The report of the camera's failure may come a moment after that of the LiDAR's."""
     flight.lose("lidar_status", "lidar_depthmap")
-    flight.tick(later=SETTLE_TIME / 2)
+    flight.tick()
     flight.interface.states["zed_status"] = "FAILED"
     flight.come_to_rest()
     assert_hovers_and_lands(flight)

@@ -9,7 +9,7 @@ from fake_interface import FakeMission
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.branch_switch import SETTLE_TIME, NoteSwitch, WaitForSettled
+from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs, Sign
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.planning.detour import RoutePlanner
@@ -184,11 +184,10 @@ def test_settled_waits_for_cancelled_goals_but_not_for_ever(mission: FakeMission
     assert settled.status is Status.SUCCESS
 
 
-def test_settled_leaves_time_for_news_that_is_still_on_its_way(mission: FakeMission) -> None:
+def test_settled_waits_for_nothing_else(mission: FakeMission) -> None:
     settled = WaitForSettled("stopped", mission.context, 10.0)
-    for mission.time, status in ((0.0, Status.RUNNING), (SETTLE_TIME, Status.SUCCESS)):
-        settled.tick_once()
-        assert settled.status is status
+    settled.tick_once()
+    assert settled.status is Status.SUCCESS
 
 
 # --- waypoints -------------------------------------------------------------------------------------------------------

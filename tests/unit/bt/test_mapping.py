@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from py_trees.common import Status
 
 from skillwing.bt_missions.checking.preflight import preflight
-from skillwing.bt_missions.leaves.context import SETTLE_TIME
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
 from skillwing.bt_missions.subtrees.pausing import Pausable
@@ -122,7 +121,7 @@ class Flight(FakeMission):
         """Let the drone come to rest, and then set another source of the depth map."""
         self.come_to_rest()
         self.interface.states["depthmap_source"] = source
-        self.tick(later=SETTLE_TIME)
+        self.tick()
 
     def land_at_home(self) -> Status:
         """End `return_home` and the landing. Returns the status of the mission."""
@@ -156,7 +155,7 @@ def test_the_nominal_mission(flight: Flight) -> None:
     assert [flight.goal(skill).interrupts for skill in ("lidar_mapping", "zed_depthmap")] == [1, 1]
     flight.goal("lidar_mapping").end("IT")
     flight.goal("zed_depthmap").end("IT")
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     flight.goal("land").end("S_LANDED", success=True)
     assert flight.tick() is Status.SUCCESS
     assert flight.journal == []
@@ -210,7 +209,7 @@ def test_the_switch_of_figure_12(flight: Flight) -> None:
     assert flight.goal("lock_head").interrupts == 1
     assert "return_home" not in flight.alive(), "lock_head still holds the heading"
     flight.goal("lock_head").end("IT")
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.alive() == ["lidar_mapping", "lidar_depthmap", "return_home"]
 
 
@@ -224,7 +223,7 @@ def test_a_camera_that_fails_on_the_way_home_leaves_it_to_the_lidar(flight: Flig
     by_camera.end("IT")
     flight.goal("lidar_depthmap").run()
     flight.interface.states["depthmap_source"] = "LIDAR"
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     assert flight.alive() == ["lidar_mapping", "lidar_depthmap", "return_home"]
 
 
@@ -301,7 +300,7 @@ def test_sensors_that_are_lost_together_land_the_drone_where_it_is(flight: Fligh
     """The report of the camera's failure may come a moment after that of the LiDAR's."""
     flight.start_mapping()
     flight.lose_lidar()
-    flight.tick(later=SETTLE_TIME / 2)
+    flight.tick()
     flight.lose_camera()
     flight.come_to_rest()
     assert flight.alive() == ["land"]
@@ -383,8 +382,7 @@ def test_the_time_limit_holds_for_a_drone_that_comes_home_without_a_map(coming_h
 def test_a_takeoff_that_fails_on_the_ground_commands_no_landing(flight: Flight) -> None:
     flight.tick()
     flight.goal("takeoff").end("S_BLOCKED")
-    flight.tick()
-    assert flight.tick(later=1.0) is Status.FAILURE
+    assert flight.tick() is Status.FAILURE
     assert [goal.skill for goal in flight.goals] == ["takeoff"]
 
 
@@ -403,7 +401,7 @@ def test_a_low_battery_sends_the_drone_home(flight: Flight) -> None:
     flight.tick()
     for skill in ("lidar_mapping", "zed_depthmap"):
         flight.goal(skill).end("IT")
-    flight.tick(later=SETTLE_TIME)
+    flight.tick()
     flight.goal("land").end("S_LANDED", success=True)
     assert flight.tick() is Status.FAILURE, "the route was not flown"
     assert [(step[1], step[2]) for step in flight.journal] == [("mapping", "coming home early")]
@@ -460,19 +458,6 @@ def test_a_pilot_who_keeps_the_drone_ends_the_mission(flight: Flight) -> None:
     assert flight.trees.root.feedback_message.startswith("SDK_authority is UNAVAILABLE for more than 120 s")
 
 
-def test_when_the_news_of_the_pilot_comes_late_nothing_is_commanded_either(flight: Flight) -> None:
-    """The goal's end may overtake the change of the resource that caused it."""
-    flight.start_mapping()
-    flight.goal("goto_straight").end("RI", invariant="authority", subject="SDK_authority")
-    started = len(flight.goals)
-    assert flight.tick() is Status.RUNNING
-    flight.tick(later=SETTLE_TIME / 2)
-    flight.interface.states["SDK_authority"] = "UNAVAILABLE"
-    for _ in range(10):
-        assert flight.tick(later=1.0) is Status.RUNNING
-    assert len(flight.goals) == started
-
-
 def test_a_drone_that_is_given_back_flies_on_to_the_same_waypoint_from_where_it_is(flight: Flight) -> None:
     flight.start_mapping()
     flight.be_at(10.0, 0.0, 4.0)
@@ -490,7 +475,7 @@ def test_a_drone_that_is_given_back_flies_on_to_the_same_waypoint_from_where_it_
     flight.tick(later=30.0)
     flight.interface.states["SDK_authority"] = "AVAILABLE"
     for _ in range(3):
-        flight.tick(later=SETTLE_TIME)
+        flight.tick()
     assert flight.goal("goto_straight").inputs["target"] == dict(zip("xyz", ROUTE[0], strict=True)), "no detour is left"
     assert [goal.skill for goal in flight.goals].count("takeoff") == 1
     assert flight.trees.progress().waypoint == 0
@@ -551,7 +536,7 @@ def test_a_nose_that_was_held_on_its_way_round_turns_for_a_new_leg(flight: Fligh
     flight.be_at(20.0, -12.0, 4.0)
     flight.interface.states["SDK_authority"] = "AVAILABLE"
     for _ in range(3):
-        flight.tick(later=SETTLE_TIME)
+        flight.tick()
     assert abs(math.sin(flight.goal("rotate_head").inputs["heading"])) < 1e-9, "from here it goes north"
 
 
@@ -565,7 +550,7 @@ def test_a_camera_that_fails_while_the_pilot_flies_leaves_it_to_the_lidar(flight
     assert flight.alive() == ["lidar_mapping", "lidar_depthmap"]
     flight.interface.states |= {"SDK_authority": "AVAILABLE", "depthmap_source": "LIDAR"}
     for _ in range(3):
-        flight.tick(later=SETTLE_TIME)
+        flight.tick()
     assert flight.alive()[-1] == "rotate_head"
 
 
@@ -645,7 +630,7 @@ def test_a_camera_that_fails_during_a_pause_is_replaced_at_once_and_the_flight_g
     paused.pausable.resume()
     paused.tick()
     paused.goal("hover").end("IT")
-    paused.tick(later=SETTLE_TIME)
+    paused.tick()
     assert paused.alive()[-1] == "rotate_head"
 
 
@@ -656,7 +641,7 @@ def test_the_pilot_may_take_a_paused_drone_and_give_it_back(paused: Flight) -> N
     paused.tick(later=10.0)
     assert paused.alive() == ["lidar_mapping", "zed_depthmap"]
     paused.interface.states["SDK_authority"] = "AVAILABLE"
-    paused.tick(later=SETTLE_TIME)
+    paused.tick()
     paused.tick()
     assert paused.alive()[-1] == "hover", "it is still paused"
 
@@ -708,7 +693,7 @@ def test_after_any_holds_the_route_is_flown(m600: Skillset, order: list[str]) ->
     flight.interface.states["SDK_authority"] = "AVAILABLE"
     flight.pausable.resume()
     for _ in range(20):
-        flight.tick(later=SETTLE_TIME)
+        flight.tick()
         stop("IT")
         if motions() and motions()[0].skill == "goto_straight":
             x, y, z = motions()[0].inputs["target"].values()

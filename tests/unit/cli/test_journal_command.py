@@ -51,10 +51,10 @@ def run_dir(tmp_path: Path) -> Path:
     """A run in which a lift lost its power, and a lamp is lit."""
     file = Journal(tmp_path / "journal.sqlite", Identity("r1", CRANE.name, CRANE.schema_hash))
     core = ResourceCore(CRANE, source="rm", new_record_id=RecordIds("rm"))
-    file.write(core.initial_entries(), (), 0.0)
+    file.write(core.initial_entries(), (), 0.0, 0)
 
     def keep(step: Step[Any], now: float) -> None:
-        file.write(step.entries, [each for each in step.publications if isinstance(each, Record)], now)
+        file.write(step.entries, [each for each in step.publications if isinstance(each, Record)], now, step.number)
 
     def begin(skill: str, **inputs: Any) -> BeginGoal:
         manager, schema = f"skill/{skill}", CRANE.schema_hash
@@ -77,8 +77,8 @@ def shown(*words: str) -> str:
 
 def test_columns_say_what_holds_and_how_it_came_to_be(run_dir: Path) -> None:
     text = " ".join(shown(str(run_dir)).split())
-    assert "r1 at 3.00 s, revision 4" in text
-    assert "power OFF 3 3.00 s reported by the grid" in text
+    assert "r1 at 3.00 s, after step 3" in text
+    assert "power OFF 3.00 s reported by the grid" in text
     assert "shine g-shine" in text
     assert "lift g-lift power violated: `power == ON` does not hold: power is OFF." in text
     assert "hook FREE effect free of lift lift.power VIOLATED" in text
@@ -86,7 +86,7 @@ def test_columns_say_what_holds_and_how_it_came_to_be(run_dir: Path) -> None:
 
 def test_json_has_all_of_it_but_only_the_changes_asked_for(run_dir: Path) -> None:
     facts = json.loads(shown(str(run_dir / "journal.sqlite"), "--json", "--last", "2"))
-    assert facts["revision"] == 4
+    assert facts["step"] == 3
     assert facts["resources"]["lamp"]["state"] == "LIT"
     assert [(each["skill"], each["token"]) for each in facts["grants"]] == [("shine", facts["last_token"])]
     assert [each["verdict"]["type"] for each in facts["goals"]] == ["violated"]

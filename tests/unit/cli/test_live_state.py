@@ -127,7 +127,7 @@ def test_resources_tell_since_when_and_by_whom() -> None:
     present = LiveState()
     present.add_record(record("c", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0, cause="c"))
-    states = ResourceStates(revision=1, states={"axes": "USED", "link": "GOOD"}, t=2.0)
+    states = ResourceStates(step=1, states={"axes": "USED", "link": "GOOD"}, t=2.0)
     assert present.resources(states) == [
         ResourceNow("axes", "USED", 1.0, "takeoff RUNNING"),
         ResourceNow("link", "GOOD"),
@@ -137,7 +137,7 @@ def test_resources_tell_since_when_and_by_whom() -> None:
 def test_a_state_that_nobody_has_explained_has_no_age() -> None:
     present = LiveState()
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0))
-    states = ResourceStates(revision=2, states={"axes": "AVAILABLE"}, t=2.0)
+    states = ResourceStates(step=2, states={"axes": "AVAILABLE"}, t=2.0)
     assert present.resources(states) == [ResourceNow("axes", "AVAILABLE")]
 
 
@@ -147,5 +147,5 @@ def test_memory_is_bounded() -> None:
     for number in range(RECORDS_REMEMBERED):
         present.add_record(record(f"n{number}", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 2.0, cause="first"))
-    (axes,) = present.resources(ResourceStates(revision=1, states={"axes": "USED"}, t=2.0))
+    (axes,) = present.resources(ResourceStates(step=1, states={"axes": "USED"}, t=2.0))
     assert axes.by == "resource_manager"

@@ -71,8 +71,8 @@ def test_another_answer_is_described_in_words(run_dir: Path, monkeypatch: pytest
     assert result.exit_code == FAILED
     assert "at 12.50 s: the last of 2 steps of r1 that were taken again, step 2 of" in result.stdout
     assert "event  begin: goal_id g1, skill lift, manager skill/lift, owner t\n" in result.stdout
-    assert "then   granted: goal_id g1, token 12500, revision 1; `hook` FREE -> TAKEN\n" in result.stdout
-    assert "now    granted: goal_id g1, token 7, revision 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "then   granted: goal_id g1, token 12500, step 1; `hook` FREE -> TAKEN\n" in result.stdout
+    assert "now    granted: goal_id g1, token 7, step 1; `hook` FREE -> TAKEN\n" in result.stdout
     assert "reply.token: 12500 then, 7 now\n" in result.stdout
 
 

@@ -24,7 +24,7 @@ WHOLE = SystemOverview(
     silent=[],
     # What a hook has done once is told, and over.
     blocked={"goto": "`on_dispatch` blocks."},
-    states=ResourceStates(revision=1, t=1.0, states={}),
+    states=ResourceStates(step=1, t=1.0, states={}),
     unattended=(),
 )
 

@@ -34,9 +34,17 @@ from skillwing.services.timeline import Timeline
 KEYS = Keys("rover")
 UNKNOWN = ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="`drive` knows of no goal g.", help="Start one.")
 SUCCESS = Terminal(ending=Ending.SUCCEEDED, reason="It arrived.", result="THERE", success=True)
-LOST = Lost(goal_id="g", skill="drive", reason="It was silent.", t=0.0, record="rm#9", token=7)
+LOST = Lost(goal_id="g", skill="drive", reason="It was silent.", t=0.0, step=3, record="rm#9", token=7)
 VIOLATED = Violated(
-    goal_id="g", skill="drive", invariant="on", subject="power", reason="power is OFF.", t=0.0, record="rm#8"
+    goal_id="g",
+    skill="drive",
+    invariant="on",
+    subject="power",
+    reason="power is OFF.",
+    t=0.0,
+    step=2,
+    record="rm#8",
+    token=7,
 )
 
 
@@ -104,10 +112,14 @@ class Desk:
             self.handle,
             client="mission",
             manager_alive=lambda: self.alive,
+            take_reply=self._take_reply,
             on_change=lambda handle: self.changes.append(
                 handle.terminal.label if handle.terminal else handle.state or ""
             ),
         )
+
+    def _take_reply(self, status: GoalStatus) -> None:
+        self.tracker.advance(status)
 
     def _note(self, handle: GoalHandle) -> None:
         self.changes.append(handle.terminal.label if handle.terminal else str(handle.state))

@@ -23,7 +23,8 @@ from skillwing.services.protocol import (
     FireExtern,
     Granted,
     NotReady,
-    ResourceChange,
+    Record,
+    RecordKind,
     Violated,
 )
 
@@ -121,8 +122,9 @@ class _Play:
         return node
 
     def _publication(self, publication: Publication, node: Node) -> None:
-        if isinstance(publication, ResourceChange):
-            self._seen.states[publication.resource].add(publication.after)
+        if isinstance(publication, Record):
+            if publication.kind is RecordKind.RESOURCE:
+                self._seen.states[publication.subject].add(publication.after)
         elif isinstance(publication, Violated):
             end = publication.skill, f"`{publication.invariant}` is violated"
             self._seen.judged.add(end)

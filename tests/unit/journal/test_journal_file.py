@@ -38,19 +38,19 @@ def path(tmp_path: Path) -> Path:
 @pytest.fixture
 def journal(path: Path) -> Iterator[Journal]:
     journal = Journal(path, ME)
-    journal.write((ResourceEntry("hook", "FREE", 0, ""),), (), 0.0)
+    journal.write((ResourceEntry("hook", "FREE", 0, ""),), (), 0.0, 0)
     yield journal
     journal.close()
 
 
 def opened(number: int) -> GrantEntry:
-    granted = Granted(goal_id=f"g{number}", token=number, revision=1, record=f"rm#{number}")
+    granted = Granted(goal_id=f"g{number}", token=number, step=1, record=f"rm#{number}")
     return GrantEntry("lift", {"load": 1.5, "name": "Käfig"}, "skill/lift", "a", granted)
 
 
 def over(number: int) -> FinishedGoal:
     return FinishedGoal(
-        f"g{number}", "lift", number, NotReady(goal_id=f"g{number}", failing={"calm": "no"}, record="rm#1")
+        f"g{number}", "lift", number, NotReady(step=1, goal_id=f"g{number}", failing={"calm": "no"}, record="rm#1")
     )
 
 
@@ -76,7 +76,7 @@ def entries_of_every_kind() -> tuple[object, ...]:
 
 
 def test_everything_is_there_for_the_next_one(path: Path, journal: Journal) -> None:
-    journal.write(entries_of_every_kind(), [record(1), record(2)], 2.5)  # pyright: ignore[reportArgumentType]
+    journal.write(entries_of_every_kind(), [record(1), record(2)], 2.5, 0)  # pyright: ignore[reportArgumentType]
     assert held(Journal(path, ME)) == Snapshot(
         resources=(ResourceEntry("hook", "TAKEN", 1, "rm#1"),),
         grants=(opened(2),),
@@ -93,13 +93,13 @@ def test_a_step_is_written_as_a_whole_or_not_at_all(journal: Journal, monkeypatc
     before = held(journal)
     monkeypatch.setattr(rows, "HISTORY_KEPT", None)  # The last statement of the transaction is the one that breaks.
     with pytest.raises(TypeError):
-        journal.write(entries_of_every_kind(), [record(1)], 2.5)  # pyright: ignore[reportArgumentType]
+        journal.write(entries_of_every_kind(), [record(1)], 2.5, 0)  # pyright: ignore[reportArgumentType]
     assert held(journal) == before
 
 
 def test_what_was_written_outlives_a_writer_that_never_closes(path: Path, journal: Journal) -> None:
     """Remains of a killed process: the file and its write-ahead log, copied while the writer has both open."""
-    journal.write((opened(1),), (), 1.0)
+    journal.write((opened(1),), (), 1.0, 0)
     copy = path.with_name("copy.sqlite")
     for ending in ("", "-wal"):
         Path(f"{copy}{ending}").write_bytes(Path(f"{path}{ending}").read_bytes())
@@ -110,9 +110,9 @@ def test_a_later_process_takes_the_journal_from_an_earlier_one(path: Path, journ
     """A process that hung, was replaced and wakes up must not write what is long past."""
     later = Journal(path, ME)
     with pytest.raises(JournalTakenError, match=r"Another process goes on .* End this one"):
-        journal.write((opened(1),), (), 1.0)
+        journal.write((opened(1),), (), 1.0, 0)
     assert held(later).grants == ()
-    later.write((opened(2),), (), 1.0)
+    later.write((opened(2),), (), 1.0, 0)
     assert held(later).grants == (opened(2),)
 
 
@@ -125,20 +125,20 @@ def test_a_journal_that_was_moved_away_is_not_written_until_it_is_back(
     if another:
         path.write_bytes(away.read_bytes())
     with pytest.raises(JournalWriteError, match=r"deleted or moved away\. Move it back"):
-        journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0)
+        journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0, 0)
     with pytest.raises(JournalWriteError):
         journal.check_hold()
     away.replace(path)
     journal.check_hold()
     assert held(journal).resources == (ResourceEntry("hook", "FREE", 0, ""),)
-    journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0)
+    journal.write((ResourceEntry("hook", "USED", 1, "rm#1"),), (), 1.0, 0)
 
 
 def test_it_stays_small(path: Path, journal: Journal) -> None:
     for start in range(0, 12_000, 500):
         numbers = range(start + 1, start + 501)
         noted = [ManagerEntry("skill/lift", f"i{number}") for number in numbers]
-        journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0)
+        journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0, 0)
     kept = held(journal)
     assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_001 - GOALS_REMEMBERED, 12_001)]
     assert len(kept.managers) == MANAGERS_KEPT
@@ -149,9 +149,9 @@ def test_it_stays_small(path: Path, journal: Journal) -> None:
 
 def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:
     """A tree that starts a skill which is not ready asks again many times a second."""
-    journal.write([over(number) for number in range(1, 11)], (), 1.0)
+    journal.write([over(number) for number in range(1, 11)], (), 1.0, 0)
     refused = [msgspec.structs.replace(over(0).verdict, goal_id=f"r{number}") for number in range(5000)]
-    journal.write([FinishedGoal(each.goal_id, "lift", NO_TOKEN, each) for each in refused], (), 1.0)
+    journal.write([FinishedGoal(each.goal_id, "lift", NO_TOKEN, each) for each in refused], (), 1.0, 0)
     kept = held(journal).goals
     assert [each.goal_id for each in kept if each.token] == [f"g{number}" for number in range(1, 11)]
     assert GOALS_REMEMBERED <= len(kept) - 10 < GOALS_REMEMBERED + TRIM_EVERY
@@ -163,15 +163,15 @@ def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:
 
 
 def test_a_full_disk_is_an_error_and_costs_nothing(path: Path, journal: Journal) -> None:
-    journal.write((opened(1),), (), 1.0)
+    journal.write((opened(1),), (), 1.0, 0)
     (pages,) = journal._connection.execute("PRAGMA page_count").fetchone()  # pyright: ignore[reportPrivateUsage]
     journal._connection.execute(f"PRAGMA max_page_count = {pages}")  # pyright: ignore[reportPrivateUsage]
     before = held(journal)
     huge = GrantEntry("lift", {"load": "x" * (2 * ROOM)}, "skill/lift", "a", opened(2).granted)
     with pytest.raises(JournalWriteError, match=r"cannot be written: database or disk is full\. Make room"):
-        journal.write((huge,), (), 2.0)
+        journal.write((huge,), (), 2.0, 0)
     assert held(journal) == before
-    journal.write((opened(3),), (), 3.0)
+    journal.write((opened(3),), (), 3.0, 0)
     assert held(journal).grants == (opened(1), opened(3))
 
 
@@ -220,7 +220,7 @@ def test_another_database_is_refused(path: Path) -> None:
 
 
 def test_pages_overwritten_by_something_else_are_noticed(path: Path, journal: Journal) -> None:
-    journal.write([over(number) for number in range(200)], map(record, range(200)), 1.0)
+    journal.write([over(number) for number in range(200)], map(record, range(200)), 1.0, 0)
     journal.close()
     content = bytearray(path.read_bytes())
     for page in range(1, len(content) // 4096):
@@ -231,7 +231,7 @@ def test_pages_overwritten_by_something_else_are_noticed(path: Path, journal: Jo
 
 
 def test_values_that_were_never_written_are_noticed(path: Path, journal: Journal) -> None:
-    journal.write((opened(1),), (), 1.0)
+    journal.write((opened(1),), (), 1.0, 0)
     journal.close()
     with closing(sqlite3.connect(path)) as meddler:
         meddler.execute("UPDATE grants SET granted = '{}'")
@@ -267,10 +267,10 @@ def test_a_journal_that_somebody_has_locked_may_be_tried_again(
 
 
 def test_it_can_be_read_while_it_is_written(path: Path, journal: Journal) -> None:
-    journal.write((opened(1),), (), 1.0)
+    journal.write((opened(1),), (), 1.0, 0)
     identity, kept = look_into(path)
     assert (identity, kept.grants) == (ME, (opened(1),))
-    journal.write((opened(2),), (), 1.0)
+    journal.write((opened(2),), (), 1.0, 0)
 
 
 def test_there_may_be_nothing_to_look_into(path: Path) -> None:
@@ -282,12 +282,12 @@ def test_there_may_be_nothing_to_look_into(path: Path) -> None:
 
 
 def test_a_journal_that_is_set_aside_is_whole_and_never_overwritten(path: Path, journal: Journal) -> None:
-    journal.write((opened(1),), (), 1.0)
+    journal.write((opened(1),), (), 1.0, 0)
     journal.close()
     assert set_aside(path) == path.with_name("journal-1.sqlite")
     assert set_aside(path) is None
     second = Journal(path, ME)
-    second.write((), (), 0.0)
+    second.write((), (), 0.0, 0)
     second.close()
     assert set_aside(path) == path.with_name("journal-2.sqlite")
     assert look_into(path.with_name("journal-1.sqlite"))[1].grants == (opened(1),)

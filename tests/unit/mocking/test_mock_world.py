@@ -9,7 +9,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.mocking import MockRun, MockScript, MockWorld, Reaction, ScriptError, When, make_mock_managers
 from skillwing.services.names import skill_process
@@ -66,7 +66,7 @@ class Stage:
             self.network.attach(node)
         self.bus = self.network.bus("client")
         self.records: list[Record] = []
-        self.bus.subscribe(KEYS.timeline, message_reader(Record, self.records.append), events=True)
+        follow_records(self.bus, KEYS, self.records.append)
         self.client = SkillsetInterface(self.bus, ARM, client="client")
         self.network.run_for(0.2)
 

@@ -132,7 +132,7 @@ class RecordedLife:
         self._ids = RecordIds("rm")
         self.now = 0.0
         self._make()
-        self.journal.write(self.core.initial_entries(), (), 0.0)
+        self.journal.write(self.core.initial_entries(), (), 0.0, 0)
 
     def take(self, events: Iterable[tuple[Event, float]]) -> None:
         """Let each event happen so many seconds after the one before."""
@@ -163,4 +163,4 @@ class RecordedLife:
             step = self._recorded.step(event, self.now)
             records = [each for each in step.publications if isinstance(each, Record)]
             if step.entries or records:
-                self.journal.write(step.entries, records, self.now)
+                self.journal.write(step.entries, records, self.now, step.number)

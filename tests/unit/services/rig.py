@@ -24,8 +24,8 @@ from skillwing.services.protocol import (
     GoalVerdict,
     Granted,
     Record,
+    RecordKind,
     RenewGoal,
-    ResourceChange,
     Violated,
 )
 
@@ -182,8 +182,10 @@ class Bench:
         return [(violated.skill, violated.invariant) for violated in self.of(Violated)]
 
     @property
-    def changes(self) -> list[tuple[str, str, int]]:
-        return [(change.resource, change.after, change.revision) for change in self.of(ResourceChange)]
+    def changes(self) -> list[tuple[str, str]]:
+        """Resources that changed, with their new states."""
+        changes = self.of(Record, lambda record: record.kind is RecordKind.RESOURCE)
+        return [(change.subject, change.after) for change in changes]
 
     def chain(self, record_id: str | None) -> list[str]:
         """Causes of a record, the root first, as `subject after`."""

@@ -32,6 +32,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     Granted,
     InterruptGoal,
+    Record,
     RecordOutcome,
     RenewGoal,
     StartGoal,
@@ -104,7 +105,7 @@ class Desk:
             goal_id=asked.goal_id,
             held=False,
             reason="",
-            revision=1,
+            step=1,
             record=asked.cause or "",
             terminal=asked.terminal,
         )
@@ -113,11 +114,11 @@ class Desk:
         self.answer(self.committed)
 
     def granted(self) -> None:
-        self.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+        self.answer(Granted(goal_id="g", token=TOKEN, step=1, record="rm#1"))
 
     def ended(self, held: bool = True) -> None:
         reason = "" if held else "It did not hold."
-        self.answer(Ended(goal_id="g", held=held, reason=reason, revision=2, record="rm#2"))
+        self.answer(Ended(goal_id="g", held=held, reason=reason, step=2, record="rm#2"))
 
     def renewed(self, verdict: Any) -> None:
         call = RenewGoal(goal_id="g", skill="move", token=TOKEN)
@@ -132,6 +133,12 @@ class Desk:
     def wait(self, seconds: float) -> None:
         self.now += seconds
         self.step(TimePassed())
+
+    @property
+    def records(self) -> list[Record]:
+        """The timeline records of all statuses."""
+        statuses = (action for action in self.actions if isinstance(action, GoalStatus))
+        return [record for status in statuses if (record := status.as_record()) is not None]
 
     @property
     def asked(self) -> AskResources:
@@ -161,9 +168,17 @@ class Desk:
 
 
 VIOLATED = Violated(
-    goal_id="g", skill="move", invariant="authority", subject="authority", reason="It is OFF.", t=0.0, record="rm#9"
+    goal_id="g",
+    skill="move",
+    invariant="authority",
+    subject="authority",
+    reason="It is OFF.",
+    t=0.0,
+    step=3,
+    record="rm#9",
+    token=TOKEN,
 )
-ENDED = Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2")
+ENDED = Ended(goal_id="g", held=True, reason="", step=2, record="rm#2")
 REFUSED = ErrorReply(code=ErrorCode.STALE_TOKEN, message="The token is stale.")
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from skillwing.services.protocol import Lost, Message, Record, ResourceChange, ResourceStates, Violated, decode, encode
+from skillwing.services.protocol import Lost, Message, Record, ResourceStates, Violated, decode, encode
 
 
 def assert_sound(message: Message, now: float) -> None:
     """The message arrives as it was sent, and tells the time at which it was said."""
     assert decode(encode(message), type(message)) == message
-    if isinstance(message, Record | ResourceChange | ResourceStates | Violated | Lost):
+    if isinstance(message, Record | ResourceStates | Violated | Lost):
         assert message.t == now, message
 
 

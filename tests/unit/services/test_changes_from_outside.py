@@ -25,18 +25,18 @@ def test_refused_extern_transitions_say_what_exists(
         bench.extern(resource, target)
     assert refusal.value.code is code
     assert set(known) <= set(refusal.value.known)
-    assert bench.core.revision == 0
+    assert bench.core.last_step == 0
 
 
 def test_naming_the_state_that_is_changes_nothing(bench: Bench) -> None:
-    assert bench.extern("authority", "ON").revision == 0
+    assert bench.extern("authority", "ON").step == 0
     assert bench.changes == []
 
 
 def test_an_event_is_all_or_nothing_and_guarded(bench: Bench) -> None:
     event = FireEvent(event="storm", source="test")
     bench.perform(bench.core.step(event, 0.0))
-    assert bench.changes == [("authority", "OFF", 1), ("door", "OPEN", 1)]
+    assert bench.changes == [("authority", "OFF"), ("door", "OPEN")]
     with pytest.raises(RefusedError, match="authority is OFF"):
         bench.core.step(event, 0.0)
     with pytest.raises(RefusedError) as refusal:

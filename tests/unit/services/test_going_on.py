@@ -44,6 +44,7 @@ def kept_by(bench: Bench) -> Snapshot:
         managers=tuple(of(ManagerEntry)),
         data=tuple(of(DatumEntry)),
         last_token=max((entry.granted.token for entry in opened), default=0),
+        step=bench.core.last_step,
         records=tuple(bench.of(Record)),
         t=bench.now,
     )
@@ -72,13 +73,13 @@ def test_it_goes_on_with_the_same_states_goals_tokens_and_processes(bench: Bench
     grant = granted(bench.begin("move", "g", incarnation="second"))
     bench.extern("door", "OPEN")
     later, _, said = successor(bench, 2.0)
-    assert (later.core.states, later.core.revision) == (bench.core.states, bench.core.revision)
+    assert (later.core.states, later.core.last_step) == (bench.core.states, bench.core.last_step + 1)
     assert later.core.grants == bench.core.grants
     assert later.begin("move", "g", incarnation="second") == grant
     assert granted(later.begin("watch", "w")).token > grant.token
     [record] = said
     assert (record.kind, record.subject, record.before, record.after) == (RecordKind.PROCESS, "rm", None, "RESUMED")
-    assert record.text == f"went on from its journal at revision {later.core.revision} with 1 goal"
+    assert record.text == f"went on from its journal after step {bench.core.last_step} with 1 goal"
 
 
 @pytest.mark.parametrize(("goals", "told"), [(0, "0 goals"), (2, "2 goals")])
@@ -131,7 +132,7 @@ def test_a_new_journal_begins_with_every_resource_as_it_stands(bench: Bench) -> 
     core = ResourceCore(bench.skillset, source="rm", new_record_id=RecordIds("rm"), found={"door": "OPEN"})
     core.step(FireExtern(resource="authority", target="OFF", source="test"), 0.0)
     assert {
-        (entry.resource, entry.state, entry.revision)
+        (entry.resource, entry.state, entry.change_set)
         for entry in core.initial_entries()
         if isinstance(entry, ResourceEntry)
     } == {("authority", "OFF", 1), ("door", "OPEN", 0), ("axes", "FREE", 0), ("lamp", "OFF", 0)}

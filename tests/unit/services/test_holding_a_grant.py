@@ -70,7 +70,7 @@ def test_a_grant_is_renewed_until_its_end_is_acknowledged() -> None:
     "answer",
     [
         None,
-        Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"),
+        Granted(goal_id="g", token=TOKEN, step=1, record="rm#1"),
         ErrorReply(code=ErrorCode.INTERNAL, message="The disk is full."),
     ],
 )
@@ -87,7 +87,7 @@ def test_a_goal_whose_invariants_nobody_watches_is_asked_to_stop(answer: Any) ->
     desk = running()
     for _ in range(RENEWALS_UNTIL_UNWATCHED - 1):
         desk.renewed(answer)
-    desk.renewed(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+    desk.renewed(Granted(goal_id="g", token=TOKEN, step=1, record="rm#1"))
     for _ in range(RENEWALS_UNTIL_UNWATCHED - 1):
         desk.renewed(answer)
     assert desk.state is State.RUNNING

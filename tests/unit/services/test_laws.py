@@ -31,11 +31,13 @@ from skillwing.services.protocol import (
     AttachManager,
     DataSample,
     Ending,
+    ErrorReply,
     FireExtern,
     GoalStatus,
     InterruptGoal,
     Lost,
-    ResourceChange,
+    Record,
+    RecordKind,
     StartGoal,
     State,
     Terminal,
@@ -67,7 +69,7 @@ class Managers(RuleBasedStateMachine):
         for name in SKILLS:
             attach = AttachManager(manager=f"skill/{name}", incarnation=INCARNATION, schema=RIG.schema_hash)
             self.resources.step(attach, self.now)
-        self.revision = 0
+        self.last_step = 0
         self.questions: list[tuple[str, AskResources]] = []
         self.pushes: list[Violated | Lost] = []
         self.accepted: set[str] = set()
@@ -97,13 +99,16 @@ class Managers(RuleBasedStateMachine):
 
     def judge(self, step: Step[Any]) -> Any:
         """Look at what one atomic step has published."""
-        before, self.revision = self.revision, self.resources.revision
-        changes = [each for each in step.publications if isinstance(each, ResourceChange)]
-        revisions = [change.revision for change in changes]
-        assert revisions == sorted(revisions)
-        assert set(revisions) == set(range(before + 1, self.revision + 1)), "one revision per change set"
-        for change in changes:
-            assert change.before != change.after
+        before, self.last_step = self.last_step, self.resources.last_step
+        assert step.number == self.last_step == before + bool(step.publications), (
+            "steps that tell something are counted"
+        )
+        for change in step.publications:
+            assert not (
+                isinstance(change, Record) and change.kind is RecordKind.RESOURCE and change.before == change.after
+            )
+        if step.reply is not None and not isinstance(step.reply, ErrorReply):
+            assert step.reply.step <= self.last_step, "a reply names its step, or an earlier one"
         self.pushes += [each for each in step.publications if isinstance(each, (Violated, Lost))]
         return step.reply
 
@@ -112,7 +117,7 @@ class Managers(RuleBasedStateMachine):
         try:
             return self.judge(self.resources.step(asked.call, self.now))
         except RefusedError as refusal:
-            assert self.resources.revision == self.revision, "a refusal changes nothing"
+            assert self.resources.last_step == self.last_step, "a refusal changes nothing"
             return refusal.reply
 
     # --- what may happen ---------------------------------------------------------------------------------------------
@@ -179,7 +184,7 @@ class Managers(RuleBasedStateMachine):
             request = FireExtern(resource=extern[0], target=extern[1], source="world")
             self.judge(self.resources.step(request, self.now))
         except RefusedError:
-            assert self.resources.revision == self.revision
+            assert self.resources.last_step == self.last_step
 
     @rule(percent=st.sampled_from([80.0, 12.0, 5.0]))
     def the_battery_tells(self, percent: float) -> None:

@@ -27,7 +27,6 @@ from skillwing.services.protocol import (
     Lost,
     NotReady,
     ProtocolError,
-    Record,
     RecordOutcome,
     State,
     Terminal,
@@ -36,7 +35,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.protocol import Ending as End
 
-LOST = Lost(goal_id="g", skill="move", reason="It was replaced.", t=0.0, record="rm#9", token=TOKEN)
+LOST = Lost(goal_id="g", skill="move", reason="It was replaced.", t=0.0, step=3, record="rm#9", token=TOKEN)
 
 
 def busy() -> Desk:
@@ -44,7 +43,7 @@ def busy() -> Desk:
     desk = Desk()
     desk.start("other")
     desk.step(Validated("other"))
-    desk.answer(Granted(goal_id="other", token=TOKEN, revision=1, record="rm#1"))
+    desk.answer(Granted(goal_id="other", token=TOKEN, step=1, record="rm#1"))
     desk.start()
     return desk
 
@@ -99,7 +98,7 @@ OUTCOMES = [
 def test_it_records_an_outcome_before_it_gives_it(make: Any, label: str) -> None:
     desk = make()
     assert [goal for goal, _ in desk.terminals] == []
-    [first, *_] = [action for action in desk.actions if isinstance(action, Record) and action.goal_id == "g"]
+    [first, *_] = [record for record in desk.records if record.goal_id == "g"]
     assert (first.after, first.text) == ("VALIDATING", "asked by test")
     asked = desk.asked.call
     assert isinstance(asked, RecordOutcome)
@@ -114,17 +113,17 @@ def test_it_records_an_outcome_before_it_gives_it(make: Any, label: str) -> None
 INTERRUPTED = Terminal(ending=End.INTERRUPTED, reason="It was interrupted before it started.")
 ANSWERS = [
     (
-        Ended(goal_id="g", held=False, reason="", revision=2, record="m#2", terminal=INTERRUPTED),
+        Ended(goal_id="g", held=False, reason="", step=2, record="m#2", terminal=INTERRUPTED),
         "IT",
     ),
-    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.RESULT, result="DONE"), "S_DONE"),
-    (Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.INTERRUPT), "IT"),
-    (NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1"), "NR"),
+    (Ended(goal_id="g", held=True, reason="", step=2, record="rm#2", how=EndKind.RESULT, result="DONE"), "S_DONE"),
+    (Ended(goal_id="g", held=True, reason="", step=2, record="rm#2", how=EndKind.INTERRUPT), "IT"),
+    (NotReady(goal_id="g", failing={"free": "It is not."}, step=3, record="rm#1"), "NR"),
     (VIOLATED, "RI"),
     (LOST, "LOST"),
     (REFUSED, "LOST"),
     (ErrorReply(code=ErrorCode.BAD_REQUEST, message="The goal g belongs to `turn`."), "ERROR"),
-    (Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"), "ERROR"),
+    (Granted(goal_id="g", token=TOKEN, step=1, record="rm#1"), "ERROR"),
 ]
 
 

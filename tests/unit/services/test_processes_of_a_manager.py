@@ -145,7 +145,7 @@ def test_the_same_process_and_one_that_does_not_tell_get_the_same_grant_again(be
 def test_each_incarnation_is_noted_once_and_a_replaced_one_cannot_come_back(bench: Bench) -> None:
     for incarnation in ("first", "first", "second", "second"):
         states = bench.attach("skill/move", incarnation)
-        assert (states.states, states.revision) == (dict(bench.core.states), bench.core.revision)
+        assert (states.states, states.step) == (dict(bench.core.states), bench.core.last_step)
     bench.attach("skill/watch", "first")
     assert bench.kept == [
         ManagerEntry("skill/move", "first"),

@@ -19,7 +19,7 @@ from skillwing.services.protocol import AttachManager, ErrorCode, ErrorReply, Ke
 
 KEYS = Keys(RIG.name)
 THIS = AttachManager(manager="skill/watch", incarnation="this")
-TAKEN = encode(ResourceStates(revision=0, states={}, t=0.0))
+TAKEN = encode(ResourceStates(step=0, states={}, t=0.0))
 SLACK = 0.01
 """Seconds that messages take."""
 

@@ -9,7 +9,7 @@ from rig import Bench, granted
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.snapshot import FinishedGoal
-from skillwing.services.protocol import NO_TOKEN, DataSample, Ended, EndKind, NotReady, Record, ResourceChange, Violated
+from skillwing.services.protocol import NO_TOKEN, DataSample, Ended, EndKind, NotReady, Record, Violated
 
 
 def test_every_failing_precondition_is_named_with_its_reason() -> None:
@@ -43,9 +43,9 @@ def test_a_start_effect_that_cannot_apply_is_not_half_applied(bench: Bench) -> N
 
 def test_begin_again_with_the_same_id_takes_nothing_twice(bench: Bench) -> None:
     first = bench.begin("move", "g")
-    revision, published = bench.core.revision, len(bench.published)
+    number, published = bench.core.last_step, len(bench.published)
     assert bench.begin("move", "g") == first
-    assert (bench.core.revision, len(bench.published)) == (revision, published)
+    assert (bench.core.last_step, len(bench.published)) == (number, published)
 
 
 def test_begin_again_after_the_goal_was_violated_tells_so(bench: Bench) -> None:
@@ -198,8 +198,7 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", "skill/lift#1")
     [raised] = gate.of(Record, lambda record: record.subject == "flag")
     assert (raised.cause, raised.goal_id) == (verdict.record, "g")
-    [change] = gate.of(ResourceChange)
-    assert (change.resource, change.after, change.cause) == ("flag", "UP", verdict.record)
+    assert gate.changes == [("flag", "UP")]
     assert gate.kept[-1] == FinishedGoal("g", "lift", NO_TOKEN, verdict)
     assert gate.lift(z=1.0) == verdict, "the id of a goal that was refused is used up"
     with pytest.raises(RefusedError, match="belongs to `lift`"):

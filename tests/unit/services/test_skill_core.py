@@ -35,7 +35,11 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
     (Desk, then(lambda d: d.start(inputs={"speed": 9.0}), Desk.outcome_committed), "NV"),
     (Desk, then(Desk.start, lambda d: d.validated("Too windy."), Desk.outcome_committed), "NV"),
     (Desk, then(Desk.start, Desk.raised, Desk.outcome_committed), "ERROR"),
-    (validating, lambda d: d.answer(NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1")), "NR"),
+    (
+        validating,
+        lambda d: d.answer(NotReady(goal_id="g", failing={"free": "It is not."}, step=3, record="rm#1")),
+        "NR",
+    ),
     (validating, lambda d: d.answer(VIOLATED), "RI"),
     (validating, then(Desk.violated, Desk.granted, Desk.ended), "RI"),
     (validating, then(Desk.interrupt, Desk.granted, Desk.ended), "IT"),
@@ -74,7 +78,7 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
 
 
 def lost() -> Lost:
-    return Lost(goal_id="g", skill="move", reason="Gone.", t=0.0, record="rm#9", token=TOKEN)
+    return Lost(goal_id="g", skill="move", reason="Gone.", t=0.0, step=3, record="rm#9", token=TOKEN)
 
 
 @pytest.mark.parametrize(("context", "steps", "label"), ENDINGS)
@@ -101,8 +105,7 @@ def test_the_way_of_a_goal_is_one_chain_of_causes() -> None:
     desk.dispatched()
     desk.terminated(output={"distance": 3})
     desk.ended()
-    records = [action for action in desk.actions if hasattr(action, "subject")]
-    assert [(r.before, r.after, r.cause) for r in records] == [  # pyright: ignore[reportAttributeAccessIssue]
+    assert [(record.before, record.after, record.cause) for record in desk.records] == [
         ("IDLE", "VALIDATING", "mission#1"),
         ("VALIDATING", "DISPATCHING", "rm#1"),
         ("DISPATCHING", "RUNNING", "skill/move#2"),

@@ -10,7 +10,7 @@ from skill_desk import ENDED, TOKEN, VIOLATED, Desk, interrupting, running, vali
 
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
 from skillwing.services.core.skill_events import QuestionAnswered
-from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, Record, State, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, Ending, EndKind, NotReady, State, Terminal
 
 
 def test_hooks_get_token_begin_and_end_of_their_goal() -> None:
@@ -36,33 +36,33 @@ def test_hooks_get_token_begin_and_end_of_their_goal() -> None:
 def test_each_request_names_the_record_it_comes_of_and_each_record_its_goal() -> None:
     desk = running()
     desk.terminated()
-    validating, _, running_ = [action for action in desk.actions if isinstance(action, Record)]
+    validating, _, running_ = desk.records
     begin, end = (action.call for action in desk.actions if isinstance(action, AskResources))
     assert isinstance(begin, BeginGoal)
     assert (begin.cause, begin.manager, begin.incarnation) == (validating.id, "skill/move", "this")
     assert isinstance(end, EndGoal)
     assert (end.cause, end.incarnation) == (running_.id, "this")
     desk.ended()
-    records = [action for action in desk.actions if isinstance(action, Record)]
+    records = desk.records
     assert [record.goal_id for record in records] == ["g"] * 4
     assert "test" in records[0].text, "who has asked for it"
 
 
 def test_an_interrupt_is_on_record_with_its_cause_and_who_asked_for_it() -> None:
     desk = interrupting()
-    record = [action for action in desk.actions if isinstance(action, Record)][-1]
+    record = desk.records[-1]
     assert (record.after, record.cause, record.text) == ("INTERRUPTING", "mission#1", "test interrupted it.")
     desk = running()
-    before = [action for action in desk.actions if isinstance(action, Record)][-1]
+    before = desk.records[-1]
     desk.wait(60.0)
-    record = [action for action in desk.actions if isinstance(action, Record)][-1]
+    record = desk.records[-1]
     assert (record.after, record.cause) == ("INTERRUPTING", before.id), "where nobody has asked it comes of the goal"
 
 
 @pytest.mark.parametrize(
     ("answer", "record"),
     [
-        (NotReady(goal_id="g", failing={"free": "It is not."}, record="rm#1"), "rm#1"),
+        (NotReady(goal_id="g", failing={"free": "It is not."}, step=3, record="rm#1"), "rm#1"),
         (VIOLATED, "rm#9"),
         (ENDED, "rm#2"),
         (msgspec.structs.replace(ENDED, terminal=Terminal(ending=Ending.BUSY, reason="It is.")), "rm#2"),
@@ -71,7 +71,7 @@ def test_an_interrupt_is_on_record_with_its_cause_and_who_asked_for_it() -> None
 def test_an_end_by_the_resource_manager_comes_of_its_record(answer: Any, record: str) -> None:
     desk = validating()
     desk.answer(answer)
-    last = [action for action in desk.actions if isinstance(action, Record)][-1]
+    last = desk.records[-1]
     assert (last.after, last.cause) == (desk.terminal().label, record)
 
 

@@ -27,7 +27,7 @@ from skillwing.services.protocol import (
     State,
 )
 
-LOST = Lost(goal_id="g", skill="move", reason="It was silent.", t=0.0, record="rm#9", token=TOKEN)
+LOST = Lost(goal_id="g", skill="move", reason="It was silent.", t=0.0, step=3, record="rm#9", token=TOKEN)
 
 
 def with_a_note() -> Skillset:
@@ -48,7 +48,7 @@ def with_a_note() -> Skillset:
 
 
 def last_record(desk: Desk) -> Record:
-    return [action for action in desk.actions if isinstance(action, Record)][-1]
+    return desk.records[-1]
 
 
 def test_without_an_id_the_running_or_latest_goal_is_reported() -> None:
@@ -124,7 +124,7 @@ def test_a_refusal_is_reported_with_a_remedy() -> None:
 def test_an_answer_that_does_not_belong_here_ends_in_an_error() -> None:
     desk = running()
     desk.terminated()
-    desk.answer(Granted(goal_id="g", token=TOKEN, revision=1, record="rm#1"))
+    desk.answer(Granted(goal_id="g", token=TOKEN, step=1, record="rm#1"))
     assert desk.terminal().ending is Ending.ERROR
     assert "does not belong here" in desk.terminal().reason
 
@@ -217,7 +217,7 @@ def test_a_renewal_that_arrives_for_an_earlier_goal_changes_nothing() -> None:
 
 def test_an_end_by_an_earlier_process_is_reported_as_such() -> None:
     desk = validating()
-    desk.answer(Ended(goal_id="g", held=True, reason="", revision=2, record="rm#2", how=EndKind.RESULT, result="DONE"))
+    desk.answer(Ended(goal_id="g", held=True, reason="", step=2, record="rm#2", how=EndKind.RESULT, result="DONE"))
     terminal = desk.terminal()
     assert (terminal.label, terminal.success) == ("S_DONE", True)
     assert terminal.reason == "An earlier process of this manager ended it."
@@ -238,7 +238,7 @@ def test_an_output_that_is_too_long_to_be_sent_is_an_error_that_says_so() -> Non
 @pytest.mark.parametrize("context", [validating, dispatching, running])
 def test_every_status_says_which_record_it_is(context: Any) -> None:
     desk = context()
-    records = {action.id: action for action in desk.actions if isinstance(action, Record)}
+    records = {record.id: record for record in desk.records}
     for status in desk.actions:
         if isinstance(status, GoalStatus):
             assert records[status.record or ""].after == status.state

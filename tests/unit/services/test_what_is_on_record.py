@@ -23,7 +23,6 @@ from skillwing.services.protocol import (
     Lost,
     Record,
     RecordKind,
-    ResourceChange,
     Violated,
 )
 
@@ -41,10 +40,10 @@ def record_of(bench: Bench, record_id: str) -> Record:
     return record
 
 
-def change_of(bench: Bench, resource: str, state: str) -> tuple[ResourceChange, Record]:
-    """History of a resource's state: what was published of it, and what is on record."""
-    [change] = bench.of(ResourceChange, lambda change: (change.resource, change.after) == (resource, state))
-    return change, record_of(bench, change.record)
+def change_of(bench: Bench, resource: str, state: str) -> Record:
+    """The record of a resource's change."""
+    [change] = bench.of(Record, lambda record: (record.subject, record.after) == (resource, state))
+    return change
 
 
 def test_what_a_goal_takes_and_gives_back_is_on_record_with_the_goal_and_its_cause(bench: Bench) -> None:
@@ -58,9 +57,8 @@ def test_what_a_goal_takes_and_gives_back_is_on_record_with_the_goal_and_its_cau
     ):
         record = record_of(bench, step)
         assert (record.subject, record.after, record.goal_id, record.cause) == ("move", after, "g", cause)
-        change, changed = change_of(bench, "axes", state)
-        assert (changed.goal_id, changed.cause, change.cause) == ("g", step, step)
-        assert (changed.before, changed.after) == (change.before, change.after)
+        changed = change_of(bench, "axes", state)
+        assert (changed.goal_id, changed.cause) == ("g", step)
 
 
 def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(bench: Bench) -> None:
@@ -68,8 +66,8 @@ def test_what_a_lost_goal_gives_back_is_on_record_with_the_goal_and_its_loss(ben
     bench.perform(bench.core.step(ManagerGone("skill/move"), bench.now))
     [lost] = bench.of(Lost)
     assert lost.reason == "The manager `skill/move` was lost: its alive token is gone."
-    change, record = change_of(bench, "axes", "FREE")
-    assert (record.goal_id, record.cause, change.cause) == ("g", lost.record, lost.record)
+    record = change_of(bench, "axes", "FREE")
+    assert (record.goal_id, record.cause) == ("g", lost.record)
 
 
 def test_a_goal_that_is_lost_alone_leaves_the_others_of_its_manager(bench: Bench) -> None:
@@ -93,7 +91,7 @@ def test_what_is_given_up_before_its_begin_is_on_record_and_remembered(bench: Be
     request = EndGoal(goal_id="g", skill="move", token=NO_TOKEN, how=EndKind.ERROR, cause="skill/move#7")
     ended = bench.perform(bench.core.step(request, bench.now))
     assert isinstance(ended, Ended)
-    assert (ended.goal_id, ended.held, ended.revision) == ("g", False, bench.core.revision)
+    assert (ended.goal_id, ended.held, ended.step) == ("g", False, bench.core.last_step)
     assert ended.reason == "The manager gave the goal up before it was granted."
     record = record_of(bench, ended.record)
     assert (record.subject, record.after, record.goal_id) == ("move", "ENDED", "g")

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.history.history import GoalOutcome, History, SkillBar
 from skillwing.services.history.report import REPORT_FILE, read_report
 from skillwing.services.history.wording import chain_text, clock_text
@@ -67,8 +68,7 @@ class MissionWatch:
         bus, keys = system.bus, system.keys
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
         bus.subscribe(keys.mission_tree, message_reader(TreeSnapshot, self._on_tree), events=True)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_goal), events=True)
+        follow_records(bus, keys, self._on_record, self._on_goal)
         bus.subscribe(keys.progress("*"), message_reader(GoalProgress, self._present.add_progress), latest_only=True)
 
     @property

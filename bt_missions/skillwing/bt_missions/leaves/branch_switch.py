@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext
 
 
 class NoteSwitch(Behaviour):
@@ -43,7 +43,7 @@ class NeverSwitched(Behaviour):
 
 
 class WaitForSettled(Behaviour):
-    """RUNNING while cancelled goals are stopping, and for at least `SETTLE_TIME` seconds; then SUCCESS.
+    """RUNNING while cancelled goals are stopping; then SUCCESS.
 
     After `patience` seconds of robot time it is SUCCESS in any case: the next step may be urgent, such as a landing.
     """
@@ -58,11 +58,11 @@ class WaitForSettled(Behaviour):
         self._waits_since = self._context.now()
 
     def update(self) -> Status:
-        waited = self._context.now() - self._waits_since
         stopping = self._context.reaper.unfinished
         if stopping:
             names = ", ".join(sorted({goal.skill for goal in stopping}))
             self.feedback_message = f"waiting until {names} has stopped"
+            waited = self._context.now() - self._waits_since
             return Status.SUCCESS if waited > self.patience else Status.RUNNING
         self.feedback_message = "everything has stopped"
-        return Status.SUCCESS if waited >= SETTLE_TIME else Status.RUNNING
+        return Status.SUCCESS

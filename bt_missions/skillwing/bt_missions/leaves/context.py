@@ -15,10 +15,6 @@ from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.bt_missions.leaves.reaper import Reaper
 from skillwing.dsl.model import Skillset
 
-SETTLE_TIME = 0.2
-"""Time in which the messages of different processes about one event arrive, in any order, in seconds of robot time.
-After it every guard has seen the event."""
-
 
 class RecordWriter(Protocol):
     """Writes one mission record to the timeline and returns its id."""

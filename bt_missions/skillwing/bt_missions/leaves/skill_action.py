@@ -14,7 +14,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.bt_missions.leaves.pause_gate import HELD, PauseGate, PauseGates
 from skillwing.bt_missions.leaves.reaper import StartRetry
@@ -82,7 +82,6 @@ class SkillAction(Behaviour):
         self._asked_at = 0.0
         self._gates = PauseGates(skill)
         self._held_goal: GoalView | None = None
-        self._held_at = 0.0
         self._values = SkillInputs(skill, self.inputs, self.done)
         self._retry = StartRetry(skill, context.reaper)
         _refuse_bad_outcomes(name, self.outcomes)
@@ -192,7 +191,6 @@ class SkillAction(Behaviour):
         """Enter the phase HELD. goal: the one that the gate interrupts."""
         self._phase = GoalPhase.HELD
         self._held_goal = goal
-        self._held_at = self._context.now()
         self.feedback_message = f"held: {reason}"
         return Status.RUNNING
 
@@ -204,8 +202,6 @@ class SkillAction(Behaviour):
         reason = self._gates.blocked_by()
         if reason is not None:
             self.feedback_message = f"held: {reason}"
-            return Status.RUNNING
-        if self._context.now() - self._held_at < SETTLE_TIME:
             return Status.RUNNING
         if HELD in self.outcomes:
             return self._end_held(goal)

@@ -18,7 +18,7 @@ from enum import StrEnum
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.context import SETTLE_TIME, MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
@@ -29,6 +29,9 @@ from skillwing.services.protocol import MissionPhase
 
 SETTLED_TICK = 0.01
 """Time from a tick that changed something to the next one, in seconds of robot time."""
+TOUCHDOWN_REPORT = 0.2
+"""Longest wait for the flight status after the end of a landing, in seconds of robot time. The robot reports it by
+itself, so that no step tells when it comes."""
 SETTLE_TIMEOUT = 15.0
 """Longest wait at the end for goals that do not stop, in seconds of wall time."""
 
@@ -275,7 +278,7 @@ class MissionRun:
         """Land a drone that stays in the air. The end of a landing may arrive before the new flight status."""
         if not self._airborne.has_to_land:
             self._settle()
-        elif self._bus.now() - self._ended_at >= SETTLE_TIME:
+        elif self._bus.now() - self._ended_at >= TOUCHDOWN_REPORT:
             phase, text = self._outcome
             self._outcome = phase, _joined(text, "it ended in the air")
             self._begin_rescue()

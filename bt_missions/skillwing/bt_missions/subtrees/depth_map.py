@@ -71,7 +71,7 @@ def come_home(context: MissionContext, subject: str, doing: str, *, height: floa
 
     return in_order(
         "come home",
-        # First the old depth map has to end, and the state of a sensor that fails at the same moment has to arrive.
+        # First the old depth map has to end.
         WaitForSettled("stopped", context, STOPPING_PATIENCE),
         first_that_works(
             "by what is left",

@@ -33,6 +33,7 @@ from skillwing.onboard.topics import common, flight, guidance, mapping, navigati
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.options import read_options
 from skillwing.services.protocol import Keys, Message, MissionStatus, Record, RecordKind
 from skillwing.services.recording import palette
@@ -118,7 +119,7 @@ class Dashboard:
         _follow(bus, video.VIDEO_STATUS, video.VideoStatus, self._on_video_status)
         bus.subscribe(mapping.MAP, stream_reader(mapping.MapHeader, self._on_map))
         bus.subscribe(sensors.health_key("*"), message_reader(sensors.Health, self._on_health), events=True)
-        bus.subscribe(self._keys.timeline, message_reader(Record, self._on_record), events=True)
+        follow_records(bus, self._keys, self._on_record)
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
 
     def close(self) -> None:

@@ -19,6 +19,7 @@ from rich.text import Text
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.history.history import GoalOutcome, History, SkillBar, is_switch
 from skillwing.services.history.wording import brief, chain_text
@@ -52,8 +53,7 @@ class FlightDeck:
         self._lines: deque[tuple[float, Text]] = deque(maxlen=LARGEST_PANEL)
         self._live = Live(console=console, auto_refresh=False) if console.is_terminal else None
         keys = Keys(skillset.name)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_goal), events=True)
+        follow_records(bus, keys, self._on_record, self._on_goal)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
 
     def __enter__(self) -> Self:

@@ -17,6 +17,7 @@ from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHe
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, decode, encode
 from skillwing.sim_mujoco.world.terrain import Terrain
 
@@ -66,8 +67,7 @@ class FlightObserver:
         bus.subscribe(FLIGHT, message_reader(FlightState, self._on_state))
         bus.subscribe(MAPPING_STATUS, message_reader(MappingStatus, self._on_mapping))
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_message), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_message), events=True)
+        follow_records(bus, keys, self._on_message, self._on_message)
         self.meter.attach(bus)
 
     def detach(self) -> None:

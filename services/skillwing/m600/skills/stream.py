@@ -18,7 +18,7 @@ from skillwing.onboard.topics.video import (
 )
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import ResourceChange, Terminal
+from skillwing.services.protocol import Record, ResourceStep, Terminal
 
 MOST_FPS = 25.0
 """Highest rate that a goal may demand: the camera takes 30 pictures a second, and some are late or lost."""
@@ -31,7 +31,7 @@ REPORT_LIMIT = 1.5
 PATIENCE = 4.0
 """Time without a status after which the goal fails [s]."""
 CHECK_PERIOD = 0.25
-LINK = KEYS.resource("link_status")
+LINK = "link_status"
 
 
 class StreamManager(AbstractStreamManager):
@@ -44,7 +44,8 @@ class StreamManager(AbstractStreamManager):
         self._video = Switch(self, VIDEO_COMMAND, _control, node="video process")
         self._ground = Latest(self.bus, VIDEO_STATUS, VideoStatus, at_rest=True)
         self._encoder = Latest(self.bus, VIDEO_ENCODER, EncoderStatus, at_rest=True)
-        self._link = Latest(self.bus, LINK, ResourceChange, events=True)
+        self._steps = Latest(self.bus, KEYS.resource_steps, ResourceStep, self._note_link, events=True)
+        self._link: Record | None = None
         self._watch: Handle | None = None
 
     def validate(self, goal: Goal[StreamInputs]) -> str | None:
@@ -97,11 +98,14 @@ class StreamManager(AbstractStreamManager):
         if timer.observe(now, good=good) >= TOLERANCE:
             self.terminated_FPS_LOST(goal.id, cause=self._trouble)
 
+    def _note_link(self, step: ResourceStep) -> None:
+        self._link = next((each for each in reversed(step.changes) if each.subject == LINK), self._link)
+
     @property
     def _trouble(self) -> str | None:
         """Record of the link's last change, if its state is not GOOD."""
-        change = self._link.value
-        return None if change is None or change.after == "GOOD" else change.record
+        change = self._link
+        return None if change is None or change.after == "GOOD" else change.id
 
 
 def _control(goal: Goal[StreamInputs], on: bool) -> ControlVideo:

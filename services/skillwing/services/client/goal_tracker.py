@@ -52,6 +52,7 @@ class GoalTracker:
         *,
         client: str,
         manager_alive: Callable[[], bool],
+        take_reply: Callable[[GoalStatus], None],
         on_change: Callable[[GoalHandle], None],
     ) -> None:
         self._bus = bus
@@ -60,6 +61,7 @@ class GoalTracker:
         self.handle = handle
         self._client = client
         self._manager_alive = manager_alive
+        self._take_reply = take_reply
         self._on_change = on_change
         self._interrupting = False
         self._interrupt_cause: str | None = None
@@ -172,7 +174,7 @@ class GoalTracker:
         """Take an answer. seen: the goal was known to have arrived when the question was asked."""
         if isinstance(answer, Answered):
             try:
-                self.advance(decode(answer.payload, GoalStatus))
+                self._take_reply(decode(answer.payload, GoalStatus))
             except ProtocolError as error:
                 self._end(Terminal(ending=Ending.ERROR, reason=f"The manager's answer is unreadable: {error}."))
         elif answer.error.code is ErrorCode.UNKNOWN_GOAL and self._seen and not seen:

@@ -12,15 +12,15 @@ from typing import Any, Generic, ParamSpec
 import msgspec
 
 from skillwing.dsl.model import Skillset, UnknownNameError
-from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Sample
+from skillwing.services.client.causal_feed import CausalFeed
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
-from skillwing.services.client.resource_mirror import ResourceMirror
 from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.values import fit_fields
 from skillwing.services.errors import InvalidInputError, InvalidOptionError
-from skillwing.services.names import CLIENT, RESOURCE_MANAGER, skill_process
+from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.protocol import (
     DataReading,
     DataSample,
@@ -30,15 +30,11 @@ from skillwing.services.protocol import (
     GoalStatus,
     InterruptGoal,
     Keys,
-    Lost,
     M,
     ProtocolError,
     QueryData,
-    QueryStates,
-    ResourceChange,
-    ResourceStates,
+    ResourceStep,
     StartGoal,
-    Violated,
     decode,
     encode,
 )
@@ -80,7 +76,6 @@ class SkillsetInterface:
         self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)
-        self._resources = ResourceMirror()
         self._data = LatestData(skillset)
         self._alive: set[str] = set()
         self._trackers: dict[str, GoalTracker] = {}
@@ -93,13 +88,13 @@ class SkillsetInterface:
         if self._owner is not None:
             bus.declare_alive(self._keys.alive(self._owner))
 
-        bus.subscribe(self._keys.resource("*"), self._on_resource_change, events=True)
-        bus.subscribe(self._keys.status("*"), self._on_status, events=True)
-        bus.subscribe(self._keys.verdict("*"), self._on_verdict, events=True)
+        self._feed = CausalFeed(
+            bus, self._keys, on_step=self._on_step, on_status=self._on_status, on_change=self._changed
+        )
+        self._resources = self._feed.view
         bus.subscribe(self._keys.progress("*"), self._on_progress, latest_only=True)
         bus.subscribe(self._keys.data("*"), self._on_data, latest_only=True)
         bus.watch_alive(self._keys.alive("**"), self._on_alive)
-        self._ask_states()
         for item in skillset.data:
             bus.ask(self._keys.data(item.name), encode(QueryData()), self._on_reading)
 
@@ -170,6 +165,16 @@ class SkillsetInterface:
         """State of each resource, live; empty until the resource manager's first answer."""
         return self._resources.states
 
+    @property
+    def step(self) -> int | None:
+        """Number of the resource manager's step after which these are the states; None until known."""
+        return self._resources.number
+
+    @property
+    def resource_manager_silent(self) -> bool:
+        """The resource manager does not answer: a goal may be shown without the states that it follows from."""
+        return self._feed.silent
+
     def state(self, resource: str) -> str | None:
         """State of one resource, None until known. Raises UnknownNameError."""
         return self._resources.states.get(self.skillset.resource(resource).name)
@@ -187,13 +192,23 @@ class SkillsetInterface:
             raise UnknownNameError(f"state of {resource}", target, model.states)
         schema = self.skillset.schema_hash
         request = FireExtern(resource=resource, target=target, source=self.client, cause=cause, schema=schema)
-        self._bus.ask(self._keys.resource_extern, encode(request), on_answer)
+        self._change(self._keys.resource_extern, request, on_answer)
 
     def fire(self, event: str, on_answer: Callable[[Answer], None], cause: str | None = None) -> None:
         """Fire an event. Raises UnknownNameError."""
         name, schema = self.skillset.event(event).name, self.skillset.schema_hash
         request = FireEvent(event=name, source=self.client, cause=cause, schema=schema)
-        self._bus.ask(self._keys.event(event), encode(request), on_answer)
+        self._change(self._keys.event(event), request, on_answer)
+
+    def _change(self, key: str, request: FireExtern | FireEvent, on_answer: Callable[[Answer], None]) -> None:
+        """Ask for a change. Its states are known here before `on_answer` is called."""
+
+        def receive(answer: Answer) -> None:
+            if isinstance(answer, Answered):
+                self._feed.take_states(answer.payload)
+            on_answer(answer)
+
+        self._bus.ask(key, encode(request), receive)
 
     # --- data ------------------------------------------------------------------------------------------------------
 
@@ -228,6 +243,7 @@ class SkillsetInterface:
             GoalHandle(goal_id, skill),
             client=self.client,
             manager_alive=lambda: skill_process(skill) in self._alive,
+            take_reply=self._feed.take_status,
             on_change=self._on_goal_change,
         )
         if self._probe_timer is None:
@@ -274,10 +290,12 @@ class SkillsetInterface:
             on_silence=lambda: self._interrupting_orphaned.discard(goal_id),
         )
 
-    def _on_status(self, sample: Sample) -> None:
-        status = _decoded(sample.payload, GoalStatus)
-        if status is None:
-            return
+    def _on_step(self, step: ResourceStep) -> None:
+        for verdict in step.verdicts:
+            if (tracker := self._trackers.get(verdict.goal_id)) is not None:
+                tracker.on_verdict(verdict)
+
+    def _on_status(self, status: GoalStatus) -> None:
         tracker = self._trackers.get(status.goal_id)
         if tracker is not None:
             tracker.advance(status)
@@ -287,14 +305,6 @@ class SkillsetInterface:
             else:
                 del self._orphaned[status.goal_id]
 
-    def _on_verdict(self, sample: Sample) -> None:
-        try:
-            verdict = decode(sample.payload, Violated | Lost)  # pyright: ignore[reportArgumentType] - a tagged union
-        except ProtocolError:
-            return
-        if (tracker := self._trackers.get(verdict.goal_id)) is not None:
-            tracker.on_verdict(verdict)
-
     def _on_progress(self, sample: Sample) -> None:
         progress = _decoded(sample.payload, GoalProgress)
         if progress is not None and (tracker := self._trackers.get(progress.goal_id)):
@@ -303,14 +313,7 @@ class SkillsetInterface:
 
     def _on_alive(self, key: str, alive: bool) -> None:
         process = key.removeprefix(self._keys.alive(""))
-        known = process in self._alive
-        if alive:
-            self._alive.add(process)
-        else:
-            self._alive.discard(process)
-        if process == RESOURCE_MANAGER and alive and not known:
-            self._resources.expect_new_manager()
-            self._ask_states()
+        (self._alive.add if alive else self._alive.discard)(process)
         for tracker in list(self._trackers.values()):
             if process == skill_process(tracker.handle.skill) and tracker.handle.state is not None:
                 tracker.probe()
@@ -318,19 +321,6 @@ class SkillsetInterface:
             for goal_id, skill in list(self._orphaned.items()):
                 if process == skill_process(skill):
                     self._interrupt_orphaned(goal_id)
-
-    def _ask_states(self) -> None:
-        ask_until_answered(self._bus, self._keys.resource_states, encode(QueryStates()), self._on_states)
-
-    def _on_states(self, answer: Answered | Refused) -> None:
-        if isinstance(answer, Answered) and (snapshot := _decoded(answer.payload, ResourceStates)):
-            self._resources.take_snapshot(snapshot)
-            self._changed()
-
-    def _on_resource_change(self, sample: Sample) -> None:
-        change = _decoded(sample.payload, ResourceChange)
-        if change is not None and self._resources.take_change(change):
-            self._changed()
 
     def _on_data(self, sample: Sample) -> None:
         message = _decoded(sample.payload, DataSample)

@@ -67,12 +67,9 @@ def _facts(identity: Identity, kept: Snapshot, history: Sequence[Record]) -> dic
         "skillset": identity.skillset,
         "schema": identity.schema,
         "t": kept.t,
-        "revision": _revision(kept),
+        "step": kept.step,
         "last_token": kept.last_token,
-        "resources": {
-            each.resource: {"state": each.state, "revision": each.revision, "record": each.record or None}
-            for each in kept.resources
-        },
+        "resources": {each.resource: {"state": each.state, "record": each.record or None} for each in kept.resources},
         "grants": [
             {
                 "goal_id": each.granted.goal_id,
@@ -89,15 +86,12 @@ def _facts(identity: Identity, kept: Snapshot, history: Sequence[Record]) -> dic
 
 
 def _print(console: Console, identity: Identity, kept: Snapshot, history: Sequence[Record]) -> None:
-    title = f"{identity.robot or identity.skillset} at {time_text(kept.t)}, revision {_revision(kept)}"
+    title = f"{identity.robot or identity.skillset} at {time_text(kept.t)}, after step {kept.step}"
     console.print(Text(title, style="bold"), f"  skillset {identity.skillset}, version {identity.schema}")
     console.print()
     causes = {record.id: record for record in kept.records}
-    rows = [
-        (each.resource, state_text(each.state), str(each.revision), _of(causes.get(each.record)))
-        for each in kept.resources
-    ]
-    print_table(console, ("RESOURCE", "STATE", "REVISION", "LAST CHANGE"), rows)
+    rows = [(each.resource, state_text(each.state), _of(causes.get(each.record))) for each in kept.resources]
+    print_table(console, ("RESOURCE", "STATE", "LAST CHANGE"), rows)
     if kept.grants:
         console.print()
         held = [
@@ -112,10 +106,6 @@ def _print(console: Console, identity: Identity, kept: Snapshot, history: Sequen
     if history:
         console.print()
         print_records(console, history, causes)
-
-
-def _revision(kept: Snapshot) -> int:
-    return max((each.revision for each in kept.resources), default=0)
 
 
 def _of(record: Record | None) -> str:

@@ -12,7 +12,7 @@ def resources(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     with connect(robot, wait_for_clock=False) as system:
         answer = system.ask(system.keys.resource_states, QueryStates(), ResourceStates)
         if as_json:
-            print_json({"revision": answer.revision, "t": answer.t, "states": answer.states})
+            print_json({"step": answer.step, "t": answer.t, "states": answer.states})
             return
         reachable = {resource.name: " ".join(resource.states) for resource in system.skillset.resources}
         rows = [(name, state_text(state), reachable.get(name, "")) for name, state in answer.states.items()]

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.unattended import Unattended, unattended_states
 from skillwing.services.errors import NoReplyError, RefusedError
@@ -18,7 +18,7 @@ from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition, running_count
-from skillwing.services.protocol import GoalStatus, QueryStates, Record, ResourceStates, State
+from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates, State
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.live_state import LiveState
@@ -78,7 +78,7 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 def _overview(system: System) -> SystemOverview:
     live_state = LiveState()
-    system.bus.subscribe(system.keys.timeline, message_reader(Record, live_state.add_record), events=True)
+    follow_records(system.bus, system.keys, live_state.add_record)
     alive = system.alive()
     processes = system.process_statuses(alive)
     silent: list[str] = []

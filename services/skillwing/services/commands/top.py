@@ -15,6 +15,7 @@ from rich.text import Text
 
 from skillwing.services.bus import Answer, Answered, NoReply
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import (
@@ -23,7 +24,6 @@ from skillwing.services.protocol import (
     ProtocolError,
     QueryGoal,
     QueryStates,
-    Record,
     ResourceStates,
     decode,
     encode,
@@ -110,8 +110,7 @@ class SystemTop:
             (self._alive.add if alive else self._alive.discard)(key.removeprefix(prefix))
 
         bus.watch_alive(keys.alive("**"), note)
-        bus.subscribe(keys.timeline, message_reader(Record, live_state.add_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, live_state.add_status), events=True)
+        follow_records(bus, keys, live_state.add_record, live_state.add_status)
         bus.subscribe(keys.progress("*"), message_reader(GoalProgress, live_state.add_progress), latest_only=True)
 
     def update(self) -> None:

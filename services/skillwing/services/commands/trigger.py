@@ -48,7 +48,7 @@ def trigger(
                 help="Change what it reports, at the robot itself.",
             )
         if as_json:
-            print_json({"revision": answer.revision, "t": answer.t, "states": answer.states})
+            print_json({"step": answer.step, "t": answer.t, "states": answer.states})
         else:
             typer.echo(f"{resource} is {answer.states[resource]}.")
 

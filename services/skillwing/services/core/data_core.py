@@ -7,7 +7,7 @@ from collections.abc import Callable
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.checks import unknown_name
 from skillwing.services.core.latest_data import LatestData
-from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import DataReading, DataSample, ErrorCode, Record, RecordKind
 
@@ -23,7 +23,7 @@ class DataCore:
         self._skillset = skillset
         self._latest = LatestData(skillset)
         self._fresh: set[str] = set()
-        self._outbox: Outbox[Record] = Outbox(source, new_record_id)
+        self._outbox: RecordOutbox[Record] = RecordOutbox(source, new_record_id)
 
     def update(self, sample: DataSample, now: float) -> tuple[Record, ...]:
         """Take a sample. Refuses one that does not fit the model; the value known before stays."""

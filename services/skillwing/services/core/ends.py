@@ -52,7 +52,7 @@ def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
         goal_id=grant.goal_id,
         held=not reason,
         reason=reason,
-        revision=state.table.revision,
+        step=state.step,
         record=record,
         how=request.how,
         result=request.result,
@@ -83,7 +83,7 @@ def record_outcome(state: ManagerState, request: RecordOutcome, now: float) -> G
         goal_id=request.goal_id,
         held=False,
         reason="",
-        revision=state.table.revision,
+        step=state.step,
         record=request.cause or "",
         terminal=request.terminal,
     )
@@ -122,7 +122,7 @@ def _end_without_grant(
     # Its begin may still arrive. The goal must not take any resource then.
     text = "The manager gave the goal up before it was granted."
     record = state.record_goal(skill, "ENDED", now, request.goal_id, request.cause, text)
-    ended = Ended(goal_id=request.goal_id, held=False, reason=text, revision=state.table.revision, record=record)
+    ended = Ended(goal_id=request.goal_id, held=False, reason=text, step=state.step, record=record)
     state.ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, ended))
     return ended
 

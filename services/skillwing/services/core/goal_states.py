@@ -442,7 +442,8 @@ class Finished(GoalState, frozen=True):
 class GoalRun:
     """A goal with its state. owner: the client process that it must not outlive, None for any.
 
-    record: its latest timeline record; status: as last published.
+    record: its latest timeline record; step: number of the resource manager's step that it follows from; status: as
+    last published.
     """
 
     goal_id: str
@@ -452,12 +453,30 @@ class GoalRun:
     started_at: float
     state: GoalState
     record: str | None
+    step: int = 0
     status: GoalStatus | None = None
 
     @property
     def phase(self) -> State:
         """The state that clients see."""
         return self.state.phase
+
+    def status_in(self, state: GoalState, skill: str, source: str, record: str, now: float) -> GoalStatus:
+        """The status to publish when the goal comes into a state, with the id of its record."""
+        before, text = (self.status.state, state.text) if self.status else ("IDLE", f"asked by {self.client}")
+        return GoalStatus(
+            goal_id=self.goal_id,
+            skill=skill,
+            state=state.phase,
+            t=now,
+            terminal=state.terminal,
+            record=record,
+            source=source,
+            before=before,
+            text=text,
+            cause=self.record,
+            after_step=self.step,
+        )
 
 
 def _raised(event: Raised) -> str:

@@ -34,7 +34,7 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
     record = state.record_goal(skill, "GRANTED", now, request.goal_id, request.cause, f"to {request.manager}")
     state.apply_effect(skill, skill.preconditions.success, record, request.goal_id, now)
     token = state.ledger.next_token(now)
-    granted = Granted(goal_id=request.goal_id, token=token, revision=state.table.revision, record=record)
+    granted = Granted(goal_id=request.goal_id, token=token, step=state.step, record=record)
     state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted))
     enforce_invariants(state, now)
     # An invariant may be false from the start, for instance without data: then the goal is finished already.

@@ -73,6 +73,7 @@ def _end_violated(state: ManagerState, violation: Violation, data_records: dict[
         subject=subject,
         reason=f"{reason} {unapplied}".rstrip(),
         t=now,
+        step=state.step,
         record=record,
         token=grant.token,
     )

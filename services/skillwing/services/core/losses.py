@@ -64,6 +64,7 @@ def _lose(state: ManagerState, grant: Grant, reason: str, now: float) -> None:
         skill=skill.name,
         reason=f"{reason} {unapplied}".rstrip(),
         t=now,
+        step=state.step,
         record=record,
         token=grant.token,
     )

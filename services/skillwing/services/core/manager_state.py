@@ -12,21 +12,21 @@ from skillwing.services.core.checks import unknown_name
 from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.ledger import Ledger
-from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.core.snapshot import Entry
-from skillwing.services.protocol import Lost, Record, RecordKind, ResourceChange, ResourceStates, Violated
+from skillwing.services.protocol import Lost, Record, RecordKind, ResourceStates, Violated
 
-Publication: TypeAlias = ResourceChange | Violated | Lost | Record
+Publication: TypeAlias = Violated | Lost | Record
 """Messages that a step publishes."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class ManagerState:
     """Parts of a resource manager's memory, and the changes of the present step.
 
     source: name of the process, for the timeline. outbox: publications of the step; entries: what the journal has to
-    store of it.
+    store of it. last_step: number of the last step that told anything.
     """
 
     source: str
@@ -35,12 +35,18 @@ class ManagerState:
     ledger: Ledger
     incarnations: Incarnations
     data: LatestData
-    outbox: Outbox[Publication]
+    outbox: RecordOutbox[Publication]
     entries: list[Entry]
+    last_step: int
+
+    @property
+    def step(self) -> int:
+        """Number of the present step, or of the one before as long as this one has told nothing."""
+        return self.last_step if self.outbox.empty else self.last_step + 1
 
     def resource_states(self, now: float) -> ResourceStates:
         """All states as a message."""
-        return ResourceStates(revision=self.table.revision, states=dict(self.table.states), t=now)
+        return ResourceStates(step=self.step, states=dict(self.table.states), t=now)
 
     def environment(self, inputs: Mapping[str, object], now: float) -> Environment:
         """Values for guards: states, fresh data and a goal's inputs."""

@@ -1,4 +1,4 @@
-"""`Outbox`: the publications and actions of one step of a core."""
+"""`Outbox`: the publications and actions of one step of a core; `RecordOutbox` also writes timeline records."""
 
 from __future__ import annotations
 
@@ -11,18 +11,37 @@ P = TypeVar("P")
 
 
 class Outbox(Generic[P]):
-    """The publications of one step, in order. Timeline records get their ids here.
+    """The publications of one step, in order."""
+
+    def __init__(self) -> None:
+        self._items: list[P] = []
+
+    @property
+    def empty(self) -> bool:
+        """True if this step has told nothing so far."""
+        return not self._items
+
+    def add(self, publication: P) -> None:
+        self._items.append(publication)
+
+    def drain(self) -> tuple[P, ...]:
+        """Take out everything since the last call."""
+        if not self._items:
+            return ()
+        items, self._items = tuple(self._items), []
+        return items
+
+
+class RecordOutbox(Outbox[P | Record]):
+    """An outbox that gives timeline records their ids.
 
     source: name of the process. new_record_id: source of the ids.
     """
 
     def __init__(self, source: str, new_record_id: Callable[[], str]) -> None:
+        super().__init__()
         self._source = source
         self._new_record_id = new_record_id
-        self._items: list[P | Record] = []
-
-    def add(self, publication: P) -> None:
-        self._items.append(publication)
 
     def record(
         self,
@@ -51,10 +70,3 @@ class Outbox(Generic[P]):
         )
         self._items.append(record)
         return record.id
-
-    def drain(self) -> tuple[P | Record, ...]:
-        """Take out everything since the last call."""
-        if not self._items:
-            return ()
-        items, self._items = tuple(self._items), []
-        return items

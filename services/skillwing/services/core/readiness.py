@@ -56,7 +56,7 @@ def decline(state: ManagerState, request: BeginGoal, skill: Skill, failing: Mapp
     text = " ".join(failing.values())
     record = state.record_goal(skill, "NOT_READY", now, request.goal_id, request.cause, text)
     state.apply_effect(skill, effect, record, request.goal_id, now)
-    verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), record=record)
+    verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), step=state.step, record=record)
     state.ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, verdict))
     enforce_invariants(state, now)
     return verdict

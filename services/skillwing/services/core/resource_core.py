@@ -25,7 +25,7 @@ from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.ledger import Grant, Ledger
 from skillwing.services.core.losses import attach_manager, lose_goal, lose_manager
 from skillwing.services.core.manager_state import ManagerState, Publication
-from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.core.snapshot import EMPTY_SNAPSHOT, DatumEntry, Entry, Snapshot
 from skillwing.services.protocol import (
@@ -50,9 +50,13 @@ REPEATED_SPAN = 10.0
 
 
 class Step(msgspec.Struct, frozen=True, tag="step"):
-    """Outcome of one event: reply to its sender, publications in order, and entries for the journal."""
+    """Outcome of one event: reply to its sender, publications in order, and entries for the journal.
+
+    number: of the last step that told anything, which is this one if it has publications.
+    """
 
     reply: StepReply
+    number: int
     publications: tuple[Publication, ...] = ()
     entries: tuple[Entry, ...] = ()
 
@@ -77,7 +81,7 @@ class ResourceCore:
     ) -> None:
         entries: list[Entry] = []
         on_entry = entries.append
-        outbox: Outbox[Publication] = Outbox(source, new_record_id)
+        outbox: RecordOutbox[Publication] = RecordOutbox(source, new_record_id)
         grants = (
             Grant(skillset.skill(each.skill), each.inputs, each.manager, each.incarnation, each.granted)
             for each in snapshot.grants
@@ -91,6 +95,7 @@ class ResourceCore:
             data=data or LatestData(skillset, data_in_guards(skillset)),
             outbox=outbox,
             entries=entries,
+            last_step=snapshot.step,
         )
         if data is None:
             for datum in snapshot.data:
@@ -102,9 +107,10 @@ class ResourceCore:
         """Apply the rule of an event."""
         state = self._state
         reply = RULES[type(event)](state, event, now)
+        state.last_step = state.step
         entries = tuple(state.entries)
         state.entries.clear()
-        return Step(reply, state.outbox.drain(), entries)
+        return Step(reply, state.last_step, state.outbox.drain(), entries)
 
     @property
     def states(self) -> Mapping[str, str]:
@@ -112,9 +118,9 @@ class ResourceCore:
         return self._state.table.states
 
     @property
-    def revision(self) -> int:
-        """Number of changes so far, an effect or extern transition being one."""
-        return self._state.table.revision
+    def last_step(self) -> int:
+        """Number of the last step that told anything."""
+        return self._state.last_step
 
     @property
     def grants(self) -> tuple[Grant, ...]:
@@ -154,7 +160,7 @@ def resume(state: ManagerState, event: Resumed, now: float) -> None:
     state.data.mark_unknown(now)
     count = len(state.ledger.grants)
     goals = f"{count} goal{'' if count == 1 else 's'}"
-    text = f"went on from its journal at revision {state.table.revision} with {goals}"
+    text = f"went on from its journal after step {state.last_step} with {goals}"
     state.outbox.record(now, RecordKind.PROCESS, state.source, None, "RESUMED", text)
 
 

@@ -7,9 +7,9 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.snapshot import OnEntry, ResourceEntry
-from skillwing.services.protocol import RecordKind, ResourceChange
+from skillwing.services.protocol import RecordKind
 
 Transitions: TypeAlias = Iterable[tuple[str, str]]
 """(resource, target state) pairs."""
@@ -25,7 +25,7 @@ class ResourceTable:
     def __init__(
         self,
         skillset: Skillset,
-        outbox: Outbox[Any],
+        outbox: RecordOutbox[Any],
         on_entry: OnEntry,
         *,
         found: Mapping[str, str] | None = None,
@@ -36,12 +36,12 @@ class ResourceTable:
         self._outbox = outbox
         self._on_entry = on_entry
         self._last_change: dict[str, tuple[int, str]] = {}
+        """Number of the latest change set of a resource, and its record."""
         for entry in entries:
             self._states[entry.resource] = entry.state
-            if entry.revision:
-                self._last_change[entry.resource] = (entry.revision, entry.record)
-        self.revision = max((revision for revision, _ in self._last_change.values()), default=0)
-        """Grows by one with every change set."""
+            if entry.change_set:
+                self._last_change[entry.resource] = (entry.change_set, entry.record)
+        self._change_set = max((number for number, _ in self._last_change.values()), default=0)
 
     @property
     def states(self) -> Mapping[str, str]:
@@ -73,25 +73,14 @@ class ResourceTable:
         changing = [(name, target) for name, target in transitions if self._states[name] != target]
         if not changing:
             return
-        self.revision += 1
+        self._change_set += 1
         for name, target in changing:
             before, self._states[name] = self._states[name], target
             record = self._outbox.record(
                 now, RecordKind.RESOURCE, name, before, target, text, cause=cause, goal_id=goal_id
             )
-            self._last_change[name] = (self.revision, record)
+            self._last_change[name] = (self._change_set, record)
             self._on_entry(self._entry_of(name))
-            self._outbox.add(
-                ResourceChange(
-                    resource=name,
-                    before=before,
-                    after=target,
-                    revision=self.revision,
-                    t=now,
-                    record=record,
-                    cause=cause,
-                )
-            )
 
     def latest_change(self, names: Collection[str]) -> tuple[str, str] | None:
         """The resource that changed last, of these, and the record of its change; None if none ever changed.

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import msgspec
 
-from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, Record, RecordOutcome, Terminal
+from skillwing.services.protocol import BeginGoal, EndGoal, GoalStatus, RecordOutcome, Terminal
 
 
 class Hook(Enum):
@@ -41,5 +41,5 @@ class AskResources(msgspec.Struct, frozen=True):
     silences: int = 0
 
 
-Action: TypeAlias = GoalStatus | Record | AskResources | CallHook
-"""Statuses and records are to be published."""
+Action: TypeAlias = GoalStatus | AskResources | CallHook
+"""Statuses are to be published."""

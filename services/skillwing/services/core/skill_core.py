@@ -38,6 +38,7 @@ from skillwing.services.core.skill_events import (
     StopConfirmed,
     StopRequested,
     Terminated,
+    step_of,
 )
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.names import CLIENT
@@ -46,7 +47,6 @@ from skillwing.services.protocol import (
     ErrorCode,
     GoalStatus,
     InterruptGoal,
-    RecordKind,
     RenewGoal,
     StartGoal,
     Terminal,
@@ -79,7 +79,9 @@ class SkillCore:
     ) -> None:
         self._skillset = skillset
         self.skill = skillset.skill(skill)
-        self._outbox: Outbox[Action] = Outbox(source, new_record_id)
+        self._source = source
+        self._new_record_id = new_record_id
+        self._outbox: Outbox[Action] = Outbox()
         self._delivery = Delivery(skill, skillset.schema_hash, source, incarnation, self._outbox)
         self._current: GoalRun | None = None
         self._finished: BoundedDict[str, GoalStatus] = BoundedDict(GOALS_REMEMBERED)
@@ -222,6 +224,7 @@ class SkillCore:
             return False
         before = run.state
         state, action, cause = reaction
+        run.step = max(run.step, step_of(event))
         run.state = state
         if cause is not None:
             run.record = cause
@@ -237,19 +240,12 @@ class SkillCore:
         return True
 
     def _publish(self, run: GoalRun, state: GoalState, now: float) -> None:
-        """Publish the phase of a goal, with a timeline record."""
-        goal_id, skill, phase, terminal = run.goal_id, self.skill.name, state.phase, state.terminal
-        before, text = (run.status.state, state.text) if run.status else ("IDLE", f"asked by {run.client}")
-        after = terminal.label if terminal else phase
-        run.record = self._outbox.record(
-            now, RecordKind.GOAL, skill, before, after, text, cause=run.record, goal_id=goal_id
-        )
-        run.status = status = GoalStatus(
-            goal_id=goal_id, skill=skill, state=phase, t=now, terminal=terminal, record=run.record
-        )
+        """Publish the phase of a goal, which is a timeline record as well."""
+        run.status = status = run.status_in(state, self.skill.name, self._source, self._new_record_id(), now)
+        run.record = status.record
         self._outbox.add(status)
-        if terminal is not None:
-            self._finished[goal_id] = status
+        if state.terminal is not None:
+            self._finished[run.goal_id] = status
 
     def _run_of(self, goal_id: str) -> GoalRun | None:
         """The goal of that id, if it has no terminal answer or its local outcome is not committed yet."""

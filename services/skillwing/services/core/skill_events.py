@@ -146,3 +146,14 @@ GoalEvent: TypeAlias = (
     Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
 )
 """Events that the state of a goal takes."""
+
+
+def step_of(event: GoalEvent) -> int:
+    """Number of the resource manager's step that an event tells of; 0 for any other event."""
+    match event:
+        case Violated() | Lost():
+            return event.step
+        case Reply(answer=answer) | RenewalAnswered(answer=answer):
+            return 0 if answer is None or isinstance(answer, ErrorReply) else answer.step
+        case _:
+            return 0

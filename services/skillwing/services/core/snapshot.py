@@ -16,11 +16,14 @@ from skillwing.services.protocol import NO_TOKEN, Ended, Ending, GoalVerdict, Gr
 
 
 class ResourceEntry(msgspec.Struct, frozen=True, tag="resource"):
-    """State of a resource, the revision that brought it there, and the timeline record of that; "" for none."""
+    """State of a resource, the change set that brought it there, counted from 1, and the timeline record of that.
+
+    A resource that never changed has 0 and "".
+    """
 
     resource: str
     state: str
-    revision: int
+    change_set: int
     record: str
 
 
@@ -88,7 +91,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     """Sum of the entries of all steps, each kind in the order in which it was written.
 
     resources: one entry for each; goals, managers: the latest of them; last_token: the largest token of any grant;
-    records: the latest timeline records; t: robot time of the last step.
+    step: number of the last step that told anything; records: the latest timeline records; t: robot time of the last
+    step.
     """
 
     resources: tuple[ResourceEntry, ...] = ()
@@ -97,6 +101,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     managers: tuple[ManagerEntry, ...] = ()
     data: tuple[DatumEntry, ...] = ()
     last_token: int = NO_TOKEN
+    step: int = 0
     records: tuple[Record, ...] = ()
     t: float = 0.0
 

@@ -72,8 +72,8 @@ class Journal:
         with _reading(self.path):
             return select_snapshot(self._connection, RECORDS_TO_RESUME)
 
-    def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float) -> None:
-        """Write the entries of a step, and its timeline records, all or nothing.
+    def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float, step: int) -> None:
+        """Write the entries of a step, its timeline records and its number, all or nothing.
 
         Raises JournalWriteError and JournalTakenError; then nothing is written.
         """
@@ -81,8 +81,8 @@ class Journal:
         connection = self._connection
         try:
             with _transaction(connection):
-                update = "UPDATE journal SET t = ? WHERE owner = ?"
-                if not connection.execute(update, (now, self._owner)).rowcount:
+                update = "UPDATE journal SET t = ?, step = ? WHERE owner = ?"
+                if not connection.execute(update, (now, step, self._owner)).rowcount:
                     raise self._taken()
                 for entry in entries:
                     insert_entry(connection, entry)
@@ -104,12 +104,12 @@ class Journal:
             raise self._taken()
 
     def set_aside(self) -> Path | None:
-        """Begin again with a journal that holds the last token only. Returns the new path of the old one.
+        """Begin again with a journal that holds the last token and step only. Returns the new path of the old one.
 
         Returns None for a journal in memory. Raises JournalRefusedError, JournalUnreadableError and JournalWriteError.
         """
         with _reading(self.path):
-            (last_token,) = self._connection.execute("SELECT last_token FROM journal").fetchone()
+            numbers = self._connection.execute("SELECT last_token, step FROM journal").fetchone()
         self._connection.close()
         try:
             moved = set_aside(self.path)
@@ -117,7 +117,7 @@ class Journal:
             raise self._unwritten(error) from error
         self._connection = self._open()
         try:
-            self._connection.execute("UPDATE journal SET last_token = ?", (last_token,))
+            self._connection.execute("UPDATE journal SET last_token = ?, step = ?", numbers)
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
         return moved

@@ -41,7 +41,7 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
     execute = connection.execute
     match entry:
         case ResourceEntry():
-            row = (entry.resource, entry.state, entry.revision, entry.record)
+            row = (entry.resource, entry.state, entry.change_set, entry.record)
             execute("INSERT OR REPLACE INTO resources VALUES (?, ?, ?, ?)", row)
         case GrantEntry(granted=granted):
             row = (granted.goal_id, entry.skill, _text(entry.inputs), entry.manager, entry.incarnation, _text(granted))
@@ -78,7 +78,7 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
     Raises sqlite3.DatabaseError and msgspec.MsgspecError for content that no journal has.
     """
     select = connection.execute
-    last_token, t = select("SELECT last_token, t FROM journal").fetchone()
+    last_token, step, t = select("SELECT last_token, step, t FROM journal").fetchone()
     if t is None:
         return None
     history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
@@ -97,6 +97,7 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
         managers=tuple(ManagerEntry(*row) for row in select("SELECT manager, incarnation FROM managers ORDER BY n")),
         data=tuple(DatumEntry(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
         last_token=last_token,
+        step=step,
         records=tuple(_value(record, Record) for (record,) in reversed(history)),
         t=t,
     )

@@ -53,19 +53,22 @@ class JournaledCore:
 
     def begin(self, now: float) -> None:
         """Begin an empty journal. Raises JournalWriteError."""
-        self._journal.write(self.core.initial_entries(), (), now)
+        if self.core.last_step == 0:
+            # The numbers of steps keep growing when a process without a journal takes over.
+            self._use(Snapshot(step=int(now * 1000)))
+        self._journal.write(self.core.initial_entries(), (), now, self.core.last_step)
 
     def resume(self, snapshot: Snapshot, now: float, *, follows_time: bool) -> bool:
         """Continue from the journal's snapshot; the first event is then to be `Resumed`.
 
         follows_time: as of `Bus`. If so, robot time before the journal's has started again, and nothing is as it was.
-        Then the old journal is set aside for an empty one, which takes over only the last token; returns False. Unix
-        time never starts again, so that setting a clock costs no grant. Raises JournalWriteError.
+        Then the old journal is set aside for an empty one, which takes over only the last token and step; returns
+        False. Unix time never starts again, so that setting a clock costs no grant. Raises JournalWriteError.
         """
         if follows_time and now < snapshot.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
             log.warning("robot time has started again; the journal until %.1f s is now %s", snapshot.t, moved)
-            self._use(Snapshot(last_token=snapshot.last_token))
+            self._use(Snapshot(last_token=snapshot.last_token, step=snapshot.step))
             self.begin(now)
             return False
         self._use(snapshot)
@@ -108,7 +111,7 @@ class JournaledCore:
         if not step.entries and not records:
             self._journal.check_hold()
             return
-        self._journal.write(step.entries, records, now)
+        self._journal.write(step.entries, records, now, step.number)
         if self._failing:
             self._failing = False
             log.warning("the journal is being written again")

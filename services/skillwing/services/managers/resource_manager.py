@@ -15,7 +15,6 @@ from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publishe
 from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
-from skillwing.services.core.manager_state import Publication
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore, Step, publications_to_repeat
 from skillwing.services.core.snapshot import Snapshot
@@ -45,8 +44,8 @@ from skillwing.services.protocol import (
     QueryData,
     QueryStates,
     Record,
-    ResourceChange,
     ResourceStates,
+    ResourceStep,
     Violated,
     decode,
     encode,
@@ -112,10 +111,7 @@ class ResourceManagerNode:
     def _begin(self) -> None:
         bus, keys = self._bus, self._keys
         self._timeline = Timeline(bus, keys)
-        self._changes: dict[str, Publisher] = {
-            resource.name: bus.advertise(keys.resource(resource.name), events=True)
-            for resource in self._skillset.resources
-        }
+        self._steps_publisher = bus.advertise(keys.resource_steps, events=True)
         self._verdicts: dict[str, Publisher] = {
             skill.name: bus.advertise(keys.verdict(skill.name), events=True) for skill in self._skillset.skills
         }
@@ -153,7 +149,8 @@ class ResourceManagerNode:
         if not resumed:
             return
         step = self._take(Resumed())
-        self._publish((*publications_to_repeat(snapshot), *step.publications))
+        self._repeat(snapshot)
+        self._publish(step)
         for grant in self._core.grants:
             self._liveliness.expect(grant.manager)
         for datum in self._core.data.names:
@@ -258,7 +255,7 @@ class ResourceManagerNode:
     def _perform(self, event: Event) -> Step:
         """Take a step and publish it; raises as `_take` does."""
         step = self._take(event)
-        self._publish(step.publications)
+        self._publish(step)
         return step
 
     def _take(self, event: Event) -> Step:
@@ -286,23 +283,33 @@ class ResourceManagerNode:
                 self._retry = self._bus.after(WRITE_AGAIN, self._pass_time, wall=True)
             raise
 
-    def _publish(self, publications: Iterable[Publication]) -> None:
-        # Verdicts go first: managers that have to stop hear of it before observers.
-        for publication in sorted(publications, key=lambda each: not isinstance(each, Violated | Lost)):
-            try:
-                self._put(publication)
-            except ProtocolError:
-                # The step is stored, so the other publications have to go out.
-                log.exception("cannot send a %s", type(publication).__name__)
+    def _publish(self, step: Step) -> None:
+        """Publish a step as one event, if it tells anything. It is stored, so nothing may hold it back."""
+        verdicts = tuple(each for each in step.publications if isinstance(each, Violated | Lost))
+        self._push(verdicts)
+        if step.publications:
+            records = tuple(each for each in step.publications if isinstance(each, Record))
+            event = ResourceStep(number=step.number, t=self._bus.now(), records=records, verdicts=verdicts)
+            self._put(self._steps_publisher, event)
 
-    def _put(self, publication: Publication) -> None:
-        match publication:
-            case Record():
-                self._timeline.publish(publication)
-            case ResourceChange():
-                self._changes[publication.resource].put(encode(publication))
-            case Violated() | Lost():
-                self._verdicts[publication.skill].put(encode(publication))
+    def _push(self, verdicts: Iterable[Violated | Lost]) -> None:
+        """Tell managers that have to stop, which follow no steps. They hear of it before observers."""
+        for verdict in verdicts:
+            self._put(self._verdicts[verdict.skill], verdict)
+
+    def _repeat(self, snapshot: Snapshot) -> None:
+        """Publish what a predecessor may not have got out. Clients ask for the states themselves."""
+        publications = publications_to_repeat(snapshot)
+        self._push(each for each in publications if isinstance(each, Violated | Lost))
+        for record in publications:
+            if isinstance(record, Record):
+                self._timeline.publish(record)
+
+    def _put(self, publisher: Publisher, message: Message) -> None:
+        try:
+            publisher.put(encode(message))
+        except ProtocolError:
+            log.exception("cannot send a %s", type(message).__name__)
 
 
 def _crash(error: JournalError) -> NoReturn:

@@ -52,7 +52,6 @@ from skillwing.services.protocol import (
     Lost,
     ProtocolError,
     QueryGoal,
-    Record,
     RecordKind,
     RenewGoal,
     StartGoal,
@@ -225,8 +224,6 @@ class SkillManagerNode:
 
     def _carry_out(self, action: Action) -> None:
         match action:
-            case Record():
-                self._timeline.publish(action)
             case GoalStatus():
                 self._publish(action)
             case AskResources(silences=0):

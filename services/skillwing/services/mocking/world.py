@@ -34,7 +34,7 @@ from skillwing.services.protocol import (
     QueryData,
     QueryStates,
     ResetMock,
-    ResourceChange,
+    ResourceStep,
     SetMockedData,
     encode,
 )
@@ -69,11 +69,7 @@ class MockWorld:
         for item in self._skillset.data:
             self._publish[item.name] = partial(self._sample, item.name, bus.advertise(keys.data(item.name)).put)
         bus.subscribe(keys.mocked_goal("*"), message_reader(MockedGoal, self._reactions.on_goal), events=True)
-        bus.subscribe(
-            keys.resource("*"),
-            message_reader(ResourceChange, lambda change: self._take(self._reactions.on_resource(change))),
-            events=True,
-        )
+        bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._on_step), events=True)
         bus.subscribe(
             keys.status("*"),
             message_reader(GoalStatus, lambda status: self._take(self._reactions.on_status(status))),
@@ -102,6 +98,10 @@ class MockWorld:
         for item in self._skillset.data:
             self._bus.every(item.period or DEFAULT_PERIOD, self._publish[item.name])
         self._alive = self._bus.declare_alive(self._keys.alive(self.name))
+
+    def _on_step(self, step: ResourceStep) -> None:
+        for change in step.changes:
+            self._take(self._reactions.on_resource(change))
 
     # --- what is due -------------------------------------------------------------------------------------------------
 

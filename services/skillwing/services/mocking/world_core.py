@@ -11,7 +11,7 @@ from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.mocking.defaults import default_data
 from skillwing.services.mocking.fitting import FittedReaction, FittedScript
 from skillwing.services.mocking.signals import Constant, Signal, SignalContext, value_at
-from skillwing.services.protocol import Ending, GoalStatus, MockedGoal, ResourceChange, State
+from skillwing.services.protocol import Ending, GoalStatus, MockedGoal, Record, State
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,14 +71,14 @@ class Reactions:
         """Remember the inputs of a goal."""
         self._inputs[goal.goal_id] = goal.inputs
 
-    def on_resource(self, change: ResourceChange) -> tuple[Due, ...]:
+    def on_resource(self, change: Record) -> tuple[Due, ...]:
         """A resource has changed."""
 
         def concerned(reaction: FittedReaction) -> bool:
             when = reaction.said.when
-            return when is not None and (when.resource, when.becomes) == (change.resource, change.after)
+            return when is not None and (when.resource, when.becomes) == (change.subject, change.after)
 
-        return self._react(concerned, {}, change.record)
+        return self._react(concerned, {}, change.id)
 
     def on_status(self, status: GoalStatus) -> tuple[Due, ...]:
         """The state of a goal has changed. Repetitions are ignored."""

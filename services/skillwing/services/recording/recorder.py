@@ -18,6 +18,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.errors import PassingError
 from skillwing.services.history.files import (
     GOALS_FILE,
@@ -70,8 +71,7 @@ class Recorder:
         self._recording = self._open_recording()
         self._show_earlier()
         keys = Keys(self._skillset.name)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
+        follow_records(bus, keys, self._on_record, self._on_status)
         bus.subscribe(keys.mission_tree, message_reader(TreeSnapshot, self._on_tree), events=True)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         if self._recording:

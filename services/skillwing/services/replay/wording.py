@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from skillwing.services.core.events import Event
+from skillwing.services.protocol import RecordKind
 
 _OMITTED = frozenset({"type", "v", "t", "record", "schema", "kind"})
 """Fields that the words of a step leave out."""
@@ -34,7 +35,7 @@ def answer_in_words(answer: Mapping[str, Any]) -> str:
 def _changes(publications: list[dict[str, Any]]) -> Iterator[str]:
     for each in publications:
         match each:
-            case {"resource": resource, "before": before, "after": after}:
+            case {"kind": RecordKind.RESOURCE, "subject": resource, "before": before, "after": after}:
                 yield f"`{resource}` {before} -> {after}"
             case {"type": _}:
                 yield _in_words(each)

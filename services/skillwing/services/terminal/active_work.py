@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.terminal.live_state import LiveState
@@ -38,8 +39,7 @@ class ActiveWork:
         """on_change: called by the bus after each change of `text`."""
         self._on_change = on_change
         keys = Keys(self._skillset.name)
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self._on_status), events=True)
+        follow_records(bus, keys, self._on_record, self._on_status)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         bus.watch_alive(keys.alive(MISSION), self._on_alive)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from skillwing.dsl import UnknownNameError
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.diagnosis.consequences import reactions_known
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError
 from skillwing.services.names import CLIENT, DATA_MANAGER, MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
@@ -79,7 +80,7 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, str | No
         if record.kind is RecordKind.GOAL and record.after == State.VALIDATING and record.goal_id is not None:
             askers[record.goal_id] = record.text
 
-    system.bus.subscribe(system.keys.timeline, message_reader(Record, on_record), events=True)
+    follow_records(system.bus, system.keys, on_record)
     system.bus.subscribe(
         system.keys.mission_status,
         message_reader(MissionStatus, lambda status: missions.append(status.mission)),

@@ -13,13 +13,14 @@ from typing import Any, NoReturn, Self
 import msgspec
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus, Sample
+from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headlines
 from skillwing.services.managers.hooks import SkillHooks
-from skillwing.services.protocol import DataReading, Keys, Record, State, decode
+from skillwing.services.protocol import DataReading, Keys, State
 from skillwing.services.testing.context import ContextError, checked_states, extern_way
 from skillwing.services.testing.data_feed import DataFeed
 from skillwing.services.testing.fake_layer import FakeLayer
@@ -55,7 +56,7 @@ class Bench:
         self._layer = layer
         self._types = dict(types or {})
         self._feed = DataFeed(bus, skillset)
-        bus.subscribe(Keys(skillset.name).timeline, self._on_record, events=True)
+        follow_records(bus, Keys(skillset.name), self.history.add_record)
         self.client = SkillsetInterface(bus, skillset, client=CLIENT, new_goal_id=new_goal_id)
         self.run_until(lambda: self.client.ready, START_WITHIN, "the resource manager to answer")
 
@@ -208,9 +209,6 @@ class Bench:
         raise AssertionError(f"{sentence}\n{self.story()}")
 
     # --- inside ------------------------------------------------------------------------------------------------------
-
-    def _on_record(self, sample: Sample) -> None:
-        self.history.add_record(decode(sample.payload, Record))
 
     def _ask(self, send: Callable[[Callable[[Answer], None]], None]) -> None:
         answers: list[Answer] = []

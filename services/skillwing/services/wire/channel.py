@@ -27,7 +27,6 @@ class Each(StrEnum):
     """Kind of name in the changing part of a key."""
 
     SKILL = "skill"
-    RESOURCE = "resource"
     DATUM = "datum"
     EVENT = "event"
     PROCESS = "process"

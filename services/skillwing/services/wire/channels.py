@@ -38,8 +38,8 @@ from skillwing.services.protocol import (
     QueryGoal,
     QueryStates,
     Record,
-    ResourceChange,
     ResourceStates,
+    ResourceStep,
     ResumeMission,
     StartGoal,
     TreeSnapshot,
@@ -69,7 +69,7 @@ PUBLIC = (
     Channel(Keys.status, Kind.EVENTS, SKILL, CLIENTS, GoalStatus, each=Each.SKILL),
     Channel(Keys.progress, Kind.STREAM, SKILL, CLIENTS, GoalProgress, each=Each.SKILL),
     Channel(lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates),
-    Channel(Keys.resource, Kind.EVENTS, RESOURCES, CLIENTS, ResourceChange, each=Each.RESOURCE),
+    Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, CLIENTS, ResourceStep),
     Channel(
         lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, OPERATORS, FireExtern, ResourceStates, CHANGES
     ),
@@ -109,7 +109,6 @@ def keys_in(skillset: Skillset, channel: Channel) -> tuple[str, ...]:
     named = {
         None: ("",),
         Each.SKILL: tuple(skill.name for skill in skillset.skills),
-        Each.RESOURCE: tuple(resource.name for resource in skillset.resources),
         Each.DATUM: tuple(datum.name for datum in skillset.data),
         Each.EVENT: tuple(event.name for event in skillset.events),
         Each.PROCESS: (

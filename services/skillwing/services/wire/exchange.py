@@ -92,7 +92,7 @@ def _heard(sent: SentMessage, keys: Keys) -> Iterable[Said]:
     """The message, if a client takes part in it. Managers also talk to each other."""
     public = {keys.resource_states, keys.resource_extern}
     public |= {keys.start("open"), keys.interrupt("open"), keys.status("open"), keys.progress("open")}
-    public |= {keys.resource("latch"), keys.resource("power")}
+    public |= {keys.resource_steps}
     if sent.key in public:
         name = sent.source.name
         who = "client" if name == CLIENT else name

@@ -1,0 +1,159 @@
+"""Subscriptions to what a robot's managers tell, in causal order."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from functools import partial
+
+from skillwing.services.bus import Answered, Bus, Handle, Refused
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_view import CausalView, Delivered
+from skillwing.services.client.retry import ask_until_answered
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import (
+    GoalStatus,
+    Keys,
+    ProtocolError,
+    QueryStates,
+    Record,
+    ResourceStates,
+    ResourceStep,
+    decode,
+    encode,
+)
+
+HOLD_TIME = 0.1
+"""Wall time in seconds for a missing step to arrive by itself. Then the states are asked for."""
+SILENCES_UNTIL_SHOWN = 10
+"""Unanswered questions for the states, 5 s to 26 s, after which statuses are shown without them."""
+
+log = logging.getLogger(__name__)
+
+
+class CausalFeed:
+    """Steps of the resource manager and statuses of goals, each status after the step that it follows from.
+
+    on_step, on_status: called in causal order. on_change: called after them if the states changed. If the resource
+    manager does not answer, the missing step is left out, with a warning in the log.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        *,
+        on_step: Callable[[ResourceStep], None] = lambda step: None,
+        on_status: Callable[[GoalStatus], None] = lambda status: None,
+        on_change: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._bus = bus
+        self._keys = keys
+        self._on_step, self._on_status, self._on_change = on_step, on_status, on_change
+        self._timer: Handle | None = None
+        self._asking = False
+        self._silent = False
+        self._manager_alive = False
+        self.view = CausalView()
+        bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._take_step), events=True)
+        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self.take_status), events=True)
+        bus.watch_alive(keys.alive(RESOURCE_MANAGER), self._on_manager)
+        self._ask_states()
+
+    @property
+    def silent(self) -> bool:
+        """The resource manager does not answer: what is shown may lack the states that it follows from."""
+        return self._silent
+
+    def take_status(self, status: GoalStatus) -> None:
+        """Take a status that came as a reply, in its turn."""
+        self._deliver(self.view.take_status(status), self.view.number)
+
+    def take_states(self, payload: bytes, question: int = 0) -> None:
+        """Take encoded states that came as a reply; any other reply is ignored."""
+        try:
+            states = decode(payload, ResourceStates)
+        except ProtocolError:
+            return
+        number = self.view.number
+        self._deliver(self.view.take_states(states, question), number)
+
+    def _take_step(self, step: ResourceStep) -> None:
+        number = self.view.number
+        self._deliver(self.view.take_step(step), number)
+
+    def _deliver(self, messages: tuple[Delivered, ...], before: int | None) -> None:
+        """Hand on what is due. before: number of the step whose states were known before."""
+        for message in messages:
+            if isinstance(message, ResourceStep):
+                self._on_step(message)
+            else:
+                self._on_status(message)
+        if self.view.number != before:
+            self._on_change()
+        if self.view.waiting and self._timer is None and not self._asking:
+            self._timer = self._bus.after(HOLD_TIME, self._ask_if_waiting, wall=True)
+
+    def _ask_if_waiting(self) -> None:
+        self._timer = None
+        if self.view.waiting:
+            self._ask_states()
+
+    def _on_manager(self, key: str, alive: bool) -> None:
+        del key
+        if alive and not self._manager_alive:
+            self.view.expect_new_manager()
+            if not self._asking:
+                self._ask_states()
+        self._manager_alive = alive
+
+    def _ask_states(self) -> None:
+        self._asking = True
+        ask_until_answered(
+            self._bus,
+            self._keys.resource_states,
+            encode(QueryStates()),
+            partial(self._on_answer, self.view.note_question()),
+            keep_retrying=self._on_silence,
+        )
+
+    def _on_answer(self, question: int, answer: Answered | Refused) -> None:
+        self._asking = self._silent = False
+        if isinstance(answer, Answered):
+            self.take_states(answer.payload, question)
+        else:
+            self._deliver((), self.view.number)
+
+    def _on_silence(self, silences: int) -> bool:
+        """Show what is held back if the silence lasts, and go on asking."""
+        if silences >= SILENCES_UNTIL_SHOWN and self.view.waiting:
+            if not self._silent:
+                log.warning("the resource manager is silent: goals are shown without the states that they follow from")
+            self._silent = True
+            number = self.view.number
+            self._deliver(self.view.give_up(), number)
+        return True
+
+
+def follow_records(
+    bus: Bus,
+    keys: Keys,
+    on_record: Callable[[Record], object],
+    on_status: Callable[[GoalStatus], object] = lambda status: None,
+) -> None:
+    """Follow all timeline records of a robot and the statuses of its goals, in causal order.
+
+    The record of a status comes right before it.
+    """
+
+    def take_step(step: ResourceStep) -> None:
+        for record in step.records:
+            on_record(record)
+
+    def take_status(status: GoalStatus) -> None:
+        if (record := status.as_record()) is not None:
+            on_record(record)
+        on_status(status)
+
+    bus.subscribe(keys.timeline, message_reader(Record, on_record), events=True)
+    CausalFeed(bus, keys, on_step=take_step, on_status=take_status)

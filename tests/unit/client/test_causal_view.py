@@ -1,0 +1,224 @@
+"""Order in which a client shows what it hears: a status comes after the states that it follows from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skillwing.services.client.causal_view import CausalView, Delivered
+from skillwing.services.protocol import GoalStatus, Record, RecordKind, ResourceStates, ResourceStep, State
+
+RESOURCES = ("camera", "lidar")
+
+
+def change(number: int, resource: str, before: str, after: str) -> Record:
+    return Record(
+        id=f"rm#{number}",
+        t=float(number),
+        source="rm",
+        kind=RecordKind.RESOURCE,
+        subject=resource,
+        before=before,
+        after=after,
+    )
+
+
+def status(after_step: int, goal_id: str = "g") -> GoalStatus:
+    return GoalStatus(goal_id=goal_id, skill="look", state=State.RUNNING, t=0.0, after_step=after_step)
+
+
+@dataclass
+class Robot:
+    """A resource manager that steps, and skill managers that follow it; what they tell waits to be delivered."""
+
+    number: int = 10
+    states: dict[str, str] = field(default_factory=lambda: dict.fromkeys(RESOURCES, "0"))
+    past: dict[int, dict[str, str]] = field(default_factory=dict[int, dict[str, str]])
+    told: list[ResourceStep | GoalStatus] = field(default_factory=list[ResourceStep | GoalStatus])
+    goals: int = 0
+
+    def __post_init__(self) -> None:
+        self.past[self.number] = dict(self.states)
+
+    def step(self, resource: str) -> None:
+        self.number += 1
+        before = self.states[resource]
+        self.states[resource] = str(self.number)
+        self.past[self.number] = dict(self.states)
+        record = change(self.number, resource, before, self.states[resource])
+        self.told.append(ResourceStep(number=self.number, t=0.0, records=(record,)))
+
+    def follow(self) -> None:
+        self.goals += 1
+        self.told.append(status(self.number, f"g{self.goals}"))
+
+    def answer(self) -> ResourceStates:
+        return ResourceStates(step=self.number, states=dict(self.states), t=0.0)
+
+
+@dataclass
+class Client:
+    """A client of the robot. Each look at it compares what it shows with what was."""
+
+    robot: Robot
+    view: CausalView = field(default_factory=CausalView)
+    shown: list[str] = field(default_factory=list[str])
+    answers: list[tuple[int, ResourceStates]] = field(default_factory=list[tuple[int, ResourceStates]])
+
+    def look(self, delivered: tuple[Delivered, ...], *, given_up: bool = False) -> None:
+        for message in delivered:
+            if isinstance(message, GoalStatus):
+                self.shown.append(message.goal_id)
+                if self.view.ready and not given_up:
+                    assert self.view.number is not None
+                    assert message.after_step <= self.view.number, "a status is shown before its step"
+        if self.view.number is not None and not given_up:
+            assert dict(self.view.states) == self.robot.past[self.view.number], "the states are those of one step"
+
+    def hear(self, message: ResourceStep | GoalStatus) -> None:
+        take = self.view.take_step if isinstance(message, ResourceStep) else self.view.take_status
+        self.look(take(message))  # pyright: ignore[reportArgumentType] - by its kind
+
+    def ask(self) -> None:
+        """The answer is made now, and arrives later."""
+        self.answers.append((self.view.note_question(), self.robot.answer()))
+
+    def hear_answer(self, number: int) -> None:
+        if self.answers:
+            question, states = self.answers.pop(number % len(self.answers))
+            self.look(self.view.take_states(states, question))
+
+
+ACTIONS = st.one_of(
+    st.tuples(st.just("step"), st.sampled_from(RESOURCES)),
+    st.tuples(st.sampled_from(["follow", "ask", "restart"]), st.none()),
+    st.tuples(st.sampled_from(["deliver", "repeat", "lose", "answer"]), st.integers(0, 20)),
+)
+
+
+@given(st.lists(ACTIONS, max_size=60))
+@settings(max_examples=400, deadline=None)
+def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
+    actions: list[tuple[str, str | int | None]],
+) -> None:
+    robot = Robot()
+    client = Client(robot)
+    lost: set[str] = set()
+    for action, choice in actions:
+        match action, choice:
+            case "step", str(resource):
+                robot.step(resource)
+            case "follow", _:
+                robot.follow()
+            case "ask", _:
+                client.ask()
+            case "restart", _:
+                client.view.expect_new_manager()
+                client.ask()
+            case "answer", int(number):
+                client.hear_answer(number)
+            case _, int(number) if robot.told:
+                index = number % len(robot.told)
+                message = robot.told[index]
+                if action != "repeat":
+                    del robot.told[index]
+                if action == "lose" and isinstance(message, GoalStatus):
+                    lost.add(message.goal_id)
+                elif action != "lose":
+                    client.hear(message)
+            case _:
+                pass
+    for message in list(robot.told):
+        client.hear(message)
+    client.ask()
+    client.hear_answer(-1)
+    assert not client.view.waiting, "an answer to the latest question ends all waiting"
+    assert client.view.states == robot.states
+    assert {f"g{number + 1}" for number in range(robot.goals)} - lost <= set(client.shown), "nothing is kept for ever"
+
+
+def test_a_status_waits_for_the_step_that_it_follows_from() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    client.hear_answer(0)
+    robot.step("camera")
+    robot.follow()
+    step, end = robot.told
+    client.hear(end)
+    assert (client.shown, client.view.waiting) == ([], True)
+    client.hear(step)
+    assert (client.shown, client.view.waiting) == (["g1"], False)
+    assert client.view.change_record("camera") == "rm#11"
+
+
+def test_a_step_that_is_lost_is_made_good_by_the_states() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    client.hear_answer(0)
+    robot.step("camera")
+    robot.step("lidar")
+    robot.follow()
+    client.hear(robot.told[2])
+    client.hear(robot.told[1])
+    assert client.view.states["lidar"] == "0", "the step before is missing"
+    client.ask()
+    client.hear_answer(0)
+    assert (client.shown, client.view.states["lidar"]) == (["g1"], "12")
+
+
+def test_an_answer_from_before_a_status_does_not_release_it() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    client.hear_answer(0)
+    client.ask()
+    robot.step("camera")
+    robot.follow()
+    client.hear(robot.told[1])
+    client.hear_answer(0)
+    assert client.shown == []
+
+
+def test_a_client_that_joins_late_is_ready_when_it_knows_what_it_was_shown() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    robot.step("camera")
+    robot.follow()
+    client.hear(robot.told[1])
+    assert client.shown == ["g1"], "nothing is known yet that could be out of order"
+    client.hear_answer(0)
+    assert not client.view.ready, "the answer is older than what was shown"
+    client.ask()
+    client.hear_answer(0)
+    assert client.view.ready
+
+
+def test_a_manager_that_has_forgotten_its_steps_ends_the_waiting() -> None:
+    robot = Robot(number=1000)
+    view = CausalView()
+    view.take_states(robot.answer(), view.note_question())
+    assert view.take_status(status(1005)) == ()
+    view.expect_new_manager()
+    question = view.note_question()
+    assert view.take_states(ResourceStates(step=3, states=robot.states, t=0.0), question) == (status(1005),)
+    assert view.number == 3
+
+
+def test_what_is_held_is_shown_if_nobody_answers() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    client.hear_answer(0)
+    robot.step("camera")
+    robot.step("lidar")
+    robot.follow()
+    client.hear(robot.told[1])
+    client.hear(robot.told[2])
+    client.look(client.view.give_up(), given_up=True)
+    assert (client.shown, client.view.waiting) == (["g1"], False)
+    assert client.view.states["lidar"] == "12"
