@@ -73,7 +73,7 @@ def test_it_follows_a_goal_to_its_end(rover: SkillsetProcesses) -> None:
     client = start(rover, "drive_to", TARGET, rover.skillset.schema_hash)
     code, news, _ = finish(rover, client)
     assert code == 0
-    told = [each.get("terminal") and "ended" or each.get("state") for each in news if "state" in each]
+    told = ["ended" if each.get("terminal") else each["state"] for each in news if "state" in each]
     assert told[-1] == "ended"
     assert told.index("DRIVING") < told.index("RUNNING"), "causes come before effects"
     assert "PARKED" in told, "what the goal had taken is free before its end is printed"

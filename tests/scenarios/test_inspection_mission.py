@@ -22,9 +22,6 @@ BUILDING = {"center": (9.0, 0.0, 0.0), "radius": 5.0, "height": 4.0, "laps": LAP
 LONGEST = 30.0
 """Longer than the nominal flight takes, in seconds: whatever happens may also come after it."""
 FLOWN = ["takeoff", "inspect", "return_home", "land"]
-TOUCHDOWN = (26.5, 27.5)
-"""Times around the nominal touchdown. If the pilot takes and returns the drone there, the landing is not ready: the
-mission ends FAILED, although the drone stands at home. docs/missions.md names this defect."""
 seeds = st.integers(0, 2**16)
 moments = st.floats(0.0, LONGEST)
 few = settings(max_examples=3, deadline=None)
@@ -97,7 +94,8 @@ def test_the_link_may_get_critical_at_any_time_and_the_drone_hovers_and_lands(
     status = flight.fly()
     assert_safe(flight)
     if status.phase == "SUCCEEDED":
-        assert flight.ends("stream") == ["IT"], "the link was good enough until it was home"
+        [end] = [each for each in flight.records if each.subject == "stream" and each.before == "INTERRUPTING"]
+        assert end.after in ("IT", "S_FPS_LOST"), "the link was good enough until it was home"
         return
     assert status.phase == "FAILED"
     assert "stream" in status.text
@@ -168,7 +166,7 @@ def test_the_battery_may_run_low_at_any_time_and_the_drone_comes_down(seed: int,
 
 @given(
     seed=seeds,
-    moment=st.floats(6.0, TOUCHDOWN[0]) | st.floats(TOUCHDOWN[1], LONGEST),
+    moment=st.floats(6.0, LONGEST),
     kept=st.floats(0.01, 8.0),
 )
 @few

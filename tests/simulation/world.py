@@ -170,7 +170,7 @@ class World:
         self.fallen: list[Process] = []
         self.on_new_books: Callable[[], None] = lambda: None
         self.on_goal: Callable[[Client, GoalHandle], None] = lambda client, goal: None
-        """Called with each change of a goal that a client sees."""
+        """Listener to each change of a goal that a client sees."""
         self._router_up = True
         self._books = self._new_journal()
         self._number = 0

@@ -70,6 +70,9 @@ class MissionRun:
         self._has_flown = False
         self._system_is_there = True
         self._ended_at = 0.0
+        self._looks_again = False
+        """A drone that is the mission's to land again, before the end, is landed."""
+        self._settle_timer: Handle | None = None
         self._at_end: list[Handle] = []
         self._show(trees.root)
 
@@ -99,8 +102,8 @@ class MissionRun:
                 self._rescue()
             case RunStage.STOPPING | RunStage.OVER:
                 pass
-        if self._stage is RunStage.STOPPING and not self._context.reaper.unfinished:
-            self._finish()
+        if self._stage is RunStage.STOPPING:
+            self._finish_when_stopped()
         if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
             self._publish_progress()
             # The next tick may continue from what this one changed, such as the end of a round.
@@ -181,6 +184,8 @@ class MissionRun:
             phase, text = self._outcome
             landed = "the drone is on the ground"
             landed = landed if status is Status.SUCCESS else f"no landing: {self._failure_text()}"
+            # A landing that the pilot prevents may become possible again. One that fails by itself is not repeated.
+            self._looks_again = not self._airborne.has_to_land
             self._end(phase, _joined(text, landed), rescue=False)
 
     def _tick_tree(self, tree: Behaviour) -> Status:
@@ -270,6 +275,7 @@ class MissionRun:
     def _tree_ended(self, phase: MissionPhase, text: str) -> None:
         """Note the end of the first tree, and check that it has not left the drone in the air."""
         self._stop_tree(phase, text)
+        self._looks_again = True
         self._stage = RunStage.CHECKING
         self._ended_at = self._bus.now()
         self._check_for_drone_in_air()
@@ -279,9 +285,12 @@ class MissionRun:
         if not self._airborne.has_to_land:
             self._settle()
         elif self._bus.now() - self._ended_at >= TOUCHDOWN_REPORT:
-            phase, text = self._outcome
-            self._outcome = phase, _joined(text, "it ended in the air")
-            self._begin_rescue()
+            self._land_after_all()
+
+    def _land_after_all(self) -> None:
+        phase, text = self._outcome
+        self._outcome = phase, _joined(text, "it ended in the air")
+        self._begin_rescue()
 
     def _stop_tree(self, phase: MissionPhase, text: str) -> None:
         self._outcome = phase, text
@@ -293,12 +302,23 @@ class MissionRun:
         self._context.cancel_all()
 
     def _begin_rescue(self) -> None:
+        if self._settle_timer is not None:
+            self._settle_timer.cancel()
         self._stage = RunStage.RESCUING
         self._show(self._trees.rescue)
 
     def _settle(self) -> None:
         self._stage = RunStage.STOPPING
-        self._at_end.append(self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True))
+        self._settle_timer = self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True)
+        self._at_end.append(self._settle_timer)
+
+    def _finish_when_stopped(self) -> None:
+        """Finish when every goal has stopped. If the pilot gives the drone back meanwhile, land it first."""
+        if self._looks_again and self._airborne.has_to_land:
+            self._looks_again = False
+            self._land_after_all()
+        elif not self._context.reaper.unfinished:
+            self._finish()
 
     def _finish(self) -> None:
         """Finish when every goal has stopped, or its time to stop is over."""

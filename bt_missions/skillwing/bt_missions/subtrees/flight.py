@@ -23,9 +23,22 @@ STOPPING_PATIENCE = 10.0
 ATTEMPTS = 3
 
 
+def landed(context: MissionContext) -> OnEnding:
+    """Landing. A drone that stands already cannot land (`NR`), and counts as landed.
+
+    The safety pilot may take the drone at the moment of touchdown, and give it back on the ground.
+    """
+    return OnEnding(
+        "landed",
+        SkillAction("land", context, LAND, outcomes=LANDED),
+        ("NR",),
+        ResourceIs("on the ground?", context, FLIGHT_STATUS, ON_GROUND),
+    )
+
+
 def land_where_it_is(context: MissionContext) -> Sequence:
     """Wait until the drone has stopped, then land it if it flies. SUCCESS: it is on the ground."""
-    land: Behaviour = SkillAction("land", context, LAND, outcomes=LANDED)
+    land: Behaviour = landed(context)
     return in_order(
         "land where it is",
         WaitForSettled("stopped", context, STOPPING_PATIENCE),
@@ -54,7 +67,6 @@ def guarded_flight(
     If the flight fails, the drone lands where it is. While the pilot has it, no motion is commanded, also no landing.
     verdict: SUCCESS if the mission was done, ticked after the landing. time_limit: in seconds of robot time.
     """
-    land = SkillAction("land", context, LAND, outcomes=LANDED)
     charged = ResourceIs("battery?", context, "battery_status", "NORMAL", "LOW")
     in_good_time = Deadline("in good time", context, time_limit, flight)
     failed = in_order(
@@ -69,7 +81,7 @@ def guarded_flight(
             "fly, then verify",
             first_that_works(
                 "fly or land",
-                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), land),
+                in_order("fly and land", guarded("while the battery lasts", charged, in_good_time), landed(context)),
                 SuccessIsFailure("landed, but not done", failed),
             ),
             verdict,

@@ -33,7 +33,7 @@ class CausalView:
     """Resource states, from steps and snapshots in any order, each any number of times.
 
     Every `take_...` returns the messages whose turn has come, in their order. Before the first snapshot, and for older
-    steps, that is at once. Pure: whoever owns it asks for the states if `waiting` lasts.
+    steps, that is at once. Pure: its owner asks for the states if `waiting` lasts.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class CausalView:
         self._early: dict[int, ResourceStep] = {}
         self._held: list[Held] = []
         self._shown: Held | None = None
-        """Of the statuses shown before the first states, that of the latest step."""
+        """Status of the latest step, among those that were shown before the first states."""
         self._questions = 0
         self._manager_is_new = False
         self.number: int | None = None
@@ -87,7 +87,7 @@ class CausalView:
         """Take a snapshot, the answer to a question.
 
         The manager stores a step before it tells of it. So the answer holds the step of every status that came before
-        the question, unless that step is lost with a manager that had no journal.
+        the question. A manager without a journal may have lost that step.
         """
         known = self.number if not self._manager_is_new else None
         if known is not None and snapshot.step < known:
