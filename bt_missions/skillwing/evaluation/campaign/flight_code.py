@@ -52,7 +52,7 @@ class CodeChangedError(SkillwingError):
     """The code changed during a campaign, so that its flights are not all of one version."""
 
     def __init__(self, changes: list[str]) -> None:
-        text = f"The code changed while it flew: {_some(changes)}. Running flights are not kept. Start again."
+        text = f"The code changed while it flew: {some_names(changes)}. Running flights are not kept. Start again."
         super().__init__(text)
 
 
@@ -62,18 +62,19 @@ class FlyingCode:
     def __init__(self, package: Sequence[Path] = PACKAGE) -> None:
         self._package = package
         self._seen = _stamps(package)
-        self.code = flight_code(package)
+        self.code = self._now = flight_code(package)
+
+    def now(self) -> FlightCode:
+        """The code on the disk now. Its digest takes seconds, so it is computed only if a file was touched."""
+        if (seen := _stamps(self._package)) != self._seen:
+            self._now, self._seen = flight_code(self._package), seen
+        return self._now
 
     def kept(self, ended: Iterable[_Flight]) -> Iterator[_Flight]:
-        """Flights as they end, as long as the code is the same. Raises CodeChangedError for the first after a change.
-
-        A digest of everything takes seconds, so it is computed only if a file was touched.
-        """
+        """Flights as they end, as long as the code is the same. Raises CodeChangedError for the next after a change."""
         for flight in ended:
-            if (seen := _stamps(self._package)) != self._seen:
-                if changes := self.code.changes(flight_code(self._package)):
-                    raise CodeChangedError(changes)
-                self._seen = seen
+            if changes := self.code.changes(self.now()):
+                raise CodeChangedError(changes)
             yield flight
 
 
@@ -84,7 +85,7 @@ def claim(folder: Path, code: FlightCode, *, begun: bool = False) -> None:
     """
     path = folder / CODE_FILE
     if (begun or path.exists()) and (changes := code.changes(read_code(folder))):
-        sentence = f"The flights in {folder} were flown by other code: {_some(changes)}."
+        sentence = f"The flights in {folder} were flown by other code: {some_names(changes)}."
         raise InvalidOptionError("resume", f"{sentence} Start in another folder.")
     folder.mkdir(parents=True, exist_ok=True)
     path.write_bytes(msgspec.json.encode(code))
@@ -127,7 +128,8 @@ def _stamps(package: Sequence[Path]) -> dict[str, object]:
     return {**{name: (status.st_mtime_ns, status.st_size) for name, status in found}, **_libraries()}
 
 
-def _some(names: list[str]) -> str:
+def some_names(names: list[str]) -> str:
+    """The first names of a list, and how many more there are."""
     more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
     return ", ".join(names[:NAMES_SHOWN]) + more
 
