@@ -18,6 +18,7 @@ GROUPS = {
     "processes": (
         "fuzz/test_fuzz_processes.py",
         "history/test_resource_history.py",
+        "integration/test_campaign_cluster.py",
         "integration/test_cli_processes.py",
         "integration/test_layouts.py",
         "integration/test_leases_zenoh.py",

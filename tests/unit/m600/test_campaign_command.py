@@ -7,13 +7,14 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from socket import socket
 from typing import Any
 
 import pytest
 import typer
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.evaluation.campaign import command
+from skillwing.evaluation.campaign import cluster, command
 from skillwing.evaluation.campaign.flight_code import CodeChangedError, FlyingCode
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
 from skillwing.evaluation.campaign.recordings import UNFINISHED
@@ -88,6 +89,49 @@ def test_an_empty_option_is_not_the_usual_one(fly: Fly, option: str, tmp_path: P
     with pytest.raises((InvalidOptionError, UnknownNameError)):
         fly(LANDS, **{option: ""})
     assert not (tmp_path / "flights").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"cluster": "here"},
+            r"`here` is no address of a Dask scheduler\. Write tcp://HOST:PORT, or tls://HOST:PORT\.",
+        ),
+        ({"cluster": "tls://127.0.0.1:1"}, r"tls://127\.0\.0\.1:1 needs certificates\. Name them in Dask's config"),
+        ({"cluster": "tcp://127.0.0.1:1", "jobs": 2}, r"follows from the workers of a cluster\. Leave out --jobs\."),
+    ],
+)
+def test_a_cluster_that_cannot_be_used_is_a_bad_option(
+    fly: Fly, options: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InvalidOptionError, match=message):
+        fly(LANDS, **{"jobs": 0, **options})
+    assert not (tmp_path / "flights").exists()
+
+
+def test_a_cluster_without_its_scheduler_is_a_bad_option(
+    fly: Fly, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.1)
+    with socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        for answers in (False, True):
+            if answers:
+                taken.listen()  # the kernel accepts the connection, and nobody speaks
+            with pytest.raises(InvalidOptionError, match=rf"No Dask scheduler answers at {address}\. Start one"):
+                fly(LANDS, jobs=0, cluster=address)
+    assert not (tmp_path / "flights").exists()
+
+
+def test_a_missing_extra_is_named(fly: Fly, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, cluster.__name__)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(
+        InvalidOptionError, match=r"distributed is not installed\. .*pip install 'skillwing\[cluster\]'"
+    ):
+        fly(LANDS, jobs=0, cluster="tcp://127.0.0.1:1")
 
 
 def test_a_page_that_cannot_be_written_is_a_bad_option(fly: Fly, tmp_path: Path) -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,13 +17,13 @@ from rich.text import Text
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.evaluation.campaign import page
-from skillwing.evaluation.campaign.flight_code import FlyingCode, claim
+from skillwing.evaluation.campaign.flight_code import FlightCode, FlyingCode, claim
 from skillwing.evaluation.campaign.ledger import CampaignLedger
 from skillwing.evaluation.campaign.outcomes import outcomes, worst_of
 from skillwing.evaluation.campaign.output import CampaignState, command_words, flight_line, print_summary, show_summary
 from skillwing.evaluation.campaign.recordings import begin_recording, is_recorded, keep_recording
 from skillwing.evaluation.campaign.rerun import comparison, same_flight, take_sample
-from skillwing.evaluation.campaign.worker_pool import LostFlight, WorkerPool
+from skillwing.evaluation.campaign.worker_pool import FlightPool, LostFlight, WorkerPool
 from skillwing.evaluation.flights.conditions import Condition, conditions_of
 from skillwing.evaluation.flights.plan import FlightNetwork, FlightPlan, usual_world
 from skillwing.services.errors import InvalidOptionError
@@ -59,6 +60,12 @@ def campaign(
     jobs: Annotated[
         int, typer.Option(metavar="N", min=0, help="Flights at once; 0 for one on each core, or for one over Zenoh.")
     ] = 0,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster", metavar="ADDRESS", help="Fly on the workers of a Dask scheduler, as tcp://HOST:8786."
+        ),
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="DIR", help="Default runs/TIME-campaign-MISSION.")
     ] = None,
@@ -115,19 +122,22 @@ def campaign(
     title = page.title_of(plans, repeated=earlier is not None)
     if write is not None:
         _check_page(write, title)
-    at_once = jobs or (1 if on is FlightNetwork.ZENOH else os.cpu_count() or 1)
     folder = output or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-campaign-{mission}"
     console = make_console()
     shown = Console(quiet=True) if as_json else console
     called_off = False
-    with closing(CampaignLedger(folder, resume=resume)) as ledger, stop_on_signals() as stop:
+    flying = FlyingCode()
+    with (
+        stop_on_signals() as stop,
+        _pool(cluster, jobs, on, flying.code, lambda line: shown.print(line, soft_wrap=True)) as pool,
+        closing(CampaignLedger(folder, resume=resume)) as ledger,
+    ):
         ledger.require(plans)
-        flying = FlyingCode()
         claim(folder, flying.code, begun=bool(ledger.results))
         state = CampaignState(ledger.results, earlier)
         try:
-            _fly(plans, ledger, flying, state.lost, at_once, record=record, console=shown, stop=stop)
-            _record_worst(ledger, flying, worst, state, at_once, shown, stop)
+            _fly(plans, ledger, flying, state.lost, pool, record=record, console=shown, stop=stop)
+            _record_worst(ledger, flying, worst, state, pool, shown, stop)
         except KeyboardInterrupt:
             called_off = True
             shown.print("Called off. Go on with --resume.", style="red")
@@ -214,7 +224,7 @@ def _fly(
     ledger: CampaignLedger,
     flying: FlyingCode,
     lost: list[LostFlight],
-    jobs: int,
+    pool: FlightPool,
     *,
     record: bool,
     console: Console,
@@ -223,21 +233,35 @@ def _fly(
     """Fly all missing flights. Flights without a result are added to `lost`."""
     flown = {result.plan.name for result in ledger.results}
     missing = [plan for plan in plans if plan.name not in flown]
-    console.print(f"{len(missing)} flights, {min(jobs, len(missing)) or 1} at once; results go to {ledger.folder}.")
+    at_once = pool.at_once(len(missing))
+    console.print(f"{len(missing)} flights, {at_once}; results go to {ledger.folder}.", soft_wrap=True)
     begun = time.monotonic()
+    run_dir = partial(begin_recording, ledger.folder) if record else None
+    for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, stop.check)), start=1):
+        if isinstance(result, LostFlight):
+            lost.append(result)
+        else:
+            keep_recording(ledger.folder, result.plan)
+            ledger.add(result)
+        left = (time.monotonic() - begun) / count * (len(missing) - count)
+        console.print(flight_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
 
-    def run_dir(plan: FlightPlan) -> Path | None:
-        return begin_recording(ledger.folder, plan) if record else None
 
-    with WorkerPool(jobs) as pool:
-        for count, result in enumerate(flying.kept(pool.fly(missing, run_dir, stop.check)), start=1):
-            if isinstance(result, LostFlight):
-                lost.append(result)
-            else:
-                keep_recording(ledger.folder, result.plan)
-                ledger.add(result)
-            left = (time.monotonic() - begun) / count * (len(missing) - count)
-            console.print(flight_line(result, f"{count}/{len(missing)}", left), soft_wrap=True)
+def _pool(
+    cluster: str | None, jobs: int, network: FlightNetwork, code: FlightCode, say: Callable[[str], None]
+) -> FlightPool:
+    """Pool of this machine, or of a cluster. Raises InvalidOptionError if the cluster cannot be used."""
+    if cluster is None:
+        return WorkerPool(jobs or (1 if network is FlightNetwork.ZENOH else os.cpu_count() or 1))
+    if jobs:
+        text = "The number of flights at once follows from the workers of a cluster. Leave out --jobs."
+        raise InvalidOptionError("jobs", text)
+    try:
+        from skillwing.evaluation.campaign.cluster import ClusterPool  # noqa: PLC0415 - the extra need not be there
+    except ModuleNotFoundError as error:
+        text = f"{error.name} is not installed. To fly on a cluster: pip install 'skillwing[cluster]'."
+        raise InvalidOptionError("cluster", text) from error
+    return ClusterPool(cluster, code, say)
 
 
 def _record_worst(
@@ -245,7 +269,7 @@ def _record_worst(
     flying: FlyingCode,
     count: int,
     state: CampaignState,
-    jobs: int,
+    pool: FlightPool,
     console: Console,
     stop: StopSignal,
 ) -> None:
@@ -255,20 +279,18 @@ def _record_worst(
     if not before:
         return
     console.print(f"Flying the {len(before)} worst flights again, recorded.")
-    with WorkerPool(jobs) as pool:
-        plans = [each.plan for each in before.values()]
-        flights = pool.fly(plans, lambda plan: begin_recording(ledger.folder, plan), stop.check)
-        for repeated in flying.kept(flights):
-            line = Text(f"  {ledger.folder / repeated.plan.name}")
-            if isinstance(repeated, LostFlight):
-                line.append(f": not recorded. {repeated.why}", "red")
-                state.unrecorded.append(repeated)
-            else:
-                keep_recording(ledger.folder, repeated.plan)
-                if not same_flight(before[repeated.plan.name], repeated):
-                    line.append(f": not the same flight again; it {repeated.end}", "red")
-                    state.differing.append(repeated.plan.name)
-            console.print(line, soft_wrap=True)
+    flights = pool.fly([each.plan for each in before.values()], partial(begin_recording, ledger.folder), stop.check)
+    for repeated in flying.kept(flights):
+        line = Text(f"  {ledger.folder / repeated.plan.name}")
+        if isinstance(repeated, LostFlight):
+            line.append(f": not recorded. {repeated.why}", "red")
+            state.unrecorded.append(repeated)
+        else:
+            keep_recording(ledger.folder, repeated.plan)
+            if not same_flight(before[repeated.plan.name], repeated):
+                line.append(f": not the same flight again; it {repeated.end}", "red")
+                state.differing.append(repeated.plan.name)
+        console.print(line, soft_wrap=True)
 
 
 # --- output ----------------------------------------------------------------------------------------------------------

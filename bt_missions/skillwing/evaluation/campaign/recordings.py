@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shutil
+from io import BytesIO
 from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile
 
 from skillwing.evaluation.flights.plan import FlightPlan
 
@@ -33,6 +35,21 @@ def keep_recording(folder: Path, plan: FlightPlan) -> None:
 def is_recorded(folder: Path, plan: FlightPlan) -> bool:
     """True if a recording of the whole flight exists."""
     return (folder / plan.name).is_dir()
+
+
+def pack_recording(run_dir: Path) -> bytes:
+    """All files of a recording, as one zip archive."""
+    packed = BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED, compresslevel=1) as archive:
+        for path in sorted(run_dir.rglob("*")):
+            archive.write(path, path.relative_to(run_dir))
+    return packed.getvalue()
+
+
+def unpack_recording(packed: bytes, run_dir: Path) -> None:
+    """Write the files of a packed recording into a directory."""
+    with ZipFile(BytesIO(packed)) as archive:
+        archive.extractall(run_dir)
 
 
 def _unfinished(folder: Path, plan: FlightPlan) -> Path:

@@ -12,7 +12,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Self
+from typing import IO, Protocol, Self
 
 import msgspec
 
@@ -37,7 +37,34 @@ class LostFlight:
     why: str
 
 
-class WorkerPool:
+class FlightPool(Protocol):
+    """Pool that flies plans, here or on other machines. Leaving it ends the flights under way, without results."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def at_once(self, count: int) -> str:
+        """Words for the number of flights at once, of `count` altogether."""
+        ...
+
+    def fly(
+        self,
+        plans: Iterable[FlightPlan],
+        run_dir: Callable[[FlightPlan], Path | None] | None = None,
+        check: Callable[[], None] = lambda: None,
+    ) -> Iterator[FlightResult | LostFlight]:
+        """Fly all plans, and yield each result as soon as it is known.
+
+        run_dir: directory for the recording of a flight; None to record none. check: called several times a second;
+        may raise.
+        """
+        ...
+
+
+class WorkerPool(FlightPool):
     """Pool of `jobs` flights at once. Leaving it ends the flights under way, without results.
 
     worker: the command that flies a plan and prints its result.
@@ -54,27 +81,28 @@ class WorkerPool:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         with self._lock:
             self._dismissed = True
             for process in self._flying:
                 process.kill()
         self._pool.shutdown(cancel_futures=True)
 
+    def at_once(self, count: int) -> str:
+        return f"{min(self._jobs, count) or 1} at once"
+
     def fly(
         self,
         plans: Iterable[FlightPlan],
-        run_dir: Callable[[FlightPlan], Path | None],
+        run_dir: Callable[[FlightPlan], Path | None] | None = None,
         check: Callable[[], None] = lambda: None,
     ) -> Iterator[FlightResult | LostFlight]:
-        """Fly all plans, and yield each result as soon as it is known.
-
-        run_dir: directory of a recording; None for none. check: called several times a second; may raise.
-        """
         waiting, flying = iter(plans), set[Future[FlightResult | LostFlight]]()
         while True:
             while len(flying) < self._jobs and (plan := next(waiting, None)) is not None:
-                flying.add(self._pool.submit(self._fly, plan, run_dir(plan)))
+                flying.add(self._pool.submit(self._fly, plan, run_dir and run_dir(plan)))
             if not flying:
                 return
             check()
