@@ -61,6 +61,7 @@ bench: setup
 	$(BIN)/python benchmarks/language.py --write
 	$(BIN)/python benchmarks/command_line.py --write
 	$(BIN)/python benchmarks/campaign_speed.py --write
+	$(BIN)/python benchmarks/flight_pools.py --write
 	$(BIN)/python benchmarks/sim_speed.py --write
 	$(BIN)/python benchmarks/ray_choices.py --write
 	$(BIN)/python benchmarks/stack_speed.py --write

@@ -45,7 +45,7 @@ flying = FlyingCode([Path({package!r})])
 module._flying = lambda: flying
 module.WorkerPool = partial(WorkerPool, worker=(sys.executable, "-c", {program!r}))
 """
-"""What a worker of Dask loads at its start: the flights' program, and the package whose code counts."""
+"""Module that a worker loads at its start: it sets the program of flights, and the package whose code counts."""
 FLIES_A_SECOND = """
 import sys
 from skillwing.evaluation import judged_flight
