@@ -20,7 +20,7 @@ from distributed import Client
 from msgspec.structs import replace
 
 from skillwing.evaluation.campaign import command
-from skillwing.evaluation.campaign.cluster import ClusterPool
+from skillwing.evaluation.campaign.cluster import ClusterError, ClusterPool
 from skillwing.evaluation.campaign.command import make_plans
 from skillwing.evaluation.campaign.flight_code import FlightCode, FlyingCode, flight_code
 from skillwing.evaluation.campaign.ledger import LEDGER_FILE, read_results
@@ -70,6 +70,10 @@ def fly(plan, run_dir):
 judged_flight.fly = fly
 worker.main(sys.argv[1:])
 """
+LANDS = """
+import json, sys
+print(json.dumps({"plan": json.loads(sys.argv[1]), "end": "landed at home"}))
+"""
 KILLS_ITS_WORKER = """
 import json, os, sys
 plan = json.loads(sys.argv[1])
@@ -108,13 +112,19 @@ def started(*words: str, stderr: int = subprocess.DEVNULL) -> Iterator[subproces
             process.kill()
 
 
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """Address of a scheduler without workers."""
+@contextmanager
+def scheduler_started() -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Address and process of a scheduler without workers."""
     with started("scheduler", "--port", "0", stderr=subprocess.PIPE) as process:
         assert process.stderr is not None
         lines = (line.partition("Scheduler at:")[2].strip() for line in process.stderr)
-        yield next(address for address in lines if address)
+        yield next(address for address in lines if address), process
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    with scheduler_started() as (address, _):
+        yield address
 
 
 @pytest.fixture
@@ -211,11 +221,26 @@ def test_a_worker_with_other_code_is_refused_and_named(scheduler: str, workers: 
     code = flight_code([package])
     other = FlightCode(code.files | {"m600/hover.py": "other", "numpy": "1.0"})
     with (
-        workers(1, RECORDS, package),
+        workers(1, LANDS, package),
         ClusterPool(scheduler, other, print) as pool,
         pytest.raises(InvalidOptionError, match=r"worker tcp://\S+ has other code: m600/hover\.py, numpy differ"),
     ):
         list(pool.fly(plans(2)))
+
+
+def test_a_worker_that_cannot_read_its_code_is_named(scheduler: str, workers: Workers, package: Path) -> None:
+    with workers(1, LANDS, package), ClusterPool(scheduler, flight_code([package]), print) as pool:
+        assert [type(each) for each in pool.fly(plans(1))] == [FlightResult]
+        (package / "m600" / "gone.py").symlink_to("nowhere")
+        with pytest.raises(ClusterError, match=r"worker tcp://\S+ cannot fly \(FileNotFoundError.* Install the same"):
+            list(pool.fly(plans(1)))
+
+
+def test_a_lost_scheduler_ends_the_campaign_with_a_sentence(package: Path) -> None:
+    with scheduler_started() as (address, process), ClusterPool(address, flight_code([package]), print) as pool:
+        with pytest.raises(ClusterError, match=rf"connection to the scheduler at {address} was lost\. Start the"):
+            list(pool.fly(plans(1), check=process.kill))
+        assert process.wait() == -signal.SIGKILL
 
 
 def test_recordings_come_back(scheduler: str, workers: Workers, package: Path, tmp_path: Path) -> None:

@@ -32,6 +32,8 @@ CONNECT_TIMEOUT = 10.0
 WORKERS_PERIOD = 2.0
 """Wall seconds between two looks at the number of workers."""
 
+REPAIR = "Install the same Skillwing there, with its extras sim, missions and cluster, and go on with --resume."
+
 
 class ClusterError(SkillwingError):
     """A cluster that cannot fly the rest of a campaign."""
@@ -103,6 +105,8 @@ class ClusterPool(FlightPool):
             return LostFlight(plan, reply)
         if reply.code is not None:
             raise self._refused(reply.worker, reply.code)
+        if reply.error:
+            raise ClusterError(f"The worker {reply.worker} cannot fly ({reply.error}). {REPAIR}")
         if reply.result is None:
             return LostFlight(plan, f"{reply.lost} It was on the worker {reply.worker}.")
         if reply.recording and run_dir is not None and (folder := run_dir(plan)) is not None:
@@ -121,10 +125,7 @@ class ClusterPool(FlightPool):
             raise ClusterError(f"{text} Start the scheduler and its workers, and go on with --resume.") from error
         except Exception as error:  # whatever a worker raises whose installation differs
             text = f"A worker of {self._address} cannot fly ({type(error).__name__}: {error})."
-            advice = (
-                "Install the same Skillwing with its extras sim, missions and cluster there, and go on with --resume."
-            )
-            raise ClusterError(f"{text} {advice}") from error
+            raise ClusterError(f"{text} {REPAIR}") from error
 
     def _refused(self, worker: str, code: FlightCode) -> InvalidOptionError:
         text = f"The worker {worker} has other code: {some_names(self._code.changes(code))} differ."

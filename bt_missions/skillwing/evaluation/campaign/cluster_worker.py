@@ -26,13 +26,14 @@ _hashing = threading.Lock()
 class FlightReply(msgspec.Struct, frozen=True, kw_only=True):
     """Reply of a worker to one flight.
 
-    worker: its address. Either result is set, or lost (why the flight has none), or code (the worker's, which differs).
-    recording: the files of a recorded flight, packed.
+    worker: its address. One of these is set: result; lost, why this flight has none; error, why the worker cannot fly;
+    code, the worker's if it differs. recording: the files of a recorded flight, packed.
     """
 
     worker: str
     result: FlightResult | None = None
     lost: str = ""
+    error: str = ""
     code: FlightCode | None = None
     recording: bytes = b""
 
@@ -44,12 +45,15 @@ def fly_here(plan: bytes, digest: str, recorded: bool) -> bytes:
     after the flight, because a flight's process reads the code from the disk.
     """
     worker = get_worker()
-    reply = _refusal(worker.address, digest)
-    if reply is None:
-        with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
-            run_dir = Path(folder) if recorded else None
-            reply = _fly(worker, msgspec.json.decode(plan, type=FlightPlan), run_dir)
-        reply = _refusal(worker.address, digest) or reply
+    try:
+        reply = _refusal(worker.address, digest)
+        if reply is None:
+            with tempfile.TemporaryDirectory(dir=worker.local_directory) as folder:
+                run_dir = Path(folder) if recorded else None
+                reply = _fly(worker, msgspec.json.decode(plan, type=FlightPlan), run_dir)
+            reply = _refusal(worker.address, digest) or reply
+    except (OSError, ImportError) as error:  # a full disk, or a missing library
+        reply = FlightReply(worker=worker.address, error=f"{type(error).__name__}: {error}")
     return msgspec.msgpack.encode(reply)
 
 
