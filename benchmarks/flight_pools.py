@@ -121,7 +121,7 @@ def measured(opened: Opened, flights: int) -> PoolFigures:
             pass
         used, spent = memory() - memory_before, processor_time() - time_before
         beside = len(psutil.Process().children(recursive=True))
-        next(pool.fly(plans(flights)))  # others are under way
+        next(pool.fly(plans(flights)))  # the others are under way
         with timer() as closing:
             stack.close()
     return PoolFigures(first=first, processor_time=spent, memory=used, processes=beside, closing=closing())

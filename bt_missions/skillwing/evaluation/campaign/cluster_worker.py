@@ -41,8 +41,8 @@ class FlightReply(msgspec.Struct, frozen=True, kw_only=True):
 def fly_here(plan: bytes, digest: str, recorded: bool) -> bytes:
     """Fly a plan in a process of its own, and return an encoded FlightReply.
 
-    plan: as JSON. digest: of the code that has to fly. It is compared before and
-    after the flight, because a flight's process reads the code from the disk.
+    plan: as JSON. digest: of the code that has to fly. It is compared before and after the flight, because the flight's
+    process reads the code from the disk.
     """
     worker = get_worker()
     try:
