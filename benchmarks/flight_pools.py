@@ -13,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from time import monotonic
 
@@ -61,7 +61,7 @@ def cluster_of(*, processes: bool) -> Opened:
             dashboard_address="127.0.0.1:0",
         )
         stack.enter_context(cluster)
-        return stack.enter_context(ClusterPool(cluster.scheduler_address, code(), sys.stderr.write))
+        return stack.enter_context(ClusterPool(cluster.scheduler_address, code(), partial(print, file=sys.stderr)))
 
     return open_cluster
 

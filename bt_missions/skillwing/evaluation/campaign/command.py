@@ -101,24 +101,16 @@ def campaign(
     Exit codes: 0 all promises kept (no collision, inside the fence, landed or handed over); 1 a broken promise, a lost
     process, or a repeated flight with another end; 2 options that cannot be flown; 130 interrupted.
     """
-    earlier = None
     if sample_of is not None:
         if without_obstacles or any(each is not None for each in (seeds, faults, worlds)):
-            text = (
-                "What is flown follows from the campaign in --sample-of. Leave out seeds, faults, worlds and the like."
-            )
+            text = "Each plan follows from the campaign in --sample-of. Leave out seeds, faults, worlds and the like."
             raise InvalidOptionError("sample_of", text)
         earlier = take_sample(sample_of, mission, sample)
         plans = earlier.plans(on)
     else:
-        plans = make_plans(
-            mission,
-            SEEDS if seeds is None else seeds,
-            Condition.NONE if faults is None else faults,
-            worlds,
-            watched=not without_obstacles,
-            network=on,
-        )
+        earlier = None
+        chosen = (SEEDS if seeds is None else seeds, Condition.NONE if faults is None else faults, worlds)
+        plans = make_plans(mission, *chosen, watched=not without_obstacles, network=on)
     title = page.title_of(plans, repeated=earlier is not None)
     if write is not None:
         _check_page(write, title)
