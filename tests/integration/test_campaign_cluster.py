@@ -46,6 +46,11 @@ module._flying = lambda: flying
 module.WorkerPool = partial(WorkerPool, worker=(sys.executable, "-c", {program!r}))
 """
 """Module that a worker loads at its start: it sets the program of flights, and the package whose code counts."""
+WITHOUT_SKILLWING = """
+import sys
+
+sys.modules["skillwing"] = None
+"""
 FLIES_A_SECOND = """
 import sys
 from skillwing.evaluation import judged_flight
@@ -151,16 +156,18 @@ def workers(scheduler: str, tmp_path: Path) -> Workers:
     """Start workers whose flights are a program's, until the block ends."""
 
     @contextmanager
-    def workers(count: int, program: str, package: Path) -> Iterator[Sequence[subprocess.Popen[str]]]:
-        preload = tmp_path / "preload.py"
-        preload.write_text(PRELOAD.format(package=str(package), program=program), encoding="utf-8")
-        words = ("worker", scheduler, "--no-nanny", "--nthreads", "1", "--preload", str(preload))
+    def workers(
+        count: int, program: str, package: Path, preload: str = PRELOAD
+    ) -> Iterator[Sequence[subprocess.Popen[str]]]:
+        file = tmp_path / "preload.py"
+        file.write_text(preload.format(package=str(package), program=program), encoding="utf-8")
+        words = ("worker", scheduler, "--no-nanny", "--nthreads", "1", "--preload", str(file))
         if not count:
             yield []
             return
         with (
             started(*words, "--local-directory", str(tmp_path / f"worker-{count}")) as process,
-            workers(count - 1, program, package) as others,
+            workers(count - 1, program, package, preload) as others,
         ):
             yield [process, *others]
 
@@ -210,11 +217,11 @@ def test_a_flight_that_kills_each_worker_is_lost_and_the_others_are_flown(
     scheduler: str, workers: Workers, package: Path
 ) -> None:
     with workers(DEATHS + 1, KILLS_ITS_WORKER, package), ClusterPool(scheduler, flight_code([package]), print) as pool:
-        results = {result.plan.seed: result for result in pool.fly(plans(3))}
-    lost = results.pop(0)
+        (lost,) = pool.fly(plans(1))
+        others = list(pool.fly(plans(3)[1:]))
     assert isinstance(lost, LostFlight)
-    assert lost.why.startswith("2 workers died while they flew it, the last at tcp://127.0.0.1:")
-    assert sorted(seed for seed, result in results.items() if isinstance(result, FlightResult)) == [1, 2]
+    assert lost.why.startswith("2 workers died that had this flight, the last at tcp://127.0.0.1:")
+    assert sorted(each.plan.seed for each in others if isinstance(each, FlightResult)) == [1, 2]
 
 
 def test_a_worker_with_other_code_is_refused_and_named(scheduler: str, workers: Workers, package: Path) -> None:
@@ -234,6 +241,17 @@ def test_a_worker_that_cannot_read_its_code_is_named(scheduler: str, workers: Wo
         (package / "m600" / "gone.py").symlink_to("nowhere")
         with pytest.raises(ClusterError, match=r"worker tcp://\S+ cannot fly \(FileNotFoundError.* Install the same"):
             list(pool.fly(plans(1)))
+
+
+def test_a_worker_without_skillwing_ends_the_campaign_with_a_sentence(
+    scheduler: str, workers: Workers, package: Path
+) -> None:
+    with (
+        workers(1, LANDS, package, preload=WITHOUT_SKILLWING),
+        ClusterPool(scheduler, flight_code([package]), print) as pool,
+        pytest.raises(ClusterError, match=r"cannot fly \(ModuleNotFoundError: .*skillwing.*Install the same Skillwing"),
+    ):
+        list(pool.fly(plans(1)))
 
 
 def test_a_lost_scheduler_ends_the_campaign_with_a_sentence(package: Path) -> None:

@@ -18,7 +18,7 @@ import msgspec
 from distributed import Client, KilledWorker, Security
 from distributed.core import rpc
 
-from skillwing.evaluation.campaign.cluster_worker import FlightReply, fly_here
+from skillwing.evaluation.campaign.cluster_worker import FlightReply
 from skillwing.evaluation.campaign.flight_code import FlightCode, some_names
 from skillwing.evaluation.campaign.recordings import unpack_recording
 from skillwing.evaluation.campaign.worker_pool import CHECK_PERIOD, FlightPool, LostFlight
@@ -32,6 +32,8 @@ CONNECT_TIMEOUT = 10.0
 WORKERS_PERIOD = 2.0
 """Wall seconds between two looks at the number of workers."""
 
+FLY_THERE = f"__import__({FlightReply.__module__!r}, fromlist=['*']).fly_here(plan, digest, recorded)"
+"""Task of a worker, as text. A worker that cannot import the function of a task would end without an answer."""
 REPAIR = "Install the same Skillwing there, with its extras sim, missions and cluster, and go on with --resume."
 
 
@@ -85,7 +87,8 @@ class ClusterPool(FlightPool):
         for plan in plans:
             check()
             encoded, recorded = msgspec.json.encode(plan), run_dir is not None
-            future = executor.submit(fly_here, encoded, digest, recorded, key=f"{plan.name}-{name}")
+            values = {"plan": encoded, "digest": digest, "recorded": recorded}
+            future = executor.submit(eval, FLY_THERE, values, key=f"{plan.name}-{name}")
             flying[future] = plan
             future.add_done_callback(ended.put)
         while flying:
@@ -119,7 +122,7 @@ class ClusterPool(FlightPool):
             return msgspec.msgpack.decode(future.result(), type=FlightReply)
         except KilledWorker as error:
             deaths, last = error.allowed_failures + 1, error.last_worker.address
-            return f"{deaths} workers died while they flew it, the last at {last}."
+            return f"{deaths} workers died that had this flight, the last at {last}."
         except CancelledError as error:
             text = f"The connection to the scheduler at {self._address} was lost."
             raise ClusterError(f"{text} Start the scheduler and its workers, and go on with --resume.") from error
