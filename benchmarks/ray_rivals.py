@@ -6,8 +6,6 @@ import time
 from unittest.mock import patch
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.sensors import depth_camera
@@ -20,8 +18,7 @@ class RobustRays(RayScene):
     """The same triangles in Embree's robust mode."""
 
     def __init__(self, triangles: Triangles) -> None:
-        self._scene = EmbreeScene(robust=True)
-        self._mesh = TriangleMesh(self._scene, triangles.vertices, triangles.faces)
+        super().__init__(triangles, robust=True)
 
 
 class WatchedRays(RayScene):

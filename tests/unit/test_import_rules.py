@@ -38,7 +38,7 @@ ALLOWED = {
 }
 OPTIONAL = {"recording", "report", "viewer"}
 """Folders of services for which the extra `viewer` is installed."""
-HEAVY = {"numpy", "scipy", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
+HEAVY = {"numpy", "scipy", "numba", "mujoco", "embreex", "rerun", "matplotlib", "py_trees"}
 
 
 def files(part: str) -> Iterator[Path]:

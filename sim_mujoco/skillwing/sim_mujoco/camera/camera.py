@@ -90,7 +90,7 @@ class Camera:
         starts += _CLOSE * self._appearance.normals.take(every_other.take(asked), axis=0)
         towards = np.broadcast_to(SUN, starts.shape)
         found = np.zeros(len(every_other), dtype=np.float32)
-        found[asked] = self._rays.distances(starts, towards, FAR) == 0.0
+        found[asked] = ~self._rays.blocked(starts, towards, FAR)
         sunny = np.empty((HEIGHT // 2, 2, WIDTH // 2, 2), dtype=np.float32)
         sunny[:] = found.reshape(HEIGHT // 2, 1, WIDTH // 2, 1)
         return sunny.ravel()

@@ -61,9 +61,7 @@ class Lidar:
         turn = rotations(quaternions)
         origins = positions + turn @ self._mount
         directions = np.matmul(self._directions, np.ascontiguousarray(turn.transpose(0, 2, 1), dtype=np.float32))
-        ranges, squareness = self._rays.hits(
-            np.repeat(origins.astype(np.float32), BEAMS, axis=0), directions.reshape(-1, 3), REACH
-        )
+        ranges, squareness = self._rays.hits(origins.astype(np.float32), directions.reshape(-1, 3), REACH)
         seen = self.returns(ranges, squareness)
         noise = np.float32(RANGE_NOISE) * self._noise.draw(len(ranges))
         return np.where(seen, ranges + noise, np.float32(0.0)).reshape(COLUMNS, BEAMS)

@@ -1,0 +1,22 @@
+"""Compilation of loops over arrays to machine code, by Numba."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from numba import njit
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def compiled(function: F) -> F:
+    """Compile a function at its first call, and keep the machine code in `__pycache__` or in the user's cache.
+
+    Operations keep their order and their precision, so results do not depend on the compiler. If neither folder can
+    be written, each process compiles again. `NUMBA_CACHE_DIR` names another folder.
+    """
+    try:
+        return njit(cache=True)(function)
+    except RuntimeError:
+        return njit(function)
