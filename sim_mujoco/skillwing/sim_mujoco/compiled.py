@@ -13,10 +13,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 def compiled(function: F) -> F:
     """Compile a function at its first call, and keep the machine code in `__pycache__` or in the user's cache.
 
-    Operations keep their order and their precision, so results do not depend on the compiler. If neither folder can
-    be written, each process compiles again. `NUMBA_CACHE_DIR` names another folder.
+    Operations keep their order and their precision, so results do not depend on the compiler. Division by zero gives
+    infinity, as in NumPy. If neither folder can be written, each process compiles again. `NUMBA_CACHE_DIR` names a
+    folder of its own.
     """
     try:
-        return njit(cache=True)(function)
+        return njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
-        return njit(function)
+        return njit(error_model="numpy")(function)

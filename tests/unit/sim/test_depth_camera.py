@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy_depth
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,15 +15,20 @@ from skillwing.onboard.frames.pose_history import rotations
 from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions
 from skillwing.sim_mujoco.sensors.depth_camera import (
+    BASELINE,
+    FOCAL,
     REACH,
     ZED_MOUNT,
     DepthCamera,
     Infill,
     Pixels,
-    _least_of_next,
-    _unmatchable,
+    _between,
+    _hidden,
+    _is_steep,
+    _measured,
     depth_header,
 )
+from skillwing.sim_mujoco.sensors.instruments import NoiseTable
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import make_world
 
@@ -99,10 +105,47 @@ def test_a_pixel_is_lost_where_it_is_hidden_or_disparity_changes_steeply(dispari
     assert _unmatchable(disparity).tolist() == expected
 
 
-@given(DISPARITIES, st.floats(0.0, 20.0))
-def test_the_least_of_the_next_is_one_of_the_same_row(rows: np.ndarray, count: float) -> None:
-    least = _least_of_next(rows, count)
-    for row, found in zip(rows, least, strict=True):
-        for column, value in enumerate(found):
-            right = row[column + 1 :]
-            assert min(right, default=math.inf) <= value <= min(right[: math.ceil(count)], default=math.inf)
+@st.composite
+def images(draw: st.DrawFn, count: int) -> list[np.ndarray]:
+    """Images of one size. Inverse depths are in the first, with values beyond the reach and without a return."""
+    shape = draw(st.tuples(st.integers(2, 9), st.integers(2, 40)))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    ramps = rng.uniform(0.02, 0.5) + rng.normal(0.0, 0.003, shape).cumsum(axis=1)
+    inverse = np.where(rng.random(shape) < 0.1, 0.0, np.abs(ramps))
+    noises = [rng.standard_normal(shape) * draw(st.sampled_from([0.3, 1.0, 3.0])) for _ in range(count - 1)]
+    return [np.asarray(each, dtype=np.float32) for each in (inverse, *noises)]
+
+
+@given(images(3))
+def test_loops_measure_what_numpy_measures(given_images: list[np.ndarray]) -> None:
+    inverse, matching, noise = given_images
+    disparity = np.float32(FOCAL * BASELINE) * inverse
+    found = _measured(inverse, disparity, _hidden(disparity), matching, noise)
+    assert np.array_equal(found, numpy_depth.measured(inverse, matching, noise))
+    assert np.array_equal(_unmatchable(disparity), numpy_depth.unmatchable(disparity))
+
+
+@given(images(1), st.sampled_from([np.s_[:], np.s_[::2], np.s_[:, ::2]]), st.booleans())
+def test_loops_interpolate_as_numpy_does(given_images: list[np.ndarray], part: slice, turned: bool) -> None:
+    known = given_images[0][part]
+    known = known.T if turned else known
+    assert all(map(np.array_equal, _between(known), numpy_depth.between(known)))
+
+
+def test_a_whole_picture_is_the_same_in_numpy() -> None:
+    rays = RayScene(make_world(1).triangles())
+    camera, noise = DepthCamera(rays, np.random.default_rng(5)), NoiseTable(np.random.default_rng(5))
+    motion = Motion(0.0, (12.0, 1.0, 4.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    inverse = camera._inverse_depth(motion)
+    drawn = [noise.draw(inverse.size).reshape(inverse.shape) for _ in range(2)]
+    assert np.array_equal(camera.picture(motion), numpy_depth.measured(inverse, *drawn))
+
+
+def _unmatchable(disparity: np.ndarray) -> np.ndarray:
+    """Pixels that are hidden, or whose disparity is steep."""
+    return _hidden(disparity) | [[_is_steep(disparity, *at) for at in row] for row in _places(disparity)]
+
+
+def _places(image: np.ndarray) -> list[list[tuple[int, int]]]:
+    rows, columns = image.shape
+    return [[(row, column) for column in range(columns)] for row in range(rows)]

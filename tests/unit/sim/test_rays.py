@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +17,7 @@ from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import make_world
 
+F = TypeVar("F")
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -69,11 +73,11 @@ def test_in_a_world_a_ray_in_a_hundred_thousand_ends_elsewhere(kind: str) -> Non
 def test_a_function_is_compiled_also_where_no_folder_can_hold_it(monkeypatch: pytest.MonkeyPatch) -> None:
     tried = []
 
-    def njit(function: object = None, *, cache: bool = False) -> object:
+    def njit(*, cache: bool = False, **_: str) -> Callable[[F], F]:
         tried.append(cache)
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
-        return function
+        return lambda function: function
 
     monkeypatch.setattr(compilation, "njit", njit)
     assert compilation.compiled(len) is len

@@ -19,6 +19,7 @@ from skillwing.onboard.frames.vectors import Motion, Vector, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
 from skillwing.onboard.topics.sensors import DepthHeader
 from skillwing.services.protocol import encode
+from skillwing.sim_mujoco.compiled import compiled
 from skillwing.sim_mujoco.sensors.instruments import NoiseTable
 
 if TYPE_CHECKING:
@@ -48,6 +49,9 @@ _STEEPEST = 1.0
 _UNMATCHED, _UNMATCHED_FAR = 3.0, 1.4
 """Standard deviations of a fluctuation above which a pixel fails to match: nearby (0.1 %), and at the end of the reach
 (8 %)."""
+_WORST, _WORSE = np.float32(_UNMATCHED), np.float32((_UNMATCHED - _UNMATCHED_FAR) / REACH)
+_NOISE, _LEAST, _MOST = np.float32(DEPTH_NOISE), np.float32(NEAREST), np.float32(REACH)
+_HALF = np.float32(0.5)
 
 
 def depth_header(t: float) -> DepthHeader:
@@ -85,15 +89,9 @@ class DepthCamera:
     def picture(self, motion: Motion) -> NDArray[np.float32]:
         """Depth along the optical axis (180, 320) [m], 0 = no return."""
         inverse = self._inverse_depth(motion)
-        depth = _inverted(inverse)
-        count = depth.size
-        lost = _unmatchable(np.float32(FOCAL * BASELINE) * inverse)
-        worse = np.float32((_UNMATCHED - _UNMATCHED_FAR) / REACH)
-        lost |= self._noise.draw(count).reshape(depth.shape) > np.float32(_UNMATCHED) - worse * depth
-        depth += noise_at(depth) * self._noise.draw(count).reshape(depth.shape)
-        lost |= (depth < NEAREST) | (depth > REACH)
-        depth[lost] = 0.0
-        return depth
+        matching, noise = (self._noise.draw(inverse.size).reshape(inverse.shape) for _ in range(2))
+        disparity = np.float32(FOCAL * BASELINE) * inverse
+        return _measured(inverse, disparity, _hidden(disparity), matching, noise)
 
     def true_depth(self, motion: Motion) -> NDArray[np.float32]:
         """True depth (180, 320) [m], without noise, holes and limits of the sensor."""
@@ -117,37 +115,47 @@ def _inverted(inverse: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.divide(np.float32(1.0), inverse, out=np.zeros_like(inverse), where=inverse > 0.0)
 
 
-def _unmatchable(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels that the second camera does not see, or sees too differently, from their disparities [px]."""
-    width = disparity.shape[1]
-    column = np.arange(width, dtype=np.float32) - disparity  # in the second camera's picture
-    hidden = column < 0.0
-    # A pixel is hidden only by pixels to its right within its own disparity.
-    hidden |= column > _least_of_next(column, float(disparity.max()))
-    # With all rows in one array, a neighbour is one element away, or one row.
-    values, unmatched = disparity.reshape(-1), hidden.reshape(-1)
-    for away in (1, width):
-        steep = np.abs(values[away:] - values[:-away]) > _STEEPEST
-        if away == 1:
-            steep[width - 1 :: width] = False  # a row's last pixel and the first one of the next
-        unmatched[:-away] |= steep
-        unmatched[away:] |= steep
+@compiled
+def _hidden(disparity: Image) -> NDArray[np.bool_]:
+    """Pixels that the second camera does not see, from their disparities [px]: a pixel to the right is in front of
+    them, or they are outside its picture."""
+    height, width = disparity.shape
+    hidden = np.empty((height, width), dtype=np.bool_)
+    for row in range(height):
+        least = np.float32(np.inf)
+        for step in range(width):
+            column = width - 1 - step
+            # Its column in the second camera's picture.
+            place = np.float32(column) - disparity[row, column]
+            hidden[row, column] = (place < 0.0) | (place > least)
+            least = min(least, place)
     return hidden
 
 
-def _least_of_next(rows: NDArray[np.float32], count: float) -> NDArray[np.float32]:
-    """The least of the `count` values, or more, to the right of each value; infinite at the edge."""
-    height, width = rows.shape
-    windows = [1 << k for k in range(width.bit_length()) if 1 << k <= min(count, width - 2)]
-    # All rows in one array, each padded so that no window reaches into the next row.
-    room = sum(windows) + 1
-    padded = np.full((height, width - 1 + room), np.inf, dtype=np.float32)
-    padded[:, : width - 1] = rows[:, 1:]
-    least = padded.reshape(-1)
-    for window in windows:
-        least = np.minimum(least[:-window], least[window:])
-    padded.reshape(-1)[: len(least)] = least
-    return padded[:, :width]
+@compiled
+def _is_steep(disparity: Image, row: int, column: int) -> bool:
+    """Test for a pixel whose disparity differs too much from a neighbour's for a match."""
+    height, width = disparity.shape
+    here = disparity[row, column]
+    above, below = disparity[max(row - 1, 0), column], disparity[min(row + 1, height - 1), column]
+    left, right = disparity[row, max(column - 1, 0)], disparity[row, min(column + 1, width - 1)]
+    across = max(abs(left - here), abs(right - here))
+    return max(across, abs(above - here), abs(below - here)) > _STEEPEST
+
+
+@compiled
+def _measured(inverse: Image, disparity: Image, lost: NDArray[np.bool_], matching: Image, noise: Image) -> Image:
+    """Depths with noise, 0 where there is no return, where the pixel is `lost` already, or where it is not matched."""
+    depth = np.zeros_like(inverse)
+    for row in range(inverse.shape[0]):
+        for column in range(inverse.shape[1]):
+            if inverse[row, column] > 0.0 and not lost[row, column]:
+                true = np.float32(1.0) / inverse[row, column]
+                unmatched = matching[row, column] > _WORST - _WORSE * true
+                value = true + _NOISE * true * true * noise[row, column]
+                if not (unmatched | (value < _LEAST) | (value > _MOST) | _is_steep(disparity, row, column)):
+                    depth[row, column] = value
+    return depth
 
 
 class Infill:
@@ -182,17 +190,22 @@ class Infill:
         return image
 
 
+@compiled
 def _between(known: Image) -> tuple[Image, NDArray[np.bool_]]:
     """Rows (n - 1, m) midway between the rows `known` (n, m), and a mask (n, m) of pixels after which the line breaks.
 
     The last row is masked as well.
     """
-    step = known[1:] - known[:-1]
-    middle = np.float32(0.5) * step
-    middle += known[:-1]
-    bend = np.abs(step[1:] - step[:-1])
-    allowed = _STRAIGHT * middle
-    bent = np.ones_like(known, dtype=np.bool_)
-    bent[1:-1] = bend > allowed[1:]
-    bent[:-2] &= bend > allowed[:-1]
+    count, width = known.shape
+    middle = np.empty((count - 1, width), dtype=np.float32)
+    bent = np.ones((count, width), dtype=np.bool_)
+    for row in range(count - 1):
+        for column in range(width):
+            middle[row, column] = _HALF * (known[row + 1, column] - known[row, column]) + known[row, column]
+    for row in range(count - 2):
+        for column in range(width):
+            here = known[row + 1, column]
+            bend = abs((known[row + 2, column] - here) - (here - known[row, column]))
+            bent[row + 1, column] = bend > _STRAIGHT * middle[row + 1, column]
+            bent[row, column] &= bend > _STRAIGHT * middle[row, column]
     return middle, bent
