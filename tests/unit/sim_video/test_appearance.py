@@ -7,7 +7,8 @@ import pytest
 
 from skillwing.sim_mujoco.camera.appearance import Appearance
 from skillwing.sim_mujoco.camera.ground import GroundPaint
-from skillwing.sim_mujoco.camera.texture import SIDE, Pattern, Textures
+from skillwing.sim_mujoco.camera.shading import Texels, strip_at, texel
+from skillwing.sim_mujoco.camera.texture import SIDE, Pattern, texels_of
 from skillwing.sim_mujoco.world.kinds import KINDS
 from skillwing.sim_mujoco.world.layouts.ground import Strip
 from skillwing.sim_mujoco.world.rays import RayScene
@@ -27,6 +28,16 @@ def inside(corners: np.ndarray, rng: np.random.Generator, count: int) -> tuple[n
     return faces, (weights * corners[:, faces, :2]).sum(axis=0).astype(np.float32)
 
 
+def colours_of(ground: GroundPaint, faces: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Colours (count, 3) of places (count, 2) on these faces (count,)."""
+    x, y = np.ascontiguousarray(places.T)
+    colours = ground.colours[faces] * ground.patches(faces, x, y)[:, None]
+    for number, (face, *place) in enumerate(zip(faces, x, y, strict=True)):
+        strip = strip_at(ground.paint, int(face), *place)
+        colours[number] = colours[number] if strip < 0 else ground.paint.colours[strip]
+    return colours
+
+
 def test_ground_is_painted_as_if_every_strip_were_tried_everywhere(world: World) -> None:
     triangles, grass = world.triangles(), world.colours()
     is_ground = triangles.labels == TERRAIN
@@ -34,9 +45,8 @@ def test_ground_is_painted_as_if_every_strip_were_tried_everywhere(world: World)
     ground = GroundPaint(corners, is_ground, grass, world.paving)
     chosen, places = inside(corners[:, is_ground], np.random.default_rng(1), 20_000)
     faces = np.flatnonzero(is_ground)[chosen]
-    found = np.ascontiguousarray(ground.colours[faces].T)
-    ground.paint(found, faces, *places.T)
-    assert np.allclose(found.T, painted(places, grass[faces], world.paving), atol=1e-6)
+    found = colours_of(ground, faces, places)
+    assert np.allclose(found, painted(places, grass[faces], world.paving), atol=1e-6)
 
 
 def test_of_strips_on_top_of_one_another_the_last_one_shows() -> None:
@@ -53,10 +63,8 @@ def test_of_strips_on_top_of_one_another_the_last_one_shows() -> None:
         ((line, road, yard), [0.1, 0.1, 0.2]),
     ):
         ground = GroundPaint(corners, all_ground, grass, paving)
-        faces = np.zeros(3, dtype=np.intp)
-        colours = np.ascontiguousarray(ground.colours[faces].T)
-        ground.paint(colours, faces, x, y)
-        assert colours[0] == pytest.approx(wanted)
+        colours = colours_of(ground, np.zeros(3, dtype=np.intp), np.stack([x, y], axis=1))
+        assert colours[:, 0] == pytest.approx(wanted)
 
 
 def test_what_stands_there_is_seen_from_its_front(world: World) -> None:
@@ -72,12 +80,12 @@ def test_what_stands_there_is_seen_from_its_front(world: World) -> None:
 
 def test_a_pattern_is_repeated_and_fades_into_its_mean() -> None:
     texels = np.random.default_rng(3).uniform(0.5, 1.5, (SIDE, SIDE)).astype(np.float32)
-    textures = Textures(Pattern(np.ones_like(texels), 1.0), Pattern(texels, 8.0))
-    texel = 8.0 / SIDE
-    u = np.array([0.5, 3.5, 3.5 + SIDE, 3.5 - SIDE, 6.5, 6.5], dtype=np.float32) * np.float32(texel)
-    v = np.array([0.5, 7.5, 7.5, 7.5 + 3 * SIDE, 4.5, 4.5], dtype=np.float32) * np.float32(texel)
-    footprint = np.array([0.0, texel, texel, texel, 2 * texel, 1e4], dtype=np.float32)
-    found = textures.at(np.ones(6, dtype=np.int32), u, v, footprint)
+    table = Texels(*texels_of(Pattern(np.ones_like(texels), 1.0), Pattern(texels, 8.0)))
+    width = 8.0 / SIDE
+    u = np.array([0.5, 3.5, 3.5 + SIDE, 3.5 - SIDE, 6.5, 6.5], dtype=np.float32) * np.float32(width)
+    v = np.array([0.5, 7.5, 7.5, 7.5 + 3 * SIDE, 4.5, 4.5], dtype=np.float32) * np.float32(width)
+    halvings = np.array([0.0, 0.0, 0.4, 0.0, 1.0, 30.0], dtype=np.float32)
+    found = [texel(table, 1, *each) for each in zip(u, v, halvings, strict=True)]
     wanted = [texels[0, 0], *[texels[7, 3]] * 3, texels[4:6, 6:8].mean(), texels.mean()]
     assert found == pytest.approx(wanted, abs=1e-5)
-    assert np.all(textures.at(np.zeros(6, dtype=np.int32), u, v, footprint) == 1.0)
+    assert all(texel(table, 0, *each) == 1.0 for each in zip(u, v, halvings, strict=True))

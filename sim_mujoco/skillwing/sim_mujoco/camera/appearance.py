@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from skillwing.sim_mujoco.camera import texture
 from skillwing.sim_mujoco.camera.ground import GroundPaint
-from skillwing.sim_mujoco.camera.texture import Textures
+from skillwing.sim_mujoco.camera.shading import LEVELS, Lights, Surfaces, Texels, developed, texels_in_pixels
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
 
 Array = NDArray[np.float32]
-Faces = NDArray[np.intp]
+Faces = NDArray[np.int32]
+Rgb = NDArray[np.uint8]
 
 SUN = np.array([-0.45, -0.6, 0.85], dtype=np.float32) / np.float32(math.sqrt(0.45**2 + 0.6**2 + 0.85**2))
 """Direction to the sun, as in the pictures of the worlds."""
@@ -27,6 +28,9 @@ _HORIZON = np.array([[0.87], [0.91], [0.95]], dtype=np.float32)
 _ZENITH = np.array([[0.50], [0.66], [0.88]], dtype=np.float32)
 _VISIBILITY = 900.0
 """Distance over which two thirds of the contrast are lost to haze [m]."""
+_GREY = np.rint(255.0 * np.linspace(0.0, 1.0, LEVELS) ** (1 / 1.15)).astype(np.uint8)
+"""Values of pixels for the levels of light."""
+_LIGHTS = Lights(_SUNLIGHT.ravel(), _SKYLIGHT.ravel(), _HORIZON.ravel())
 _GROUND, _MASONRY, _LEAVES, _PLAIN = range(4)
 
 
@@ -49,52 +53,40 @@ class Appearance:
         """Unit vectors (F + 1, 3); the sky has none."""
         self.facing_sun = np.maximum(self.normals @ SUN, np.float32(0.0))
         """Share of the sun's light (F + 1,) that falls on each face, 0 for the sky."""
-        self._open_sky = np.append(np.float32(0.65) + np.float32(0.35) * normals[:, 2], np.float32(1.0))
+        open_sky = np.append(np.float32(0.65) + np.float32(0.35) * normals[:, 2], np.float32(1.0))
         colours = world.colours()
         self._ground = GroundPaint(corners, terrain, colours, world.paving)
         # In the full light of the sky a surface has its own brightness.
-        self._colours = np.concatenate([self._ground.colours.T, _ZENITH / _SKYLIGHT], axis=1)
+        own_colours = np.concatenate([self._ground.colours.T, _ZENITH / _SKYLIGHT], axis=1)
         green = (colours[:, 1] > colours[:, 0]) & (colours[:, 1] > colours[:, 2])
         kinds = np.select([terrain, building, green], [_GROUND, _MASONRY, _LEAVES], _PLAIN)
-        self._kind = np.append(kinds, _PLAIN).astype(np.int32)
+        kind = np.append(kinds, _PLAIN).astype(np.int32)
         rng = np.random.default_rng((world.seed, 3000))
-        self._textures = Textures(texture.ground(rng), texture.masonry(rng), texture.leaves(rng), texture.plain())
+        patterns = texture.ground(rng), texture.masonry(rng), texture.leaves(rng), texture.plain()
+        self._texels = Texels(*texture.texels_of(*patterns))
         # Patterns have coordinates x and y on the ground, along and up on walls.
         x, y, z = self.normals.T
         along = np.hypot(x, y) + np.float32(1e-6)
-        self._flat = (np.abs(z) > np.float32(0.7)).astype(np.float32)
-        self._u_of_x = np.where(self._flat, np.float32(1.0), -y / along)
-        self._u_of_y = np.where(self._flat, np.float32(0.0), x / along)
+        flat = (np.abs(z) > np.float32(0.7)).astype(np.float32)
+        u_of_x, u_of_y = np.where(flat, np.float32(1.0), -y / along), np.where(flat, np.float32(0.0), x / along)
+        self._tables = Surfaces(
+            np.ascontiguousarray(own_colours, dtype=np.float32), self.facing_sun, open_sky, u_of_x, u_of_y, flat, kind
+        )
 
-    def light(self, faces: Faces, places: Array, directions: Array, away: Array, sunny: Array, pixel: float) -> Array:
-        """Light (3, N), 0 to 1, from places (3, N) on these faces (N,), -1 for the sky, in unit directions (3, N).
+    def picture(self, faces: Faces, places: Array, directions: Array, away: Array, sunny: Array, pixel: float) -> Rgb:
+        """Picture (height, width, 3) of places (3, N) on these faces (height, width), -1 for the sky, in unit
+        directions (3, N).
 
-        away: distance (N,) [m]. sunny: 1 (N,) where the sun shines, 0 in the shade. pixel: its width at a distance of
-        1 m [m].
+        away: distance (N,) [m]. sunny: 1 where the sun shines, 0 in the shade, (height / 2, width / 2). pixel: its
+        width at a distance of 1 m [m].
         """
-        light = self._colours.take(faces, axis=1)
-        self._ground.paint(light, faces, places[0], places[1])
-        light *= self._pattern(faces, places, away * np.float32(pixel))
-        sun, sky = self.facing_sun.take(faces) * sunny, self._open_sky.take(faces)
-        light *= _SUNLIGHT * sun + _SKYLIGHT * sky
-        light -= _HORIZON
-        light *= _contrast(faces, directions, away)
-        light += _HORIZON
-        return light
-
-    def _pattern(self, faces: Faces, places: Array, footprint: Array) -> Array:
-        x, y, z = places
-        u = self._u_of_x.take(faces) * x + self._u_of_y.take(faces) * y
-        v = z + self._flat.take(faces) * (y - z)
-        return self._textures.at(self._kind.take(faces), u, v, footprint)
-
-
-def _contrast(faces: Faces, directions: Array, away: Array) -> Array:
-    """Contrast (N,) of a colour to that of the horizon: less behind haze, and less low in the sky."""
-    contrast = np.exp(away * np.float32(-1.0 / _VISIBILITY))
-    sky = np.flatnonzero(faces < 0)
-    contrast[sky] = np.sqrt(np.maximum(directions[2].take(sky), np.float32(0.0)))
-    return contrast
+        row = faces.reshape(-1)
+        table = self._tables
+        texels = texels_in_pixels(row, away, table.kind, self._texels.per_metre, np.float32(pixel))
+        patches = self._ground.patches(row, places[0], places[1])
+        halvings, haze = np.log2(texels), np.exp(away * np.float32(-1.0 / _VISIBILITY))
+        paint, up = self._ground.paint, directions[2]
+        return developed(table, paint, self._texels, _LIGHTS, faces, places, patches, halvings, haze, up, sunny, _GREY)
 
 
 def _surfaces(normals: Array, corners: Array, is_terrain: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -12,11 +12,12 @@ from skillwing.onboard.frames.pose_history import rotations
 from skillwing.onboard.frames.vectors import Motion, add, to_world
 from skillwing.onboard.topics.video import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
+from skillwing.sim_mujoco.camera.shading import placed, rays_to_sun, rows_at
+from skillwing.sim_mujoco.compiled import compiled
 from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
-Numbers = NDArray[np.intp]
 Pixels = NDArray[np.intp]
 Floats = NDArray[np.float32]
 Faces = NDArray[np.int32]
@@ -26,8 +27,7 @@ Cast = Callable[[Pixels], tuple[Floats, Faces]]
 Picture = NDArray[np.uint8]
 FAR = 1000.0
 """Distance beyond which there is only sky [m]."""
-_GREY = np.rint(255.0 * np.linspace(0.0, 1.0, 2048) ** (1 / 1.15)).astype(np.uint8)
-"""Values of pixels for light between 0 and 1."""
+_HALF = np.float32(0.5)
 _CLOSE = np.float32(0.02)
 """Distance of the origin of rays to the sun from the surface, which would shade itself otherwise [m]."""
 
@@ -67,33 +67,22 @@ class Camera:
         origin = np.array(add(motion.position, to_world(motion.quaternion, ZED_MOUNT)), dtype=np.float32)
 
         def cast(pixels: Pixels) -> tuple[Floats, Faces]:
-            ranges, faces = self._rays.faces(origin, directions.take(pixels, axis=1).T, FAR)
+            ranges, faces = self._rays.faces(origin, rows_at(directions, pixels), FAR)
             inverse = np.divide(self._length.take(pixels), ranges, out=np.zeros_like(ranges), where=faces >= 0)
             return inverse, faces
 
         inverse, faces = trace(HEIGHT, WIDTH, self._appearance.surfaces, cast)
-        away = self._length / np.maximum(inverse.ravel(), np.float32(1.0 / FAR))
-        places = directions * away
-        places += origin[:, None]
-        seen = faces.ravel().astype(np.intp)
-        light = self._appearance.light(seen, places, directions, away, self._sunny(seen, places), 1.0 / FOCAL)
-        light *= np.float32(len(_GREY) - 1)
-        levels = np.clip(light, 0, len(_GREY) - 1).astype(np.uint16)
-        return np.stack([_GREY.take(each) for each in levels], axis=-1).reshape(HEIGHT, WIDTH, 3)
+        places, away = placed(inverse.reshape(-1), directions, self._length, origin, np.float32(1.0 / FAR))
+        return self._appearance.picture(faces, places, directions, away, self._sunny(faces, places), 1.0 / FOCAL)
 
-    def _sunny(self, faces: Numbers, places: Floats) -> Floats:
-        """1 in the sun, 0 in the shade (N,): cast for every other pixel of every other row that faces the sun, and
-        copied to its neighbours below and to the right."""
-        every_other = faces.reshape(HEIGHT, WIDTH)[::2, ::2].ravel()
-        asked = np.flatnonzero(self._appearance.facing_sun.take(every_other))
-        starts = places.reshape(3, HEIGHT, WIDTH)[:, ::2, ::2].reshape(3, -1).take(asked, axis=1).T
-        starts += _CLOSE * self._appearance.normals.take(every_other.take(asked), axis=0)
-        towards = np.broadcast_to(SUN, starts.shape)
-        found = np.zeros(len(every_other), dtype=np.float32)
-        found[asked] = ~self._rays.blocked(starts, towards, FAR)
-        sunny = np.empty((HEIGHT // 2, 2, WIDTH // 2, 2), dtype=np.float32)
-        sunny[:] = found.reshape(HEIGHT // 2, 1, WIDTH // 2, 1)
-        return sunny.ravel()
+    def _sunny(self, faces: Faces, places: Floats) -> Floats:
+        """1 in the sun, 0 in the shade (height / 2, width / 2): cast for every other pixel of every other row that
+        faces the sun. The pixels below and to the right have the same."""
+        look = self._appearance
+        starts, numbers = rays_to_sun(faces, places, look.facing_sun, look.normals, _CLOSE)
+        found = np.zeros(faces.size // 4, dtype=np.float32)
+        found[numbers] = ~self._rays.blocked(starts, np.broadcast_to(SUN, starts.shape), FAR)
+        return found.reshape(HEIGHT // 2, WIDTH // 2)
 
 
 def _downward(tilt: float) -> NDArray[np.float64]:
@@ -116,20 +105,25 @@ def trace(height: int, width: int, surface_of: NDArray[np.int32], cast: Cast) ->
 
     cast_into(pixels[::2, ::2].ravel())
     # First the columns between those of every other row, then the other rows.
-    cast_into(pixels[::2, 1::2].T[_fill(inverse[::2].T, face[::2].T, surface_of)])
-    cast_into(pixels[1::2][_fill(inverse, face, surface_of)])
+    cast_into(_fill(inverse[::2].T, face[::2].T, pixels[::2].T, surface_of))
+    cast_into(_fill(inverse, face, pixels, surface_of))
     return inverse, face
 
 
-def _fill(inverse: Floats, face: Faces, surface_of: NDArray[np.int32]) -> NDArray[np.bool_]:
+@compiled
+def _fill(inverse: Floats, face: Faces, pixels: Pixels, surface_of: NDArray[np.int32]) -> Pixels:
     """Interpolate every other row of both (2 n, m) from the rows before and after it.
 
-    Returns a mask (n, m) of the pixels in these rows that lie between two surfaces and have to be cast.
+    Returns those of the `pixels` (2 n, m) in these rows that lie between two surfaces and have to be cast.
     """
-    known = face[::2]
-    inverse[1:-1:2] = np.float32(0.5) * (inverse[:-2:2] + inverse[2::2])
-    face[1::2] = known
-    surface = surface_of.take(known)
-    unknown = np.ones(surface.shape, dtype=np.bool_)
-    np.not_equal(surface[:-1], surface[1:], out=unknown[:-1])
-    return unknown
+    height, width = inverse.shape
+    unknown, count = np.empty(height // 2 * width, dtype=np.intp), 0
+    for row in range(1, height, 2):
+        for column in range(width):
+            face[row, column] = face[row - 1, column]
+            if row + 1 < height:
+                inverse[row, column] = _HALF * (inverse[row - 1, column] + inverse[row + 1, column])
+            if row + 1 == height or surface_of[face[row - 1, column]] != surface_of[face[row + 1, column]]:
+                unknown[count] = pixels[row, column]
+                count += 1
+    return unknown[:count]

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.sim_mujoco.camera.shading import Paint
 from skillwing.sim_mujoco.world.layouts.ground import Strip
-from skillwing.sim_mujoco.world.rendering import painted
+from skillwing.sim_mujoco.world.rendering import WIDEST_ROAD, painted, patches
 
 Array = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -18,7 +19,7 @@ Mask = NDArray[np.bool_]
 class GroundPaint:
     """Colours of places on the ground, as `painted` gives them, but only from the strips near each place.
 
-    Faces with the same strips are painted together. Faces within one strip have its colour.
+    Faces within one strip have its colour.
     """
 
     def __init__(self, corners: Array, is_ground: Mask, colours: Array, paving: Sequence[Strip]) -> None:
@@ -31,23 +32,27 @@ class GroundPaint:
         if len(of_one):
             self.colours[ground[of_one]] = np.array([strip.colour for strip in paving])[within[of_one]]
         sets, set_of = np.unique(near, axis=0, return_inverse=True)
-        self._sets = [[strip for strip, shows in zip(paving, each, strict=True) if shows] for each in sets]
         set_of[of_one] = len(sets)
-        self._set_of = np.full(len(is_ground) + 1, len(sets), dtype=np.intp)
-        """The number of each face's set of strips. Faces without paint, as the sky, have the number after the last."""
-        self._set_of[ground] = set_of
+        # Faces without paint, as the sky, have the number after the last set.
+        all_sets = np.full(len(is_ground) + 1, len(sets), dtype=np.int32)
+        all_sets[ground] = set_of
+        rows = np.array([_row(strip) for strip in paving], dtype=np.float32).reshape(-1, 7)
+        strips = np.array([strip.colour for strip in paving], dtype=np.float32).reshape(-1, 3)
+        first = np.concatenate([[0], np.cumsum(sets.sum(axis=1))]).astype(np.int32)
+        self.paint = Paint(all_sets, first, np.nonzero(sets)[1].astype(np.int32), rows, strips)
 
-    def paint(self, colours: Array, faces: NDArray[np.intp], x: Array, y: Array) -> None:
-        """Paint the ground among colours (3, N) of places x, y (N,) on these faces (N,), -1 for the sky."""
-        sets = self._set_of.take(faces)
-        occurs = np.zeros(len(self._sets) + 1, dtype=np.bool_)
-        occurs[sets] = True
-        for number in np.flatnonzero(occurs[:-1]):
-            here = np.flatnonzero(sets == number)
-            places = np.stack([x.take(here), y.take(here)])
-            found = painted(places.T, colours.take(here, axis=1).T, self._sets[number])
-            for row, values in zip(colours, found.T, strict=True):
-                row[here] = values
+    def patches(self, faces: NDArray[np.int32], x: Array, y: Array) -> Array:
+        """Factors (N,) of the grass at places x, y (N,) on these faces (N,), -1 for the sky; 1 without grass."""
+        factors = np.ones(len(x), dtype=np.float32)
+        grass = np.flatnonzero(self.paint.set_of.take(faces) < len(self.paint.first) - 1)
+        factors[grass] = patches(x.take(grass), y.take(grass))
+        return factors
+
+
+def _row(strip: Strip) -> tuple[float, ...]:
+    (ax, ay), (bx, by) = strip.start, strip.end
+    length = math.hypot(bx - ax, by - ay)
+    return ax, ay, (bx - ax) / length, (by - ay) / length, length, strip.width / 2, float(strip.width <= WIDEST_ROAD)
 
 
 def _strips_of(corners: Array, paving: Sequence[Strip]) -> tuple[Mask, NDArray[np.intp]]:

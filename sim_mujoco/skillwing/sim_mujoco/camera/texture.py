@@ -17,7 +17,7 @@ Array = NDArray[np.float32]
 Kinds = NDArray[np.int32]
 SIDE = 512
 """Texels of a pattern in each direction."""
-_COARSEST = SIDE.bit_length() - 1
+COARSEST = SIDE.bit_length() - 1
 """Number of halvings of a pattern down to one texel."""
 
 
@@ -28,29 +28,13 @@ class Pattern(NamedTuple):
     width: float
 
 
-class Textures:
-    """Patterns in all their resolutions, in one table for a lookup of all pixels at once."""
-
-    def __init__(self, *patterns: Pattern) -> None:
-        self._texels = np.concatenate([level.ravel() for each in patterns for level in _levels(each.texels)])
-        self._per_metre = np.array([SIDE / each.width for each in patterns], dtype=np.float32)
-        sizes = np.tile(4 ** np.arange(_COARSEST, -1, -1), len(patterns))
-        self._start = (np.cumsum(sizes) - sizes).astype(np.int32)
-        """Start of each resolution of each pattern in the table."""
-
-    def at(self, kind: Kinds, u: Array, v: Array, footprint: Array) -> Array:
-        """Factors (N,) of the patterns with these numbers (N,), at places u, v (N,) on the surface [m].
-
-        footprint: width (N,) of a pixel there [m].
-        """
-        per_metre = self._per_metre.take(kind)
-        level = np.log2(np.maximum(footprint * per_metre, np.float32(1.0)))
-        level = np.minimum(np.rint(level).astype(np.int32), _COARSEST)
-        # Halving a number of texels, a power of two, is a shift of its binary digits.
-        column = (np.floor(u * per_metre).astype(np.int32) & (SIDE - 1)) >> level
-        row = (np.floor(v * per_metre).astype(np.int32) & (SIDE - 1)) >> level
-        start = self._start.take(kind * np.int32(_COARSEST + 1) + level)
-        return self._texels.take(start + ((row << (_COARSEST - level)) + column))
+def texels_of(*patterns: Pattern) -> tuple[Array, Kinds, Array]:
+    """All resolutions of the patterns in one table, the start of each resolution of each pattern, and the patterns'
+    texels per metre."""
+    values = np.concatenate([level.ravel() for each in patterns for level in _levels(each.texels)])
+    sizes = np.tile(4 ** np.arange(COARSEST, -1, -1), len(patterns))
+    per_metre = np.array([SIDE / each.width for each in patterns], dtype=np.float32)
+    return values, (np.cumsum(sizes) - sizes).astype(np.int32), per_metre
 
 
 def _levels(pattern: Array) -> list[Array]:

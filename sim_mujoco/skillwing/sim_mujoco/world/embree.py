@@ -10,6 +10,7 @@ the mask of valid rays and the arguments of the call.
 from __future__ import annotations
 
 import ctypes
+import weakref
 from typing import Any
 
 import numpy as np
@@ -67,10 +68,10 @@ class TriangleScene:
     """Embree's tree of boxes over triangles, at an `address` for the functions below."""
 
     def __init__(self, triangles: Triangles, *, robust: bool = False) -> None:
-        self._device = _new_device(b"")
-        self.address: int = _new_scene(self._device)
+        device = _new_device(b"")
+        self.address: int = _new_scene(device)
         _set_flags(self.address, _ROBUST if robust else 0)
-        geometry = _new_geometry(self._device, _TRIANGLES)
+        geometry = _new_geometry(device, _TRIANGLES)
         for kind, form, values in (
             (_VERTICES, _FLOAT3, np.ascontiguousarray(triangles.vertices, dtype=np.float32)),
             (_INDICES, _UINT3, np.ascontiguousarray(triangles.faces, dtype=np.int32)),
@@ -84,11 +85,12 @@ class TriangleScene:
         _attach(self.address, geometry)
         _release_geometry(geometry)
         _commit_scene(self.address)
+        weakref.finalize(self, _release, self.address, device)
 
-    def __del__(self) -> None:
-        if hasattr(self, "address"):
-            _release_scene(self.address)
-            _release_device(self._device)
+
+def _release(scene: int, device: int) -> None:
+    _release_scene(scene)
+    _release_device(device)
 
 
 @compiled

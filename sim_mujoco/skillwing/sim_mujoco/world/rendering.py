@@ -28,7 +28,8 @@ _SKY = np.array([[0.87, 0.91, 0.95], [0.55, 0.70, 0.88]], dtype=np.float32)
 _SKY_RAYS = 14
 _SKY_REACH = 8.0
 """Distance within which objects shade a place from the sky [m]."""
-_WIDEST_ROAD = 8.0
+WIDEST_ROAD = 8.0
+"""Width of strips up to which their ends are round [m]: roads join at corners, yards do not."""
 _FAR = 2000.0
 _LIFT = np.float32(2e-3)
 
@@ -135,20 +136,24 @@ def _sphere(count: int) -> Array:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1).astype(np.float32)
 
 
+def patches(x: Array, y: Array) -> Array:
+    """Factors (N,) of lighter and darker patches of grass at places x, y (N,) [m]."""
+    waves = np.sin(0.31 * x + 1.7 * np.sin(0.23 * y)) * np.sin(0.27 * y + 1.3 * np.sin(0.19 * x))
+    return (1.0 + 0.06 * waves).astype(np.float32)
+
+
 def painted(places: Array, grass: Array, paving: Sequence[Strip]) -> Array:
     """Grass with lighter and darker patches, and the strips that lie on it."""
     x, y = places.T
-    patches = np.sin(0.31 * x + 1.7 * np.sin(0.23 * y)) * np.sin(0.27 * y + 1.3 * np.sin(0.19 * x))
-    colours = grass * (1.0 + 0.06 * patches)[:, None].astype(np.float32)
+    colours = grass * patches(x, y)[:, None]
     for strip in paving:
         (ax, ay), (bx, by) = strip.start, strip.end
         length = math.hypot(bx - ax, by - ay)
         ux, uy = (bx - ax) / length, (by - ay) / length
         along, aside = (x - ax) * ux + (y - ay) * uy, (y - ay) * ux - (x - ax) * uy
-        # Roads have round ends, so that they join at corners; yards do not.
         beyond = np.clip(along - length, 0.0, None) + np.clip(-along, 0.0, None)
         covered = np.hypot(aside, beyond) <= strip.width / 2
-        if strip.width > _WIDEST_ROAD:
+        if strip.width > WIDEST_ROAD:
             covered &= beyond == 0.0
         colours[covered] = strip.colour
     return colours
