@@ -24,6 +24,7 @@ from skillwing.sim_mujoco.sensors.depth_camera import (
     Pixels,
     _between,
     _hidden,
+    _insert,
     _is_steep,
     _measured,
     depth_header,
@@ -129,7 +130,11 @@ def test_loops_measure_what_numpy_measures(given_images: list[np.ndarray]) -> No
 def test_loops_interpolate_as_numpy_does(given_images: list[np.ndarray], part: slice, turned: bool) -> None:
     known = given_images[0][part]
     known = known.T if turned else known
-    assert all(map(np.array_equal, _between(known), numpy_depth.between(known)))
+    (middle, bent), numbers = numpy_depth.between(known), np.arange(known.size).reshape(known.shape)
+    assert all(map(np.array_equal, _between(known), (middle, bent)))
+    room = np.zeros((known.shape[0], known.shape[1]), dtype=np.float32)
+    assert np.array_equal(_insert(middle, bent, room, numbers), numbers[bent])
+    assert np.array_equal(room[:-1], middle)
 
 
 def test_a_whole_picture_is_the_same_in_numpy() -> None:

@@ -184,8 +184,7 @@ class Infill:
             (image[::2, ::2].T, image[::2, 1::2].T, numbers[::2, 1::2].T),
             (image[::2], image[1::2], numbers[1::2]),
         ):
-            between[:-1], bent = _between(known)
-            chosen = chosen_from[bent]
+            chosen = _insert(*_between(known), between, chosen_from)
             pixels[chosen] = cast(chosen)
         return image
 
@@ -209,3 +208,18 @@ def _between(known: Image) -> tuple[Image, NDArray[np.bool_]]:
             bent[row + 1, column] = bend > _STRAIGHT * middle[row + 1, column]
             bent[row, column] &= bend > _STRAIGHT * middle[row, column]
     return middle, bent
+
+
+@compiled
+def _insert(middle: Image, bent: NDArray[np.bool_], between: Image, numbers: Pixels) -> Pixels:
+    """Put the rows `middle` (n - 1, m) into `between` (n, m); return the `numbers` (n, m) where the line is bent."""
+    count, width = bent.shape
+    chosen, found = np.empty(count * width, dtype=np.intp), 0
+    for row in range(count):
+        for column in range(width):
+            if row < count - 1:
+                between[row, column] = middle[row, column]
+            if bent[row, column]:
+                chosen[found] = numbers[row, column]
+                found += 1
+    return chosen[:found]
