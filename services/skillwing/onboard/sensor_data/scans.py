@@ -79,22 +79,27 @@ class LidarScan:
 
     def in_body(self) -> Points:
         """Returns (columns, beams, 3) in body axes at the moment of each column [m]."""
-        header = self.header
-        directions = lidar_directions(header.columns, header.beams)
-        return directions * self.ranges[:, :, None] + np.array(header.mount, dtype=np.float32)
+        return self._in_body(np.arange(self.header.columns))
 
     def place(self, history: PoseHistory, reach: float) -> PlacedPoints:
         """All returns within `reach` [m], each column from the drone's pose at its moment."""
         header = self.header
-        steps = np.array([*(np.arange(header.columns) + 0.5) / header.columns, 0.5, 1.0])
+        within = (self.ranges > 0.0) & (self.ranges <= reach)
+        columns = np.flatnonzero(within.any(axis=1))  # the others look into the sky
+        steps = np.array([*(columns + 0.5) / header.columns, 0.5, 1.0])
         positions, turns = history.at(header.t0 + steps * (header.t1 - header.t0))
         mount = np.array(header.mount)
-        in_body = self.in_body()
+        in_body = self._in_body(columns)
         points = np.matmul(in_body, turns[:-2].transpose(0, 2, 1).astype(np.float32))
         points += positions[:-2, None].astype(np.float32)
-        kept = (self.ranges > 0.0) & (self.ranges <= reach)
+        kept = within.take(columns, axis=0)
         kept &= np.einsum("ijk,ijk->ij", in_body, in_body) > OWN_BODY**2
         return PlacedPoints(header.t1, turns[-1], positions[-2] + turns[-2] @ mount, points[kept])
+
+    def _in_body(self, columns: NDArray[np.intp]) -> Points:
+        header = self.header
+        directions = lidar_directions(header.columns, header.beams).take(columns, axis=0)
+        return directions * self.ranges.take(columns, axis=0)[:, :, None] + np.array(header.mount, dtype=np.float32)
 
 
 @dataclass(frozen=True)
