@@ -25,7 +25,7 @@ PARTS = ("dsl", "services", "onboard", "m600", "sim_mujoco", "bt_missions", "eva
 FLYING = (*(f"{part}/**/*" for part in PARTS), "evaluation/*")
 """Files of everything that flies. A test flies, and checks that every loaded module lies in one of them."""
 SUFFIXES = {".py", ".skillset", ".xml", ".lark"}
-LIBRARIES = ("av", "embreex", "mujoco-core", "msgspec", "numpy", "py-trees", "scipy")
+LIBRARIES = ("av", "embreex", "llvmlite", "mujoco-core", "msgspec", "numba", "numpy", "py-trees", "scipy")
 """Libraries that compute in a flight."""
 NAMES_SHOWN = 3
 """Number of changed files that a message names."""

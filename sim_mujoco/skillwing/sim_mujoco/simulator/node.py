@@ -34,6 +34,7 @@ from skillwing.sim_mujoco.sensors.health import ConditionChange
 from skillwing.sim_mujoco.sensors.receivers import ReceiverName
 from skillwing.sim_mujoco.sensors.table import SENSORS
 from skillwing.sim_mujoco.simulator.simulator import Simulator
+from skillwing.sim_mujoco.simulator.warm_up import compile_loops
 from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
@@ -292,6 +293,7 @@ def make_sim(options: dict[str, Any]) -> SimNode:
     except ValueError as error:
         raise OptionsError(str(error)) from error
     simulator.autopilot.authority = wanted.authority
+    compile_loops()
     return SimNode(simulator, wanted.factor)
 
 
