@@ -26,4 +26,4 @@ def test_no_loop_is_compiled_in_flight() -> None:
     assert simulator.camera.take(simulator.t, simulator.motion) is None
     assert simulator.camera.take(simulator.t + 0.1, simulator.motion) is not None
     assert compilations() == before
-    assert before["cast_hits"] == before["developed"] == before["_measured"] == 1
+    assert all(before[name] > 0 for name in ("cast_hits", "developed", "_measured"))
