@@ -126,12 +126,12 @@ class CausalFeed:
 
     def _on_silence(self, silences: int) -> bool:
         """Show what is held back if the silence lasts, and go on asking."""
-        if silences >= SILENCES_UNTIL_SHOWN and self.view.waiting:
-            if not self._silent:
-                log.warning("the resource manager is silent: goals are shown without the states that they follow from")
+        if silences >= SILENCES_UNTIL_SHOWN:
             self._silent = True
-            number = self.view.number
-            self._deliver(self.view.give_up(), number)
+            number, held = self.view.number, self.view.give_up()
+            if held:
+                log.warning("the resource manager is silent: goals are shown without the states that they follow from")
+            self._deliver(held, number)
         return True
 
 
