@@ -77,8 +77,8 @@ class Skill:
         self._skillset = skillset
         self._prefix = f"{skillset}/skill/{skill}"
         self._news: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
-        self._step = 0
-        """Number of the last step of the resource manager whose states were printed."""
+        self._step, self._epoch = 0, ""
+        """Number and epoch of the last step of the resource manager whose states were printed."""
         # Declared before the start, so that no message is missed.
         keys = (f"{skillset}/resource/step", f"{self._prefix}/status", f"{self._prefix}/progress")
         self._subscribers = [self._subscribe(key) for key in keys]
@@ -119,18 +119,18 @@ class Skill:
 
     def _take_step(self, step: dict[str, Any]) -> None:
         """Print what a step of the resource manager changed, unless its states were printed already."""
-        if step["number"] == self._step + 1:
+        if (step["number"], step["epoch"]) == (self._step + 1, self._epoch):
             self._step = step["number"]
             for record in step["records"]:
                 if record["kind"] == "resource":
                     _print({"step": step["number"], "resource": record["subject"], "state": record["after"]})
-        elif step["number"] > self._step:
+        elif step["number"] > self._step or step["epoch"] != self._epoch:
             self._print_states()
 
     def _print_states(self) -> None:
         """Ask for the states of all resources, and print them."""
         states = ask(self._session, f"{self._skillset}/resource/state", {})
-        self._step = states["step"]
+        self._step, self._epoch = states["step"], states["epoch"]
         _print({"step": states["step"], "states": states["states"]})
 
     def _subscribe(self, key: str) -> zenoh.Subscriber[None]:

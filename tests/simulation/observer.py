@@ -122,7 +122,7 @@ class Observer:
     def _judge_order(self, t: float, status: GoalStatus) -> None:
         """A status names the step that it follows from, so that clients can wait for it."""
         follows = self._steps.get(status.cause or "", 0)
-        if not follows <= status.after_step <= (self.step or 0):
+        if status.after_step < follows:
             text = f"{status.goal_id} is {status.label} by step {follows}, and names step {status.after_step}"
             self.note(t, "causes before effects", text)
         if status.record is not None:

@@ -299,9 +299,13 @@ class QueryGoal(Message, frozen=True, kw_only=True):
 
 
 class ResourceStates(Message, frozen=True, kw_only=True):
-    """States of all resources, by resource, after the resource manager's step of that number."""
+    """States of all resources, by resource, after the resource manager's step of that number.
+
+    `epoch` as in `ResourceStep`.
+    """
 
     step: int
+    epoch: str = ""
     states: dict[str, str]
     t: Time
 
@@ -543,11 +547,13 @@ class Record(Message, frozen=True, kw_only=True):
 class ResourceStep(Message, frozen=True, kw_only=True):
     """One step of the resource manager: everything that it recorded and decided, in order, as one event.
 
-    `number` grows by one with each step that tells anything, also when a process continues from the journal. A record
-    of kind `resource` is the change of a resource (`changes`). `verdicts` are those on goals that the step took away.
+    `number` grows by one with each step that tells anything, also when a process continues from the journal. Without
+    the journal a new `epoch` begins, with larger numbers: nothing in between was lost. A record of kind `resource` is
+    the change of a resource (`changes`). `verdicts` are those on goals that the step took away.
     """
 
     number: int
+    epoch: str = ""
     t: Time
     records: tuple[Record, ...] = ()
     verdicts: tuple[Violated | Lost, ...] = ()

@@ -65,10 +65,10 @@ def journaled(path: Path, now: float | None = None, *, follows_time: bool = Fals
     )
     kept = journal.snapshot()
     if kept is None:
-        core.begin(0.0)
+        core.begin(0.0, "first")
     else:
         now = kept.t if now is None else now
-        if core.resume(kept, now, follows_time=follows_time):
+        if core.resume(kept, now, follows_time=follows_time, epoch="second"):
             core.step(Resumed(), now)
     return core
 

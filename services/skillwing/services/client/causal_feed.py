@@ -69,8 +69,12 @@ class CausalFeed:
         """Take a status that came as a reply, in its turn."""
         self._deliver(self.view.take_status(status), self.view.number)
 
-    def take_states(self, payload: bytes, question: int = 0) -> None:
-        """Take encoded states that came as a reply; any other reply is ignored."""
+    def note_question(self) -> int:
+        """Note a request whose reply holds the states, and return its number for `take_states`."""
+        return self.view.note_question()
+
+    def take_states(self, payload: bytes, question: int) -> None:
+        """Take encoded states that came as the reply to a request; any other reply is ignored."""
         try:
             states = decode(payload, ResourceStates)
         except ProtocolError:
@@ -102,9 +106,7 @@ class CausalFeed:
     def _on_manager(self, key: str, alive: bool) -> None:
         del key
         if alive and not self._manager_alive:
-            self.view.expect_new_manager()
-            if not self._asking:
-                self._ask_states()
+            self._ask_states()
         self._manager_alive = alive
 
     def _ask_states(self) -> None:

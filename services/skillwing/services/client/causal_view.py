@@ -32,19 +32,23 @@ class Held(NamedTuple):
 class CausalView:
     """Resource states, from steps and snapshots in any order, each any number of times.
 
-    Every `take_...` returns the messages whose turn has come, in their order. Before the first snapshot, and for older
-    steps, that is at once. Pure: its owner asks for the states if `waiting` lasts.
+    Every `take_...` returns the messages whose turn has come, in their order. Before the first snapshot, and for steps
+    that are older or of another epoch, that is at once. Pure: its owner asks for the states if `waiting` lasts.
     """
 
     def __init__(self) -> None:
         self._states: dict[str, str] = {}
         self._records: dict[str, str] = {}
         self._early: dict[int, ResourceStep] = {}
+        """Steps of this epoch that wait for earlier ones."""
+        self._foreign: list[ResourceStep] = []
+        """Steps of which it is unknown whether they come before or after the states: no snapshot of their epoch is."""
         self._held: list[Held] = []
         self._shown: Held | None = None
         """Status of the latest step, among those that were shown before the first states."""
         self._questions = 0
-        self._manager_is_new = False
+        self._answered = 0
+        self._epoch = ""
         self.number: int | None = None
         """Number of the step whose states these are; None until known."""
 
@@ -60,48 +64,51 @@ class CausalView:
 
     @property
     def waiting(self) -> bool:
-        """True while something is missing: an earlier step, or the first states."""
-        return bool(self._early or self._held) or not self.ready
+        """True while something is missing: an earlier step, the states of another epoch, or the first states."""
+        return bool(self._early or self._held or self._foreign) or not self.ready
 
     def change_record(self, resource: str) -> str | None:
         """Id of the timeline record of the resource's last change; None if no change was seen."""
         return self._records.get(resource)
 
-    def expect_new_manager(self) -> None:
-        """Accept lower numbers from a new resource manager. States stay as they were until its snapshot arrives."""
-        self._manager_is_new = True
-
     def note_question(self) -> int:
-        """Note a question for the states, and return its number, for the answer."""
+        """Note a question for the states, or a request that they answer, and return its number, for the answer."""
         self._questions += 1
         return self._questions
 
     def take_step(self, step: ResourceStep) -> tuple[Delivered, ...]:
         """Take a step. One that comes early waits for those before it."""
-        if self.number is not None and step.number <= self.number:
+        if self.number is None or step.epoch != self._epoch:
+            self._foreign.append(step)
+            return (step,)
+        if step.number <= self.number:
             return (step,)
         self._early[step.number] = step
-        return (step,) if self.number is None else (*self._next_steps(), *self._due())
+        return (*self._next_steps(), *self._due())
 
-    def take_states(self, snapshot: ResourceStates, question: int = 0) -> tuple[Delivered, ...]:
+    def take_states(self, snapshot: ResourceStates, question: int) -> tuple[Delivered, ...]:
         """Take a snapshot, the answer to a question.
 
         The manager stores a step before it tells of it. So the answer holds the step of every status that came before
         the question. A manager without a journal may have lost that step.
         """
-        known = self.number if not self._manager_is_new else None
-        if known is not None and snapshot.step < known:
-            return tuple(self._due(question))
-        if self.number is None and self._shown and not self._shown.answered_by(snapshot.step, question):
+        known = self.number
+        if question < self._answered or (known is not None and snapshot.epoch == self._epoch and snapshot.step < known):
+            return tuple(self._due(question))  # an answer that newer states have overtaken
+        if known is None and self._shown and not self._shown.answered_by(snapshot.step, question):
             return ()
-        was_ready, self._manager_is_new = self.ready, False
+        self._answered = question
+        if known is None or snapshot.epoch != self._epoch:
+            self._begin_epoch(snapshot.epoch)
         past = tuple(self._early.pop(number) for number in sorted(self._early) if number <= snapshot.step)
         for step in past:
             self._apply(step)
         self._states.update(snapshot.states)
         self.number = snapshot.step
-        steps = (*past, *self._next_steps())
-        return (*(steps if was_ready else ()), *self._due(question))
+        shown = {id(step) for step in self._foreign}
+        self._foreign = []
+        steps = (step for step in (*past, *self._next_steps()) if id(step) not in shown)
+        return (*steps, *self._due(question))
 
     def take_status(self, status: GoalStatus) -> tuple[Delivered, ...]:
         """Take a status of a goal."""
@@ -122,6 +129,11 @@ class CausalView:
             self._apply(step)
         held, self._held = self._held, []
         return (*early, *(each.status for each in held))
+
+    def _begin_epoch(self, epoch: str) -> None:
+        """Turn to the steps of another epoch. Those of the old one count for nothing any more."""
+        self._epoch = epoch
+        self._early = {step.number: step for step in self._foreign if step.epoch == epoch}
 
     def _next_steps(self) -> Iterator[ResourceStep]:
         while self.number is not None and (step := self._early.pop(self.number + 1, None)) is not None:

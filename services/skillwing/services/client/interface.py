@@ -202,10 +202,11 @@ class SkillsetInterface:
 
     def _change(self, key: str, request: FireExtern | FireEvent, on_answer: Callable[[Answer], None]) -> None:
         """Ask for a change. Its states are known here before `on_answer` is called."""
+        question = self._feed.note_question()
 
         def receive(answer: Answer) -> None:
             if isinstance(answer, Answered):
-                self._feed.take_states(answer.payload)
+                self._feed.take_states(answer.payload, question)
             on_answer(answer)
 
         self._bus.ask(key, encode(request), receive)

@@ -26,7 +26,7 @@ class ManagerState:
     """Parts of a resource manager's memory, and the changes of the present step.
 
     source: name of the process, for the timeline. outbox: publications of the step; entries: what the journal has to
-    store of it. last_step: number of the last step that told anything.
+    store of it. last_step: number of the last step that told anything; epoch: name of the series of these numbers.
     """
 
     source: str
@@ -38,6 +38,7 @@ class ManagerState:
     outbox: RecordOutbox[Publication]
     entries: list[Entry]
     last_step: int
+    epoch: str
 
     @property
     def step(self) -> int:
@@ -46,7 +47,7 @@ class ManagerState:
 
     def resource_states(self, now: float) -> ResourceStates:
         """All states as a message."""
-        return ResourceStates(step=self.step, states=dict(self.table.states), t=now)
+        return ResourceStates(step=self.step, epoch=self.epoch, states=dict(self.table.states), t=now)
 
     def environment(self, inputs: Mapping[str, object], now: float) -> Environment:
         """Values for guards: states, fresh data and a goal's inputs."""

@@ -96,6 +96,7 @@ class ResourceCore:
             outbox=outbox,
             entries=entries,
             last_step=snapshot.step,
+            epoch=snapshot.epoch,
         )
         if data is None:
             for datum in snapshot.data:
@@ -121,6 +122,11 @@ class ResourceCore:
     def last_step(self) -> int:
         """Number of the last step that told anything."""
         return self._state.last_step
+
+    @property
+    def epoch(self) -> str:
+        """Name of the series of these numbers."""
+        return self._state.epoch
 
     @property
     def grants(self) -> tuple[Grant, ...]:

@@ -91,8 +91,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     """Sum of the entries of all steps, each kind in the order in which it was written.
 
     resources: one entry for each; goals, managers: the latest of them; last_token: the largest token of any grant;
-    step: number of the last step that told anything; records: the latest timeline records; t: robot time of the last
-    step.
+    step: number of the last step that told anything; epoch: name of the series of its numbers; records: the latest
+    timeline records; t: robot time of the last step.
     """
 
     resources: tuple[ResourceEntry, ...] = ()
@@ -102,6 +102,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     data: tuple[DatumEntry, ...] = ()
     last_token: int = NO_TOKEN
     step: int = 0
+    epoch: str = ""
     records: tuple[Record, ...] = ()
     t: float = 0.0
 

@@ -72,6 +72,13 @@ class Journal:
         with _reading(self.path):
             return select_snapshot(self._connection, RECORDS_TO_RESUME)
 
+    def begin_epoch(self, epoch: str) -> None:
+        """Name the series of the numbers of steps that are written from now on. Raises JournalWriteError."""
+        try:
+            self._connection.execute("UPDATE journal SET epoch = ?", (epoch,))
+        except sqlite3.Error as error:
+            raise self._unwritten(error) from error
+
     def write(self, entries: Iterable[Entry], records: Iterable[Record], now: float, step: int) -> None:
         """Write the entries of a step, its timeline records and its number, all or nothing.
 

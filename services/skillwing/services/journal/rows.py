@@ -78,7 +78,7 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
     Raises sqlite3.DatabaseError and msgspec.MsgspecError for content that no journal has.
     """
     select = connection.execute
-    last_token, step, t = select("SELECT last_token, step, t FROM journal").fetchone()
+    last_token, step, epoch, t = select("SELECT last_token, step, epoch, t FROM journal").fetchone()
     if t is None:
         return None
     history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
@@ -98,6 +98,7 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
         data=tuple(DatumEntry(name, _value(value, Any), t) for name, value, t in select("SELECT * FROM data")),
         last_token=last_token,
         step=step,
+        epoch=epoch,
         records=tuple(_value(record, Record) for (record,) in reversed(history)),
         t=t,
     )

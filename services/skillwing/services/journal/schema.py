@@ -16,7 +16,7 @@ ELSEWHERE = "Name another file, or move this one away to start afresh."
 
 TABLES = """
 CREATE TABLE journal (
-    robot TEXT, skillset TEXT, schema TEXT, owner INTEGER, last_token INTEGER, step INTEGER, t REAL
+    robot TEXT, skillset TEXT, schema TEXT, owner INTEGER, last_token INTEGER, step INTEGER, epoch TEXT, t REAL
 ) STRICT;
 CREATE TABLE resources (name TEXT PRIMARY KEY, state TEXT, change_set INTEGER, record TEXT) STRICT;
 CREATE TABLE grants (
@@ -48,7 +48,7 @@ def create(connection: sqlite3.Connection, identity: Identity) -> None:
     for statement in TABLES.split(";"):
         connection.execute(statement)
     connection.execute(
-        "INSERT INTO journal VALUES (?, ?, ?, 0, 0, 0, NULL)", (identity.robot, identity.skillset, identity.schema)
+        "INSERT INTO journal VALUES (?, ?, ?, 0, 0, 0, '', NULL)", (identity.robot, identity.skillset, identity.schema)
     )
     connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     connection.execute(f"PRAGMA user_version = {FORMAT}")

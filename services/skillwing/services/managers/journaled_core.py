@@ -6,6 +6,8 @@ import logging
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
+from msgspec.structs import replace
+
 from skillwing.services.core.events import Event
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.refusal import RefusedError
@@ -51,25 +53,26 @@ class JournaledCore:
         self._failing = False
         self._use(EMPTY_SNAPSHOT)
 
-    def begin(self, now: float) -> None:
-        """Begin an empty journal. Raises JournalWriteError."""
-        if self.core.last_step == 0:
-            # The numbers of steps keep growing when a process without a journal takes over.
-            self._use(Snapshot(step=int(now * 1000)))
+    def begin(self, now: float, epoch: str) -> None:
+        """Begin an empty journal, with the name of a new series of step numbers. Raises JournalWriteError."""
+        # Numbers keep growing when a process without a journal takes over.
+        self._use(replace(self._made_from, step=max(self.core.last_step, int(now * 1000)), epoch=epoch))
+        self._journal.begin_epoch(epoch)
         self._journal.write(self.core.initial_entries(), (), now, self.core.last_step)
 
-    def resume(self, snapshot: Snapshot, now: float, *, follows_time: bool) -> bool:
+    def resume(self, snapshot: Snapshot, now: float, *, follows_time: bool, epoch: str) -> bool:
         """Continue from the journal's snapshot; the first event is then to be `Resumed`.
 
         follows_time: as of `Bus`. If so, robot time before the journal's has started again, and nothing is as it was.
         Then the old journal is set aside for an empty one, which takes over only the last token and step; returns
-        False. Unix time never starts again, so that setting a clock costs no grant. Raises JournalWriteError.
+        False. epoch: as of `begin`, for that journal. Unix time never starts again, so that setting a clock costs no
+        grant. Raises JournalWriteError.
         """
         if follows_time and now < snapshot.t - LARGEST_SETBACK:
             moved = self._journal.set_aside()
             log.warning("robot time has started again; the journal until %.1f s is now %s", snapshot.t, moved)
             self._use(Snapshot(last_token=snapshot.last_token, step=snapshot.step))
-            self.begin(now)
+            self.begin(now, epoch)
             return False
         self._use(snapshot)
         return True
@@ -121,6 +124,7 @@ class JournaledCore:
         self._use(self._journal.snapshot() or EMPTY_SNAPSHOT, self.core.data)
 
     def _use(self, snapshot: Snapshot, data: LatestData | None = None) -> None:
+        self._made_from = snapshot
         self.core = self._make_core(snapshot, data)
         self._stepper = self._wrap(self.core, snapshot, data)
 

@@ -120,7 +120,7 @@ class ResourceManagerNode:
         self._leased = LeasedCore(self._journaled, bus, self._on_silent)
         snapshot = self._journal.snapshot()
         if snapshot is None:
-            self._journaled.begin(bus.now())
+            self._journaled.begin(bus.now(), bus.new_id())
             self._open()
         else:
             # A timer of robot time: only then is it known whether robot time has started again.
@@ -144,7 +144,9 @@ class ResourceManagerNode:
         return RecordedCore(core, made, self._steps, self._journal.snapshot)
 
     def _resume(self, snapshot: Snapshot) -> None:
-        resumed = self._journaled.resume(snapshot, self._bus.now(), follows_time=self._bus.follows_time)
+        resumed = self._journaled.resume(
+            snapshot, self._bus.now(), follows_time=self._bus.follows_time, epoch=self._bus.new_id()
+        )
         self._open()
         if not resumed:
             return
@@ -289,7 +291,9 @@ class ResourceManagerNode:
         self._push(verdicts)
         if step.publications:
             records = tuple(each for each in step.publications if isinstance(each, Record))
-            event = ResourceStep(number=step.number, t=self._bus.now(), records=records, verdicts=verdicts)
+            event = ResourceStep(
+                number=step.number, epoch=self._core.epoch, t=self._bus.now(), records=records, verdicts=verdicts
+            )
             self._put(self._steps_publisher, event)
 
     def _push(self, verdicts: Iterable[Violated | Lost]) -> None:
