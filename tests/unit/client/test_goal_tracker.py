@@ -281,7 +281,7 @@ def test_a_goal_that_its_manager_has_forgotten_is_lost() -> None:
     assert (desk.terminal.ending, desk.terminal.detected_by) == (Ending.LOST, "client")
     assert desk.terminal.reason == "The manager of `drive` was replaced and no longer knows the goal."
     [record] = desk.records
-    assert (record.before, record.cause) == ("RUNNING", RUNNING.record)
+    assert (record.before, record.cause) == ("RUNNING", None), "the goal's start lost nothing"
 
 
 def test_a_goal_that_nobody_knows_yet_may_still_arrive() -> None:

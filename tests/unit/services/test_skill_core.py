@@ -122,6 +122,24 @@ def test_an_end_is_put_down_to_what_its_developer_names(end: Callable[[Desk], No
     assert desk.asked.call.cause == "rm#7"
 
 
+@pytest.mark.parametrize(
+    "end", [lambda d: d.terminated("STUCK"), lambda d: d.failed(), lambda d: d.terminated("NO_SUCH_RESULT")]
+)
+def test_a_failure_that_nobody_explains_is_a_root_and_no_consequence_of_the_goals_start(
+    end: Callable[[Desk], None],
+) -> None:
+    desk = running()
+    end(desk)
+    assert desk.asked.call.cause is None
+
+
+def test_a_failure_after_a_request_to_stop_comes_of_that_request() -> None:
+    desk = interrupting()
+    request = desk.records[-1].id
+    desk.terminated("STUCK")
+    assert desk.asked.call.cause == request
+
+
 def test_a_cause_that_cannot_be_sent_holds_no_end_up() -> None:
     desk = running()
     desk.terminated(cause="\ud800" + "a" * MAX_MESSAGE_BYTES)

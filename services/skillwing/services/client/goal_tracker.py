@@ -197,6 +197,7 @@ class GoalTracker:
         self._end(Terminal(ending=Ending.LOST, reason=reason, detected_by="client"))
 
     def _end(self, terminal: Terminal, cause: str | None = None) -> None:
+        """End the goal. cause: the resource manager's record; without it, this end is the root of a chain."""
         handle = self.handle
         if handle.done:
             return
@@ -206,7 +207,7 @@ class GoalTracker:
             handle.state or "SENT",
             terminal.label,
             text=terminal.reason,
-            cause=cause or handle.record,
+            cause=cause,
             goal_id=handle.goal_id,
         )
         handle.end(terminal, record)

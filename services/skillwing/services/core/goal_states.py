@@ -75,8 +75,11 @@ class Ask(Enum):
 Reaction: TypeAlias = "tuple[GoalState, Hook | Ask | None, str | None]"
 """Effect of an event on a goal: the next state, the action, and the timeline record behind it.
 
-A change of the phase is published before the action. The record is None for the goal's own last one.
+A change of the phase is published before the action. The record is None for the goal's own last one, and `ROOT` if no
+record led to the event.
 """
+ROOT = ""
+"""Cause of a change that no record led to: it begins a chain of its own. The goal's start did not make it happen."""
 
 
 # --- states without a grant ----------------------------------------------------------------------------------------
@@ -125,7 +128,7 @@ class Validating(GoalState, frozen=True):
             case Validated(problem=None):
                 return Asking(), Ask.RESOURCES, None
             case StopRequested(reason=reason, cause=cause):
-                return ValidatingCancelled(reason), None, cause
+                return ValidatingCancelled(reason), None, cause or ROOT
             case _:
                 return self.reject(event)
 
@@ -192,7 +195,7 @@ class Asking(GoalState, frozen=True):
                 deadline = None if skill.deadline is None else now + skill.deadline
                 return Dispatching(grant.token, deadline), Hook.DISPATCH, grant.record
             case StopRequested(reason=reason, cause=cause):
-                return AskingCancelled(reason), None, cause
+                return AskingCancelled(reason), None, cause or ROOT
             case _:
                 return self.fail(event, skill)
 
@@ -257,23 +260,28 @@ class Executing(Holding, frozen=True):
 
     deadline: float | None
 
+    @property
+    def failure_cause(self) -> str | None:
+        """Cause of a failure whose developer names none: the request to stop, if there was one."""
+        return None
+
     def end(self, event: GoalEvent, skill: Skill) -> Reaction | None:
         """The end of a goal by its developer, or by the resource manager."""
         match event:
             case Terminated():
                 return self.end_with_result(event, skill)
             case Failed(reason=reason, cause=cause):
-                return self.ask_end(EndKind.ERROR, reason, cause=cause)
+                return self.ask_end(EndKind.ERROR, reason, cause=cause or self.failure_cause)
             case Raised():
-                return self.ask_end(EndKind.ERROR, _raised(event))
+                return self.ask_end(EndKind.ERROR, _raised(event), cause=self.failure_cause)
             case _:
                 return self.revoke(event)
 
     def end_with_result(self, event: Terminated, skill: Skill) -> Reaction:
         """The end that the developer names; an error if the skillset has no such result or output."""
-        cause = event.cause
+        cause = event.cause or self.failure_cause
         try:
-            skill.result(event.result)
+            result = skill.result(event.result)
         except UnknownNameError as error:
             return self.ask_end(EndKind.ERROR, str(error), cause=cause)
         given = {name: value for name, value in (event.output or {}).items() if value is not None}
@@ -287,6 +295,7 @@ class Executing(Holding, frozen=True):
             return self.ask_end(EndKind.ERROR, reason, cause=cause)
         output = fitted if event.output is not None else None
         reason = f"The skill ended with {event.result}."
+        cause = event.cause if result.success else cause
         return self.ask_end(EndKind.RESULT, reason, cause=cause, result=event.result, output=output)
 
     def ask_end(
@@ -310,6 +319,10 @@ class Unstopped(Executing, frozen=True):
     """Base of the states without a request to stop. silences: number of unanswered renewals in a row."""
 
     silences: int = 0
+
+    @property
+    def failure_cause(self) -> str | None:
+        return ROOT
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
@@ -337,7 +350,7 @@ class Unstopped(Executing, frozen=True):
     def stop(self, reason: str, cause: str | None, skill: Skill, now: float) -> Reaction:
         """First phase of an interrupt: ask the skill to stop. The goal keeps its grant until the skill has stopped."""
         state = Stopping(self.token, now + skill.interrupt.timeout, reason)
-        return state, Hook.INTERRUPT, cause
+        return state, Hook.INTERRUPT, cause or ROOT
 
 
 class Dispatching(Unstopped, frozen=True):

@@ -57,7 +57,8 @@ def _lose_all(state: ManagerState, grants: Iterable[Grant], reason: str, now: fl
 
 def _lose(state: ManagerState, grant: Grant, reason: str, now: float) -> None:
     skill = grant.skill
-    record = state.record_goal(skill, "LOST", now, grant.goal_id, grant.granted.record, reason)
+    # The loss is a root: nothing on record made it happen, least of all the grant.
+    record = state.record_goal(skill, "LOST", now, grant.goal_id, None, reason)
     unapplied = state.apply_effect(skill, lost_effect(skill), record, grant.goal_id, now)
     lost = Lost(
         goal_id=grant.goal_id,

@@ -227,7 +227,7 @@ class SkillCore:
         run.step = max(run.step, step_of(event))
         run.state = state
         if cause is not None:
-            run.record = cause
+            run.record = cause or None
         if run.status is None or run.status.state is not state.phase:
             self._publish(run, state, now)
         if not state.busy and self._current is run:
