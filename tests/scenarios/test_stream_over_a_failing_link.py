@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from filmed_flight import SPEED, FilmedFlight
 
 from skillwing.m600.bridge.node import RobotBridge
@@ -12,7 +13,7 @@ from skillwing.m600.skills.stream import StreamManager
 from skillwing.onboard.topics import faults, video
 from skillwing.onboard.video.ground import make_ground
 from skillwing.onboard.video.node import make_video
-from skillwing.services.protocol import decode, encode
+from skillwing.services.protocol import RecordKind, decode, encode
 from skillwing.services.testing import SkillsetInProcess
 from skillwing.sim_mujoco.link.node import make_link
 
@@ -111,13 +112,44 @@ def test_a_link_that_is_cut_for_good_ends_it() -> None:
         drone.start_skill("stream").assert_ended("NR")
 
 
+def test_an_end_after_the_links_recovery_is_put_down_to_the_link_all_the_same() -> None:
+    with Streaming() as drone:
+        goal = drone.start_skill("stream")
+        drone.run(6.0)
+        drone.break_link("cut", on=True)
+        drone.run(4.4)
+        drone.break_link("cut", on=False)
+        goal.assert_ended("S_FPS_LOST", within=2.0)
+        drone.assert_states(link_status="GOOD")
+        assert goal.causes == ["link cut", "link LOST", "link_status LOST", "video BAD", "stream S_FPS_LOST"]
+
+
+def test_a_slow_link_that_counts_as_good_is_named_by_its_fault_and_the_measured_figures() -> None:
+    with Streaming() as drone:
+        goal = drone.start_skill("stream", min_quality=0.99)
+        drone.break_link("narrow", on=True, magnitude=0.55)
+        goal.assert_ended("S_FPS_LOST", within=20.0)
+        drone.assert_states(link_status="GOOD")
+        assert goal.causes == ["link narrow", "video BAD", "stream S_FPS_LOST"]
+
+
+def test_a_fault_of_the_link_has_the_time_of_its_injection() -> None:
+    with Streaming() as drone:
+        drone.run(1.0)
+        drone.break_link("cut", on=True)
+        injected = drone.now()
+        drone.run(1.0)
+        [fault] = [record for record in drone.history.records if record.kind is RecordKind.FAULT]
+        assert fault.t == pytest.approx(injected, abs=0.01)
+
+
 def test_a_camera_that_goes_blind_ends_it() -> None:
     with Streaming() as drone:
         goal = drone.start_skill("stream")
         drone.run(6.0)
         drone.film.blind = True
         goal.assert_ended("S_FPS_LOST", within=8.0)
-        assert "link" not in " ".join(goal.causes), "which was good"
+        assert goal.causes == ["video BAD", "stream S_FPS_LOST"], "the link was good"
 
 
 def test_an_interrupted_stream_stops_at_once() -> None:

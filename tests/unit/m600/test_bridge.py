@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import pytest
 from drone import SKILLSET, Drone
+from hypothesis import given
+from hypothesis import strategies as st
 
 from skillwing.m600.bridge.node import RobotBridge
 from skillwing.m600.skills.zed_depthmap import ZedDepthmapManager
+from skillwing.onboard.topics.faults import fault_id, read_fault_id
 from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.protocol import RecordKind
@@ -94,6 +97,33 @@ def test_the_same_fault_is_reported_once(drone: Drone) -> None:
         drone.layer.report_health("zed", status, f"health-{number}", cause="fault/zed/blackout")
         drone.run(0.1)
     assert [record.id for record in drone.history.records if record.kind is RecordKind.FAULT] == ["fault/zed/blackout"]
+
+
+def test_a_fault_has_the_time_of_its_injection_and_tells_when_it_was_discovered(drone: Drone) -> None:
+    drone.run(3.0)
+    since = drone.now() - 1.25
+    drone.layer.report_health("zed", SensorStatus.FAILED, "health-1", cause=fault_id("zed", "blackout", since))
+    drone.run(0.1)
+    [fault] = [record for record in drone.history.records if record.kind is RecordKind.FAULT]
+    assert fault.t == pytest.approx(since, abs=0.001)
+    assert (fault.after, fault.text) == ("blackout", "blackout of zed is on, discovered after 1.25 s")
+
+
+def test_a_second_injection_of_a_fault_is_a_record_of_its_own(drone: Drone) -> None:
+    for number, since in enumerate((0.5, 0.5, 0.75)):
+        cause = fault_id("zed", "blackout", since)
+        drone.layer.report_health("zed", SensorStatus.FAILED, f"failed-{number}", cause=cause)
+        drone.run(0.1)
+        drone.layer.report_health("zed", SensorStatus.OK, f"ok-{number}")
+        drone.run(0.1)
+    assert [record.t for record in drone.history.records if record.kind is RecordKind.FAULT] == [0.5, 0.75]
+
+
+@given(part=st.sampled_from(["zed", "link", "rotor/2"]), kind=st.sampled_from(["blackout", "cut"]), t=st.floats(0, 2e9))
+def test_the_id_of_a_fault_has_its_kind_and_its_time(part: str, kind: str, t: float) -> None:
+    read, since = read_fault_id(fault_id(part, kind, t))
+    assert read == kind
+    assert since == pytest.approx(t, abs=0.001)
 
 
 def test_the_timeline_tells_what_the_autopilot_does_by_itself(drone: Drone) -> None:

@@ -18,6 +18,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.m600.bridge.levels import SILENCE, BatteryLevel, ExternLevels, Level, LinkLevel, LinkState
 from skillwing.m600.bridge.telemetry import Telemetry
 from skillwing.m600.latest import Latest
+from skillwing.onboard.topics.faults import read_fault_id
 from skillwing.onboard.topics.flight import BATTERY, FLIGHT, Battery, FlightState
 from skillwing.onboard.topics.guidance import AUTHORITY, Revoked
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
@@ -109,21 +110,25 @@ class RobotBridge:
             self._follow()
 
     def _record_fault(self, cause: str, subject: str, t: float) -> None:
-        """Record, once, the root of a cause chain: the fault `fault/<subject>/<kind>` that a simulator names."""
+        """Record, once, the root of a cause chain: a fault that a simulator names, at the time of its injection.
+
+        t: time of its discovery, which is in the text.
+        """
         if cause in self._faults:
             return
         self._faults.add(cause)
-        kind = cause.rpartition("/")[2]
+        kind, since = read_fault_id(cause)
+        found = "" if since is None else f", discovered after {max(0.0, t - since):.2f} s"
         self._timeline.publish(
             Record(
                 id=cause,
-                t=t,
+                t=t if since is None else min(since, t),
                 source=self.name,
                 kind=RecordKind.FAULT,
                 subject=subject,
                 before=None,
                 after=kind,
-                text=f"{kind} of {subject} is on",
+                text=f"{kind} of {subject} is on{found}",
             )
         )
 
@@ -161,7 +166,9 @@ class RobotBridge:
     def _on_link(self, link: LinkStatus) -> None:
         through = link.bandwidth * (1.0 - link.loss) / 1e6
         state = self._link.update(through)
-        fault = f"fault/link/{link.faults[0]}" if link.faults and state is not LinkState.GOOD else None
+        if link.fault is not None:
+            self._record_fault(link.fault, "link", link.t)
+        fault = link.fault if state is not LinkState.GOOD else None
         self._want("link_status", state, "link", f"{through:.2f} Mbit/s", fault)
 
     def _check_modem(self) -> None:
@@ -173,8 +180,6 @@ class RobotBridge:
         before = self._levels.wanted(resource)
         if state == before:
             return
-        if fault is not None:
-            self._record_fault(fault, subject, self._bus.now())
         cause = self._timeline.record(RecordKind.HEALTH, subject, before, state, text=text, cause=fault)
         self._levels.want(resource, state, cause)
         self._follow()

@@ -6,8 +6,10 @@ from skillwing.m600.generated.managers import AbstractStreamManager
 from skillwing.m600.generated.types import StreamFeedback, StreamInputs
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
+from skillwing.m600.skills.link_trouble import LinkTrouble
 from skillwing.m600.skills.switch import Switch
 from skillwing.m600.skills.timers import LeakyTimer
+from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.onboard.topics.video import (
     VIDEO_COMMAND,
     VIDEO_ENCODER,
@@ -18,7 +20,8 @@ from skillwing.onboard.topics.video import (
 )
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal
-from skillwing.services.protocol import Record, ResourceStep, Terminal
+from skillwing.services.protocol import RecordKind, ResourceStep, Terminal
+from skillwing.services.timeline import Timeline
 
 MOST_FPS = 25.0
 """Highest rate that a goal may demand: the camera takes 30 pictures a second, and some are late or lost."""
@@ -32,6 +35,8 @@ PATIENCE = 4.0
 """Time without a status after which the goal fails [s]."""
 CHECK_PERIOD = 0.25
 LINK = "link_status"
+VIDEO = "video"
+"""Subject of the timeline record about a video that does not meet the demands."""
 
 
 class StreamManager(AbstractStreamManager):
@@ -44,8 +49,11 @@ class StreamManager(AbstractStreamManager):
         self._video = Switch(self, VIDEO_COMMAND, _control, node="video process")
         self._ground = Latest(self.bus, VIDEO_STATUS, VideoStatus, at_rest=True)
         self._encoder = Latest(self.bus, VIDEO_ENCODER, EncoderStatus, at_rest=True)
+        self._modem = Latest(self.bus, LINK_STATUS, LinkStatus, at_rest=True)
         self._steps = Latest(self.bus, KEYS.resource_steps, ResourceStep, self._note_link, events=True)
-        self._link: Record | None = None
+        self._trouble = LinkTrouble()
+        self._timeline = Timeline(self.bus, KEYS)
+        self._bad_since: float | None = None
         self._watch: Handle | None = None
 
     def validate(self, goal: Goal[StreamInputs]) -> str | None:
@@ -56,6 +64,8 @@ class StreamManager(AbstractStreamManager):
     def on_dispatch(self, goal: Goal[StreamInputs]) -> None:
         self._ground.follow()
         self._encoder.follow()
+        self._modem.follow()
+        self._bad_since = None
         begun = self.bus.now()
         timer = LeakyTimer(begun + START_TIME)
         self._watch = self.bus.every(CHECK_PERIOD, lambda: self._check(goal, begun, timer))
@@ -75,6 +85,7 @@ class StreamManager(AbstractStreamManager):
             self._watch.cancel()
         self._ground.rest()
         self._encoder.rest()
+        self._modem.rest()
         self._video.release(goal)
 
     def _seen(self, goal: Goal[StreamInputs]) -> VideoStatus | None:
@@ -95,17 +106,33 @@ class StreamManager(AbstractStreamManager):
             and seen.fps >= goal.inputs.min_fps
             and seen.quality >= goal.inputs.min_quality
         )
-        if timer.observe(now, good=good) >= TOLERANCE:
-            self.terminated_FPS_LOST(goal.id, cause=self._trouble)
+        total = timer.observe(now, good=good)
+        self._bad_since = (self._bad_since or now) if total > 0.0 else None
+        if total >= TOLERANCE:
+            self.terminated_FPS_LOST(goal.id, cause=self._record_bad_video(goal, seen))
 
     def _note_link(self, step: ResourceStep) -> None:
-        self._link = next((each for each in reversed(step.changes) if each.subject == LINK), self._link)
+        for change in step.changes:
+            if change.subject == LINK:
+                self._trouble.note(change)
 
-    @property
-    def _trouble(self) -> str | None:
-        """Record of the link's last change, if its state is not GOOD."""
-        change = self._link
-        return None if change is None or change.after == "GOOD" else change.id
+    def _record_bad_video(self, goal: Goal[StreamInputs], seen: VideoStatus | None) -> str:
+        """Record the measured figures. Their cause is the link's change, else a simulated fault of the link, else none.
+
+        The record keeps the chain true: the link may be too slow without a change of `link_status`, or before it.
+        """
+        modem = self._modem.value
+        fault = None if modem is None else modem.fault
+        cause = self._trouble.cause_of_trouble(self._bad_since or self.bus.now()) or fault
+        text = _figures(goal.inputs, seen)
+        return self._timeline.record(RecordKind.HEALTH, VIDEO, None, "BAD", text=text, cause=cause, goal_id=goal.id)
+
+
+def _figures(wanted: StreamInputs, seen: VideoStatus | None) -> str:
+    if seen is None:
+        return f"no report of the ground for {REPORT_LIMIT:g} s"
+    quality = "no picture" if seen.quality is None else f"quality {seen.quality:.2f} of {wanted.min_quality:g}"
+    return f"{seen.fps:.1f} of {wanted.min_fps:g} pictures a second, {quality}, {seen.bitrate / 1e6:.2f} Mbit/s received"
 
 
 def _control(goal: Goal[StreamInputs], on: bool) -> ControlVideo:

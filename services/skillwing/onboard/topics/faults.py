@@ -17,6 +17,21 @@ FAULT = "fl/fault"
 FAULTS = "fl/fault/all"
 LINK_FAULT = "fl/link/fault"
 
+
+def fault_id(part: str, kind: str, since: float) -> str:
+    """Id of the timeline record of a fault, the root of a cause chain. since: robot time at which it was switched on."""
+    return f"fault/{part}/{kind}@{since:.3f}"
+
+
+def read_fault_id(fault: str) -> tuple[str, float | None]:
+    """Kind of a fault and the time at which it was switched on; None for an id without a time."""
+    kind, _, since = fault.rpartition("/")[2].partition("@")
+    try:
+        return kind, float(since)
+    except ValueError:
+        return kind, None
+
+
 Magnitude: TypeAlias = Component
 """Severity of a fault, in the fault's unit. Some kinds accept a smaller range (docs/sensors.md)."""
 FASTEST_LINK = 1e4

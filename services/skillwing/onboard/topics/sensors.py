@@ -76,7 +76,8 @@ class SensorStatus(StrEnum):
 
 
 class Health(Message, frozen=True, kw_only=True):
-    """Result of a sensor node's self-test. `id` is unique and becomes the root of a cause chain."""
+    """Result of a sensor node's self-test. `id` is unique, and names its timeline record. `cause` is the record of the
+    fault behind it, if a simulator knows one."""
 
     id: Label
     t: Time

@@ -12,7 +12,7 @@ import numpy as np
 from skillwing.onboard.commands.service import CommandRefusedError, answer_with
 from skillwing.onboard.topics import link, video
 from skillwing.onboard.topics.common import Vector3
-from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault
+from skillwing.onboard.topics.faults import LINK_FAULT, SetLinkFault, fault_id
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher, Sample
 from skillwing.services.bus.reading import message_reader
@@ -121,6 +121,7 @@ class LinkNode:
         self._told_at = now
         while self._sent and self._sent[0][0] <= now - _AVERAGED:
             self._sent.popleft()
+        faults = self._radio.faults(now)
         status = link.LinkStatus(
             t=now,
             bandwidth=conditions.bandwidth,
@@ -129,7 +130,8 @@ class LinkNode:
             queued=8.0 * self._down.held / max(conditions.bandwidth, 1.0),
             sent=8.0 * sum(size for _, size in self._sent) / _AVERAGED,
             dropped=self._down.dropped,
-            faults=self._radio.faults(now),
+            faults=faults,
+            fault=fault_id("link", faults[0], self._radio.fault_since(faults[0])) if faults else None,
         )
         self._status.put(encode(status))
 

@@ -58,6 +58,7 @@ class Radio:
         self._options = options
         self._schedule = FaultSchedule(fault.scheduled for fault in options.faults)
         self._faults: dict[str, float | None] = {}
+        self._since: dict[str, float] = {}
 
     def switch(self, t: float, kind: str, on: bool, magnitude: float | None = None) -> None:
         """Switch a fault by hand at robot time `t` [s], until it is switched again, by hand or by the schedule.
@@ -66,18 +67,20 @@ class Radio:
         """
         check_link_fault(kind, magnitude)
         self._follow_schedule(t)
-        self._set(kind, on, magnitude)
+        self._set(t, kind, on, magnitude)
 
     def _follow_schedule(self, t: float) -> None:
         # These faults do not depend on the position.
         for fault, on in self._schedule.switches(t, (0.0, 0.0, 0.0)):
-            self._set(fault.kind, on, fault.magnitude)
+            self._set(t, fault.kind, on, fault.magnitude)
 
-    def _set(self, kind: str, on: bool, magnitude: float | None) -> None:
+    def _set(self, t: float, kind: str, on: bool, magnitude: float | None) -> None:
         if on:
             self._faults[kind] = magnitude
+            self._since.setdefault(kind, t)
         else:
             self._faults.pop(kind, None)
+            self._since.pop(kind, None)
 
     def at(self, t: float, position: Vector) -> Conditions:
         """Conditions at robot time `t` [s] with the drone at `position` (ENU, the ground station at 0)."""
@@ -96,6 +99,10 @@ class Radio:
         """The kinds of fault that are on at robot time `t` [s]."""
         self._follow_schedule(t)
         return tuple(kind for kind in LINK_FAULTS if kind in self._faults)
+
+    def fault_since(self, kind: str) -> float:
+        """Robot time [s] at which a fault that is on was switched on."""
+        return self._since[kind]
 
     def _with_faults(self, conditions: Conditions) -> Conditions:
         """Conditions with the active faults."""

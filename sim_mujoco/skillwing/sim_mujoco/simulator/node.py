@@ -11,7 +11,7 @@ from skillwing.onboard.commands.service import CommandRefusedError, answer_with,
 from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
 from skillwing.onboard.topics import common, flight, navigation, odometry, video
-from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault
+from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault, fault_id
 from skillwing.onboard.topics.sensors import Health, SensorStatus, health_key
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
@@ -142,9 +142,12 @@ class SimNode:
             sensor=sensor,
             status=SensorStatus(change.condition.value),
             reason=change.reason,
-            cause=f"fault/{sensor}/{active[0]}" if active else None,
+            cause=self._fault_id(sensor, active[0]) if active else None,
         )
         self._put(health_key(sensor), health)
+
+    def _fault_id(self, sensor: str, kind: str) -> str:
+        return fault_id(sensor, kind, self._epoch + self._sim.fault_since(sensor, kind))
 
     def _publish_flight(self, t: float) -> None:
         autopilot = self._sim.autopilot

@@ -93,6 +93,7 @@ class Simulator:
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()
+        self._fault_since: dict[tuple[str, str], float] = {}
         limits = limits or FailsafeLimits(fence=world.geofence)
         self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
         self.battery = BatteryModel(battery_percent)
@@ -184,6 +185,14 @@ class Simulator:
         if corruption is None:
             raise UnknownFaultError("sensor", sensor, tuple(self._corruptions))
         corruption.switch(kind, on, magnitude)
+        if on:
+            self._fault_since.setdefault((sensor, kind), self.t)
+        else:
+            self._fault_since.pop((sensor, kind), None)
+
+    def fault_since(self, sensor: str, kind: str) -> float:
+        """Time at which a fault of a sensor was switched on."""
+        return self._fault_since[sensor, kind]
 
     def active_faults(self, sensor: str) -> tuple[str, ...]:
         """Kinds of fault that are switched on for a sensor or a rotor."""
