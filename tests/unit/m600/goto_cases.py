@@ -52,7 +52,35 @@ class GotoCases:
 
     def test_is_aborted_when_guidance_gives_up(self, drone: Drone) -> None:
         drone.layer.aborts = True
-        drone.start(target=TARGET).assert_ended("S_ABORTED")
+        goal = drone.start(target=TARGET)
+        goal.assert_ended("S_ABORTED")
+        assert goal.causes == ["guidance ABORTED", f"{goal.handle.skill} S_ABORTED"]
+
+    def test_the_pilot_ends_it_by_an_invariant_whoever_hears_of_him_first(self, drone: Drone) -> None:
+        for guidance_first, apart in ((True, 0.0), (True, 0.9), (False, 0.0), (False, 0.9)):
+            goal = drone.start(target=TARGET)
+            drone.run(1.0)
+            for step in (guidance_first, not guidance_first):
+                if step:
+                    drone.layer.hears_of_pilot = True
+                else:
+                    drone.layer.authority = False
+                drone.run(apart)
+            goal.assert_ended("RI")
+            assert goal.causes[:2] == ["safety pilot UNAVAILABLE", "SDK_authority UNAVAILABLE"]
+            drone.layer.hears_of_pilot, drone.layer.authority = False, True
+            drone.run(0.5)
+
+    def test_the_pilot_ends_it_also_if_only_guidance_hears_of_him(self, drone: Drone) -> None:
+        goal = drone.start(target=TARGET)
+        drone.run(1.0)
+        drone.layer.hears_of_pilot = True
+        drone.run(0.9)
+        goal.assert_running()
+        goal.assert_ended("S_ABORTED", within=0.5)
+        assert goal.causes == ["guidance ABORTED", f"{goal.handle.skill} S_ABORTED"]
+        [told] = [record for record in drone.history.records if record.subject == "guidance"]
+        assert told.text == "the safety pilot has taken over"
 
     def test_a_target_outside_the_geofence_is_not_valid(self, drone: Drone) -> None:
         sentence = "The target (300, 0, 4) lies outside the geofence. Stay between (-12, -12, 1)"

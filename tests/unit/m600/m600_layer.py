@@ -46,10 +46,15 @@ class Holder:
     state: MotionState = MotionState.IDLE
     remaining: float = 0.0
     stopped_at: float = 0.0
+    authority_lost: bool = False
 
     @property
     def status(self) -> AxisStatus:
-        return AxisStatus(goal_id=self.goal_id, state=self.state, remaining=self.remaining)
+        lost = self.authority_lost and self.state is MotionState.ABORTED
+        text = "the safety pilot has taken over" if lost else ""
+        return AxisStatus(
+            goal_id=self.goal_id, state=self.state, remaining=self.remaining, text=text, authority_lost=lost
+        )
 
 
 class M600Layer(FakeLayer):
@@ -74,6 +79,7 @@ class M600Layer(FakeLayer):
         self.blocked_at: float | None = None
         self.free_distance: float | None = None
         self.aborts = False
+        self.hears_of_pilot = False
         self.reports = True
         self.measures = True
         self.navigates = True
@@ -181,8 +187,8 @@ class M600Layer(FakeLayer):
     def _move(self, axis: Holder) -> None:
         motion = axis.motion
         x, y, _ = self.position
-        if self.aborts:
-            axis.state = MotionState.ABORTED
+        if self.aborts or self.hears_of_pilot:
+            axis.state, axis.authority_lost = MotionState.ABORTED, self.hears_of_pilot
             return
         match motion:
             case TakeOff():

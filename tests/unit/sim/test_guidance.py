@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 from flight_rig import WORLD, Rig, airborne
 
+from skillwing.onboard.commands.authority import REVOKED, TAKEN_OVER
 from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.vectors import heading_of, wrap
 from skillwing.onboard.guidance import core as solitude
@@ -513,3 +514,17 @@ def test_in_gusts_it_stops_in_time_at_every_speed(speed: float) -> None:
     nearest = wall - max(place[0] for _, place in rig.track)
     assert 1.0 < nearest < 5.0
     assert max(abs(place[1]) for _, place in rig.track) < 1.0
+
+
+@pytest.mark.parametrize("by_pilot", [True, False])
+def test_a_motion_that_loses_its_authority_says_so(by_pilot: bool) -> None:
+    rig = airborne()
+    rig.command("goto", EAST, token=10)
+    rig.fly(1.0)
+    if by_pilot:
+        rig.sim.autopilot.authority = False
+    else:
+        rig.core.revoke(Revoked(goal_id="goto", token=10), rig.sim.t)
+    assert rig.fly(10.0, lambda: rig.status.body.state is MotionState.ABORTED)
+    assert rig.status.body.authority_lost
+    assert rig.status.body.text == (TAKEN_OVER if by_pilot else REVOKED)

@@ -30,7 +30,7 @@ class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], Abstract
         output = GotoOutputs(stopped_at=self.here)
         if obstacle_distance is not None:
             output = replace(output, obstacle_distance=obstacle_distance)
-        self.terminated_BLOCKED(goal.id, output)
+        self.terminated_BLOCKED(goal.id, output, cause=self.guidance.record)
 
     def aborted(self, goal: Goal[GotoInputs]) -> None:
-        self.terminated_ABORTED(goal.id, GotoOutputs(stopped_at=self.here))
+        self.terminated_ABORTED(goal.id, GotoOutputs(stopped_at=self.here), cause=self.guidance.record)

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any
 
 from skillwing.m600.functional_layer_client import SentCommand, send_command
+from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
 from skillwing.onboard.topics.guidance import (
     GUIDANCE_COMMAND,
@@ -20,6 +21,8 @@ from skillwing.onboard.topics.guidance import (
 )
 from skillwing.services.bus import Handle
 from skillwing.services.managers.skill_manager import Goal, SkillHooks
+from skillwing.services.protocol import RecordKind
+from skillwing.services.timeline import Timeline
 
 AT_REST = frozenset({MotionState.IDLE, MotionState.STOPPED, MotionState.DONE, MotionState.BLOCKED, MotionState.ABORTED})
 """States in which the drone no longer moves for the goal that commanded the axis."""
@@ -27,6 +30,13 @@ GIVEN_BACK = frozenset({MotionState.IDLE, MotionState.STOPPED, MotionState.ABORT
 """States in which the axis has no commander: guidance lands the drone unless a new goal commands it."""
 SILENCE_LIMIT = 2.0
 """Time without a report, or without one that names the goal, after which the goal fails [s]."""
+VERDICT_PATIENCE = 1.0
+"""Longest wait for the resource manager to end a goal that has lost its authority [s]. Its verdict takes some
+milliseconds."""
+ENDED_EARLY = frozenset({MotionState.BLOCKED, MotionState.ABORTED})
+"""States of a motion that did not get to its end. The timeline gets their reason."""
+SUBJECT = "guidance"
+"""Subject of the timeline records about motions that end early."""
 UNDER_WAY = 0.15
 """Longest delay of a report: shortly after a new motion, reports can still be about the previous one [s]."""
 
@@ -44,6 +54,11 @@ class GuidanceClient:
     `on_report` gets each report about the current goal's motion, while it flies and while it stops. The client fails
     the goal if guidance refuses the motion, does not answer, or drops it. It confirms an interruption when guidance
     reports that the drone is at rest.
+
+    A motion that is ABORTED because the authority is lost is reported after `VERDICT_PATIENCE` only. The resource
+    manager ends such a goal (`RI`), but guidance may hear of the pilot before it, and a drone at rest aborts at once.
+
+    record: timeline record of the reason for which the goal's motion ended early; None if it did not.
     """
 
     def __init__(
@@ -58,6 +73,9 @@ class GuidanceClient:
         self._named_at = 0.0
         self._stopping = False
         self._given_back = False
+        self._timeline = Timeline(hooks.bus, KEYS)
+        self._lost_at: float | None = None
+        self.record: str | None = None
 
     @property
     def remaining(self) -> float:
@@ -143,11 +161,24 @@ class GuidanceClient:
             self._given_back = axis.state in GIVEN_BACK
             if self._stopping and axis.state is MotionState.STOPPED:
                 self._hooks.interrupted(goal.id)
-            else:
-                self._on_report(goal, axis)
+            elif not (axis.state is MotionState.ABORTED and axis.authority_lost and self._may_get_verdict()):
+                self._report(goal, axis)
         elif self._stopping and axis.state in AT_REST:
             self._given_back = True
             self._hooks.interrupted(goal.id)
+
+    def _may_get_verdict(self) -> bool:
+        """True while the end of a goal without authority is left to the resource manager."""
+        now = self._bus.now()
+        self._lost_at = now if self._lost_at is None else self._lost_at
+        return now - self._lost_at < VERDICT_PATIENCE
+
+    def _report(self, goal: Goal[Any], axis: AxisStatus) -> None:
+        if axis.state in ENDED_EARLY and self.record is None:
+            self.record = self._timeline.record(
+                RecordKind.HEALTH, SUBJECT, None, axis.state, text=axis.text, goal_id=goal.id
+            )
+        self._on_report(goal, axis)
 
     def _watch(self) -> None:
         """Fail the goal if there are no reports, or none about it."""
@@ -173,5 +204,6 @@ class GuidanceClient:
             self._command.cancel()
         if self._watchdog is not None:
             self._watchdog.cancel()
+        self._lost_at = self.record = None
         self._goal = self._command = self._watchdog = self._accepted_at = None
         self._stopping = self._given_back = False

@@ -41,4 +41,4 @@ class HoverManager(AbstractHoverManager):
 
     def _on_guidance(self, goal: Goal[HoverInputs], axis: AxisStatus) -> None:
         if axis.state in (MotionState.ABORTED, MotionState.BLOCKED):
-            self.failed(goal.id, f"Guidance no longer holds the position: {axis.text}.")
+            self.failed(goal.id, f"Guidance no longer holds the position: {axis.text}.", cause=self.guidance.record)

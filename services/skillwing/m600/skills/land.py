@@ -130,9 +130,9 @@ class LandManager(AbstractLandManager):
 
     def _watch_descent(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
         if axis.state is MotionState.ABORTED:
-            self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.")
+            self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.", cause=self.guidance.record)
         elif axis.state is MotionState.BLOCKED or self._has_stalled():
-            self.terminated_BLOCKED(goal.id)
+            self.terminated_BLOCKED(goal.id, cause=self.guidance.record)
 
     def _has_stalled(self) -> bool:
         """Test for a drone that no longer descends."""

@@ -30,4 +30,4 @@ class LockHeadManager(AbstractLockHeadManager):
 
     def _on_guidance(self, goal: Goal[LockHeadInputs], axis: AxisStatus) -> None:
         if axis.state is MotionState.ABORTED:
-            self.failed(goal.id, f"Guidance gave up the heading: {axis.text}.")
+            self.failed(goal.id, f"Guidance gave up the heading: {axis.text}.", cause=self.guidance.record)

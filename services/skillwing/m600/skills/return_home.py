@@ -46,13 +46,13 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def blocked(self, goal: Goal[ReturnHomeInputs], obstacle_distance: float | None) -> None:
         ceiling = self.fence.ceiling
         if self._climbing or self._height >= ceiling:
-            self.terminated_ABORTED(goal.id)
+            self.terminated_ABORTED(goal.id, cause=self.guidance.record)
             return
         position = self.tracker.position or (*HOME, self._height)
         self._climb(goal, position, min(ceiling, self._height + CLIMB))
 
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
-        self.terminated_ABORTED(goal.id)
+        self.terminated_ABORTED(goal.id, cause=self.guidance.record)
 
     def _depart(self, goal: Goal[ReturnHomeInputs], position: Vector3) -> None:
         if _from_home(position) > OVER_HOME:

@@ -132,7 +132,9 @@ def _figures(wanted: StreamInputs, seen: VideoStatus | None) -> str:
     if seen is None:
         return f"no report of the ground for {REPORT_LIMIT:g} s"
     quality = "no picture" if seen.quality is None else f"quality {seen.quality:.2f} of {wanted.min_quality:g}"
-    return f"{seen.fps:.1f} of {wanted.min_fps:g} pictures a second, {quality}, {seen.bitrate / 1e6:.2f} Mbit/s received"
+    return (
+        f"{seen.fps:.1f} of {wanted.min_fps:g} pictures a second, {quality}, {seen.bitrate / 1e6:.2f} Mbit/s received"
+    )
 
 
 def _control(goal: Goal[StreamInputs], on: bool) -> ControlVideo:

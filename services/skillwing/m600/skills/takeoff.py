@@ -61,6 +61,6 @@ class TakeoffManager(AbstractTakeoffManager):
         if axis.state is MotionState.DONE and reached:
             self.terminated_AT_ALTITUDE(goal.id)
         elif axis.state is MotionState.ABORTED or drift > MAX_DRIFT:
-            self.terminated_ABORTED(goal.id)
+            self.terminated_ABORTED(goal.id, cause=self.guidance.record)
         elif axis.state is MotionState.BLOCKED or self._climb.stalled(self.bus.now(), z):
-            self.terminated_BLOCKED(goal.id)
+            self.terminated_BLOCKED(goal.id, cause=self.guidance.record)

@@ -6,6 +6,9 @@ from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.topics.guidance import AxisStatus, MotionState
 from skillwing.services.protocol import ErrorCode
 
+TAKEN_OVER = "the safety pilot has taken over"
+REVOKED = "its authority was revoked"
+"""Reasons of a motion that ends because its goal may no longer command it."""
 REMEMBERED = 100
 """Most revocations kept while no goal takes the authority."""
 
@@ -59,4 +62,7 @@ class CommandAuthority:
 
     @property
     def status(self) -> AxisStatus:
-        return AxisStatus(goal_id=self.goal, state=self.state, remaining=self.remaining, text=self.text)
+        lost = self.state is MotionState.ABORTED and self.text in (TAKEN_OVER, REVOKED)
+        return AxisStatus(
+            goal_id=self.goal, state=self.state, remaining=self.remaining, text=self.text, authority_lost=lost
+        )

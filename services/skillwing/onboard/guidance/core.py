@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.authority import REVOKED, TAKEN_OVER, CommandAuthority
 from skillwing.onboard.commands.service import CommandRefusedError
 from skillwing.onboard.frames.extent import Box
 from skillwing.onboard.frames.vectors import Vector
@@ -93,7 +93,7 @@ class GuidanceCore:
         if was is not None and flight.on_ground and not was.on_ground:
             self._body.touched_down()
         if was is not None and was.authority and not flight.authority and self._body.has_plans:
-            self._body.abort(flight.t, "the safety pilot has taken over")
+            self._body.abort(flight.t, TAKEN_OVER)
         if was is not None and was.follows and not flight.follows and self._body.has_plans and not self._body.lands:
             self._body.abort(flight.t, f"the autopilot acts by itself ({flight.failsafe})")
         if was is not None and was.holds_heading and not flight.holds_heading:
@@ -117,11 +117,11 @@ class GuidanceCore:
         body, heading = self._body.axis, self._heading.axis
         if body.revoke(revoked.goal_id, revoked.token):
             if self._body.has_plans:
-                self._body.abort(t, "its authority was revoked")
+                self._body.abort(t, REVOKED)
             elif body.state in (MotionState.DONE, MotionState.BLOCKED):
-                body.become(MotionState.ABORTED, "its authority was revoked")
+                body.become(MotionState.ABORTED, REVOKED)
         if heading.revoke(revoked.goal_id, revoked.token) and heading.state is MotionState.TURNING:
-            self._heading.stop(MotionState.ABORTED, "its authority was revoked")
+            self._heading.stop(MotionState.ABORTED, REVOKED)
 
     def command(self, command: GuidanceCommand, t: float) -> str:
         """Accept a command, and return a sentence about it. Raises CommandRefusedError.

@@ -19,7 +19,7 @@ LINK_FAULT = "fl/link/fault"
 
 
 def fault_id(part: str, kind: str, since: float) -> str:
-    """Id of the timeline record of a fault, the root of a cause chain. since: robot time at which it was switched on."""
+    """Id of a fault's timeline record, the root of a cause chain. since: robot time at which it was switched on."""
     return f"fault/{part}/{kind}@{since:.3f}"
 
 

@@ -89,12 +89,16 @@ class MotionState(StrEnum):
 
 
 class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Holder and progress of the body axes or of the heading. `remaining` is in m, or rad for the heading."""
+    """Holder and progress of the body axes or of the heading. `remaining` is in m, or rad for the heading.
+
+    `authority_lost`: an ABORTED motion lost its authority, to the safety pilot or to the resource manager. The resource
+    manager ends such a goal."""
 
     goal_id: Label | None
     state: MotionState
     remaining: float
     text: str = ""
+    authority_lost: bool = False
 
 
 class GuidanceStatus(Message, frozen=True, kw_only=True):
