@@ -142,6 +142,33 @@ def test_a_hook_that_blocks_its_manager_is_on_the_timeline(monkeypatch: pytest.M
     assert robot.chain(report.cause)[-1] == "lift DISPATCHING"
 
 
+def test_a_manager_that_was_blocked_publishes_no_start_of_a_goal_that_it_has_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    blocked = 0.0
+    virtual = InProcessBus.now
+    monkeypatch.setattr(InProcessBus, "wall", lambda bus: virtual(bus) + blocked)
+
+    class Lift(SkillHooks[Any, Any, Any]):
+        skill = "lift"
+
+        def on_dispatch(self, goal: Goal[Any]) -> None:
+            nonlocal blocked
+            blocked += 10.0
+            manager, _ = robot._running[LIFT]
+            lost = Lost(goal_id=goal.id, skill="lift", reason="Silent.", t=0.0, step=1, record="rm#1", token=goal.token)
+            # What the bus has received while the hook blocked.
+            robot.bus.post(lambda: manager._step(lost))  # pyright: ignore[reportAttributeAccessIssue]
+
+    robot = SkillsetInProcess(CRANE, [Lift])
+    records: list[Record] = []
+    follow_records(robot.bus, KEYS, records.append)
+    Mission(robot).interface.start("lift", {})
+    robot.run(1.0)
+    told = [record.after for record in records if record.source == LIFT and record.kind is RecordKind.GOAL]
+    assert told == ["VALIDATING", "DISPATCHING", "LOST"]
+
+
 def test_a_manager_learns_that_its_goal_was_revoked_although_the_push_was_lost() -> None:
     class Lift(SkillHooks[Any, Any, Any]):
         skill = "lift"

@@ -207,3 +207,41 @@ def test_a_refusal_is_explained_without_a_look_at_the_whole_history(monkeypatch:
     monkeypatch.setattr(folding, "_moment", lambda record: looked_at.append(record.id) or moment(record))
     assert history.explained(refusal).cause == changes[-1].id
     assert len(looked_at) < 50
+
+
+def said(t: float, source: str, after: str, number: int) -> tuple[GoalStatus, Record]:
+    """A status of the goal g and its record."""
+    terminal = Terminal(ending=Ending.LOST, reason="silent") if after == "LOST" else None
+    state = State.TERMINATED if terminal else State(after)
+    status = GoalStatus(
+        goal_id="g", skill="lift", state=state, t=t, terminal=terminal, record=f"{source}#{number}", source=source
+    )
+    record = status.as_record()
+    assert record is not None
+    return status, record
+
+
+@given(st.data())
+def test_a_goal_of_a_manager_that_hung_has_one_ending(data: st.DataObject) -> None:
+    """The resource manager loses it, the client says so, and the manager says more when it wakes up."""
+    manager = [
+        said(1.0, "skill/lift", "DISPATCHING", 1),
+        said(8.0, "skill/lift", "RUNNING", 2),
+        said(8.5, "skill/lift", "LOST", 3),
+    ]
+    others = [said(5.0, "resource_manager", "LOST", 1)[1], said(6.0, "client/mission", "LOST", 1)[1]]
+    records = data.draw(st.permutations([*(record for _, record in manager), *others]))
+    statuses = data.draw(st.permutations([status for status, _ in manager]))
+    until = data.draw(st.integers(1, len(statuses)))
+    history = History.of(records, statuses[:until])
+    bar = history.bar("g")
+    assert (bar.t_end, bar.terminal, bar.record) == (max(5.0, bar.t_start), "LOST", "resource_manager#1")
+    assert [record.after for record in history.timeline] == ["DISPATCHING", "LOST"]
+    assert len(history.records) == 5, "nothing is forgotten"
+
+
+def test_an_end_by_the_manager_before_the_loss_of_its_goal_counts() -> None:
+    """The resource manager was away, the goal got its end without it, and was lost afterwards."""
+    status, record = said(4.0, "skill/lift", "LOST", 1)
+    history = History.of([record, said(5.0, "resource_manager", "LOST", 1)[1]], [status])
+    assert (history.bar("g").t_end, history.bar("g").record) == (4.0, "skill/lift#1")

@@ -42,8 +42,9 @@ def timeline(
 ) -> None:
     """Show the changes in a run, in order, with their causes; or draw them. See docs/recordings.md.
 
-    The cause of a refused goal is the change that made its precondition fail. JSON has the records as they were
-    published; there it is the request.
+    The cause of a refused goal is the change that made its precondition fail. Each goal has one ending: what a manager
+    published about a goal that it had lost is left out. JSON has the records as they were published; there the cause of
+    a refused goal is the request.
 
     Exit codes: 0 shown, 2 no such run, an unknown name, or a file that cannot be written.
     """
@@ -58,7 +59,8 @@ def timeline(
         _draw(history, run, png, () if skillset is None else skillset.resources)
         return
     known = {record.id: record for record in records}
-    shown = _chosen(records, about or [], kinds or [])
+    late = set() if as_json else {record.id for record in records} - {record.id for record in history.timeline}
+    shown = [record for record in _chosen(records, about or [], kinds or []) if record.id not in late]
     if causes:
         wanted = {each.id for record in shown for each in history.chain(record.id)}
         shown = [record for record in records if record.id in wanted]

@@ -16,6 +16,7 @@ from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.history.refusal_causes import Subject, refusal_causes
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, GoalStatus, MissionPhase, Record, RecordKind, State, Terminal
 
 PHASES = frozenset(MissionPhase)
@@ -126,7 +127,8 @@ class History:
         self._records[record.id] = record
         self._note_change(record)
         if record.kind is RecordKind.GOAL and record.goal_id and record.after in _ENDED_BY_OTHERS:
-            self._ends[record.goal_id] = record
+            known = self._ends.get(record.goal_id, record)
+            self._ends[record.goal_id] = min(known, record, key=_authority)
         return True
 
     def _note_change(self, record: Record) -> None:
@@ -141,6 +143,26 @@ class History:
             return False
         known.append(status)
         return True
+
+    def is_late(self, message: GoalStatus | Record) -> bool:
+        """True for news about a goal from a process that did not know yet that the resource manager had ended it.
+
+        A manager that hangs, or was stopped, publishes such news when it wakes up.
+        """
+        lost = self._lost(message.goal_id)
+        return lost is not None and message.source != lost.source and message.t > lost.t
+
+    def _lost(self, goal_id: str | None) -> Record | None:
+        """The resource manager's record of a lost goal, after which no other end counts."""
+        end = self._ends.get(goal_id or "")
+        return end if end is not None and end.after == Ending.LOST and end.source == RESOURCE_MANAGER else None
+
+    @property
+    def timeline(self) -> tuple[Record, ...]:
+        """The records in order of time, each goal with one ending: without late news about it."""
+        return tuple(
+            record for record in self.records if record.kind is not RecordKind.GOAL or not self.is_late(record)
+        )
 
     def part(self, begin: float, end: float = math.inf) -> History:
         """The history from `begin` to `end`, in seconds since `begin`. Older causes have negative times."""
@@ -187,7 +209,8 @@ class History:
     def bar(self, goal_id: str) -> SkillBar:
         """The bar of a goal; KeyError for a goal without a status.
 
-        If its manager died before it published the end, the record of another process ends the goal.
+        If its manager died before it published the end, the record of another process ends the goal. A goal that the
+        resource manager has lost ended then, whatever its manager publishes later.
         """
         known = self._statuses[goal_id]
         start = min(status.t for status in known)
@@ -195,7 +218,7 @@ class History:
         ends = [status for status in known if status.terminal is not None]
         last = min(ends, key=_when) if ends else max(known, key=_when)
         bar = SkillBar(last.skill, goal_id, start, ran, record=last.record)
-        if last.terminal is not None:
+        if last.terminal is not None and not self.is_late(last):
             terminal = last.terminal
             return replace(
                 bar, t_end=last.t, terminal=terminal.label, outcome=goal_outcome(terminal), reason=terminal.reason
@@ -275,6 +298,11 @@ class History:
 _RAN = frozenset({State.DISPATCHING, State.RUNNING, State.INTERRUPTING})
 # Endings that another process than the skill's manager may publish.
 _ENDED_BY_OTHERS = frozenset({Ending.LOST, Ending.INVARIANT_VIOLATED, Ending.ERROR, Ending.INTERRUPTED})
+
+
+def _authority(end: Record) -> tuple[bool, tuple[float, str, int, str]]:
+    """Order of the records that end a goal: the resource manager's first, else the earliest."""
+    return end.source != RESOURCE_MANAGER, _moment(end)
 
 
 def _when(status: GoalStatus) -> tuple[float, str, str]:

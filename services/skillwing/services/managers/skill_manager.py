@@ -284,15 +284,24 @@ class SkillManagerNode:
                 hooks.current = goal
                 run = self._core.current
                 hooks.record = run.record if run else None
+                started = self._bus.wall()
                 _, done = self._guarded("on_dispatch", goal.id, lambda: hooks.on_dispatch(goal))
                 if done:
-                    self._step(Dispatched(goal.id))
+                    self._dispatched(goal.id, self._bus.wall() - started)
             case Hook.INTERRUPT:
                 self._guarded("on_interrupt", goal.id, lambda: hooks.on_interrupt(goal))
             case Hook.ENDED if call.terminal is not None:
                 self._leave(goal, call.terminal)
             case Hook.ENDED:
                 pass
+
+    def _dispatched(self, goal_id: str, elapsed: float) -> None:
+        """Go on after `on_dispatch`. If it blocked for too long, messages that came meanwhile come first: the
+        goal may be lost, and must not be published as RUNNING then."""
+        if elapsed > self._model.dispatch_timeout:
+            self._bus.post(lambda: self._step(Dispatched(goal_id)))
+        else:
+            self._step(Dispatched(goal_id))
 
     def _leave(self, goal: Goal[Any], terminal: Terminal) -> None:
         self._hooks.current = None

@@ -126,6 +126,8 @@ class Recorder:
                 self._recording.mission.show_goal(self.history.bar(record.goal_id))
 
     def _on_status(self, status: GoalStatus) -> None:
+        if status.terminal is None and self.history.is_late(status):
+            return  # its record is in the timeline
         if self.history.add_status(status):
             self._goals.write(status)
             self._show_goal(status)
