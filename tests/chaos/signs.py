@@ -41,6 +41,8 @@ class Signs:
 
     def __init__(self, bus: ZenohBus, keys: Keys, launcher: Launcher) -> None:
         self.first: Sign | None = None
+        self.records: list[Record] = []
+        """All records, in causal order."""
         self.since = 0.0
         """Wall second of the fault."""
         self._bus = bus
@@ -97,6 +99,7 @@ class Signs:
             self._note("alive token")
 
     def _on_record(self, record: Record) -> None:
+        self.records.append(record)
         if self._process and record.kind is RecordKind.GOAL and record.after in BAD_ENDS:
             self._note(record.source)
 

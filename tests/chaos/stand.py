@@ -21,6 +21,8 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.history.chains import ChainProblem, bad_chains
+from skillwing.services.history.history import History
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -51,6 +53,8 @@ STOPPED_FOR = 4.0
 PATIENCE = 30.0
 """Longest wait for a state of a goal or for recovery, in wall seconds."""
 BETWEEN_ATTEMPTS = 0.05
+CLOCK_TOLERANCE = 0.01
+"""Seconds by which a cause may be later than its effect: each process reads the clock of the machine itself."""
 NOTICED_WITHIN = 4.0
 """Wall seconds to the first sign of a fault: a lease of 2 s, and as much again for a busy machine."""
 OVER_WITHIN = 10.0
@@ -101,12 +105,14 @@ class Result:
     free: float | None
     again: float | None
     lasted: float = 0.0
+    bad_chains: tuple[str, ...] = ()
+    """Failures since the fault whose causes lead nowhere, back in time, or to something unrelated."""
 
     @property
     def as_promised(self) -> bool:
-        """True if the goal has a permitted end, the tool is free and the system works, after any time."""
+        """True if the goal has a permitted end, the tool is free, the system works, and the causes are right."""
         goal_is_over = self.cell.state == IDLE or (self.answered is not None and self.answer in self.cell.expected)
-        return goal_is_over and self.free is not None and self.again is not None
+        return goal_is_over and self.free is not None and self.again is not None and not self.bad_chains
 
     @property
     def in_time(self) -> bool:
@@ -138,6 +144,7 @@ class Stand:
         skillset = load(STAND)
         keys = Keys(skillset.name)
         self._specs = _processes(run_dir)
+        self._skillset = skillset
         self._undoing = ExitStack()
         with ExitStack() as undoing:
             self.launcher = Launcher(skillset.name, skillset.name, run_dir, clock="wall", restarts=True)
@@ -168,7 +175,7 @@ class Stand:
     def suffer(self, cell: Cell) -> Result:
         """Bring a goal into its state, inject the fault, and watch until the system has recovered."""
         goal = None if cell.state == IDLE else self._goal_in(cell)
-        signs = self.signs
+        signs, since_fault = self.signs, self._bus.now()
         signs.harm(cell.process, cell.fault)
         answered = free = None
         lasted = 0.0
@@ -207,7 +214,15 @@ class Stand:
             free=free,
             again=signs.elapsed - since if works else None,
             lasted=lasted,
+            bad_chains=self._bad_chains(cell, since_fault),
         )
+
+    def _bad_chains(self, cell: Cell, since: float) -> tuple[str, ...]:
+        """The bad chains of what happened since the fault. A router that dies or stops may lose records."""
+        history = History.of(self.signs.records, skillset=self._skillset)
+        bad = bad_chains(history, self._skillset, tolerance=CLOCK_TOLERANCE)
+        news = (each for each in bad if each.record.t >= since)
+        return tuple(str(each) for each in news if cell.process != ROUTER or each.problem is not ChainProblem.CUT)
 
     def _goal_in(self, cell: Cell) -> GoalHandle | str:
         """Bring a goal into the cell's state. Returns its handle, or its id if the mission has started it."""

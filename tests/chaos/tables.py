@@ -56,7 +56,8 @@ def flight_table(results: Sequence[FlightResult], seconds: float) -> list[str]:
 def told(result: Result) -> str:
     """One cell of the managers' table."""
     if not result.as_promised:
-        return f"**broken**: {result.answer or 'no answer'}, free {_time(result.free)}, again {_time(result.again)}"
+        times = f"free {_time(result.free)}, again {_time(result.again)}"
+        return "; ".join([f"**broken**: {result.answer or 'no answer'}, {times}", *result.bad_chains])
     again = f"again {_time(result.again)}" + ("" if result.in_time else ", **late**")
     if result.answer is None:
         return again

@@ -62,6 +62,7 @@ def test_a_cell_is_as_promised_only_with_answer_free_tool_and_a_goal_that_succee
     assert not replace(RESULT, answered=None, answer=None).kept
     assert not replace(RESULT, free=None).kept
     assert not replace(RESULT, again=None).kept
+    assert not replace(RESULT, bad_chains=("work LOST at 1.000 s names an unknown cause",)).kept
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ from typing import Any
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Node
 from skillwing.services.managers.skill_manager import Goal, SkillHooks, SkillManagerNode
-from skillwing.services.protocol import DataSample, FireExtern, Keys, Terminal, encode
+from skillwing.services.protocol import DataSample, FireExtern, Keys, RecordKind, Terminal, encode
+from skillwing.services.timeline import Timeline
 
 PERIOD = 0.1
 REST_AFTER = 0.5
@@ -69,6 +70,7 @@ class ToyDrone:
 
     def attach(self, bus: Bus) -> None:
         self.bus = bus
+        self._timeline = Timeline(bus, self._keys)
         self._outputs = {
             name: bus.advertise(self._keys.data(name)) for name in ("position", "heading", "link_bandwidth")
         }
@@ -139,6 +141,10 @@ class ToyDrone:
             if abs((px - x) * north - (py - y) * east) < TUBE
         ]
         return min((track for track in tracks if 0.0 < track < length + STOP_BEFORE), default=math.inf)
+
+    def note(self, subject: str, state: str, goal_id: str) -> str:
+        """Record what the drone has observed, and return the id of the record."""
+        return self._timeline.record(RecordKind.HEALTH, subject, None, state, goal_id=goal_id)
 
     def _publish(self, name: str, value: Any) -> None:
         self._outputs[name].put(encode(DataSample(name=name, value=value, t=self.bus.now())))
@@ -232,7 +238,7 @@ class ToyStream(ToySkill):
         now = self.drone.bus.now()
         good_at = now if self.drone.bandwidth >= LEAST_BANDWIDTH else good_at
         if now - good_at > VIDEO_PATIENCE:
-            self.terminated(goal.id, "FPS_LOST")
+            self.terminated(goal.id, "FPS_LOST", cause=self.drone.note("video", "BAD", goal.id))
         else:
             self.drone.bus.after(VIDEO_LOOK, lambda: self._look(goal, good_at))
 

@@ -38,7 +38,7 @@ class NeverSwitched(Behaviour):
         if switch is None:
             return Status.SUCCESS
         self.feedback_message = f"{switch.before} -> {switch.after}, for {switch.reason}"
-        self._context.observe(self.feedback_message, None, failed=True)
+        self._context.observe(self.feedback_message, switch.record, failed=True)
         return Status.FAILURE
 
 

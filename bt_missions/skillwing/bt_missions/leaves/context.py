@@ -32,13 +32,14 @@ class LeafFailure:
 
 @dataclass(frozen=True, slots=True)
 class BranchSwitch:
-    """A switch of the tree from one branch of `subject` to another, at robot time `t`."""
+    """A switch of the tree from one branch of `subject` to another, at robot time `t`. record: its timeline record."""
 
     subject: str
     before: str
     after: str
     t: float
     reason: str
+    record: str
 
 
 class MissionContext:
@@ -84,8 +85,11 @@ class MissionContext:
             self.cancel(goal)
 
     def note_switch(self, subject: str, before: str, after: str) -> None:
-        """Record that the tree switches from one branch to another because of the latest failure."""
+        """Record that the tree switches from one branch to another because of the latest failure.
+
+        A failure without a record, such as a timeout, makes the switch a root: earlier observations did not cause it.
+        """
         reason = self.failure.text if self.failure else f"{before} failed"
-        self.switches.append(BranchSwitch(subject, before, after, self.now(), reason))
         cause = self.failure.record if self.failure else None
-        self._cause = self._write_record(subject, before, after, reason, cause or self._cause)
+        self._cause = record = self._write_record(subject, before, after, reason, cause)
+        self.switches.append(BranchSwitch(subject, before, after, self.now(), reason, record))

@@ -210,6 +210,14 @@ class MissionRun:
         first, *later = dict.fromkeys(reasons) or ["the tree failed"]
         return _joined(first, *(f"then {reason}" for reason in later))
 
+    @property
+    def _failure_cause(self) -> str | None:
+        """Record of the first of these reasons: the switch to the last branch, else the last failure."""
+        switch = next((each for each in self._context.switches if each.subject == "mission"), None)
+        if switch is not None:
+            return switch.record
+        return self._context.failure.record if self._context.failure else None
+
     def _show(self, tree: Behaviour) -> None:
         """Fly and publish this tree from now on."""
         self._tree = tree
@@ -332,8 +340,7 @@ class MissionRun:
 
     def _conclude(self, phase: MissionPhase, text: str) -> None:
         self._stage = RunStage.OVER
-        failure = self._context.failure if phase is MissionPhase.FAILED else None
-        self._publisher.enter(phase, text, failure.record if failure else None)
+        self._publisher.enter(phase, text, self._failure_cause if phase is MissionPhase.FAILED else None)
         for handle in self._at_end:
             handle.cancel()
 
