@@ -3,7 +3,7 @@
     python tests/chaos/chaos_run.py --managers --write docs/reliability.md
 
 Exit code 1 for a broken promise: a goal without an answer, a resource that stays taken, a system that does not
-recover, a cause chain that does not hold, or a drone that collides or does not land.
+recover, or a drone that collides or does not land. A cause chain that does not hold is one as well.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class GotoCases:
         goal.assert_ended("S_ABORTED")
         assert goal.causes == ["guidance ABORTED", f"{goal.handle.skill} S_ABORTED"]
 
-    def test_the_pilot_ends_it_by_an_invariant_whoever_hears_of_him_first(self, drone: Drone) -> None:
+    def test_the_pilot_ends_it_by_an_invariant_whichever_report_comes_first(self, drone: Drone) -> None:
         for guidance_first, apart in ((True, 0.0), (True, 0.9), (False, 0.0), (False, 0.9)):
             goal = drone.start(target=TARGET)
             drone.run(1.0)

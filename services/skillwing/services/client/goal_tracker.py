@@ -68,6 +68,7 @@ class GoalTracker:
         self._interrupt_heard = False
         self._probing = False
         self._has_to_exist = False
+        self._verdict: str | None = None
 
     def start(self, request: StartGoal) -> None:
         ask_until_answered(
@@ -110,6 +111,7 @@ class GoalTracker:
 
     def on_verdict(self, verdict: Violated | Lost) -> None:
         """Take the resource manager's verdict, if the goal's manager does not pass it on in time."""
+        self._verdict = verdict.record
         self._bus.after(VERDICT_PATIENCE, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
 
     def advance(self, status: GoalStatus) -> None:
@@ -197,7 +199,7 @@ class GoalTracker:
         self._end(Terminal(ending=Ending.LOST, reason=reason, detected_by="client"))
 
     def _end(self, terminal: Terminal, cause: str | None = None) -> None:
-        """End the goal. cause: the resource manager's record; without it, this end is the root of a chain."""
+        """End the goal. cause: record behind it, by default that of the resource manager's verdict, if one has come."""
         handle = self.handle
         if handle.done:
             return
@@ -207,7 +209,7 @@ class GoalTracker:
             handle.state or "SENT",
             terminal.label,
             text=terminal.reason,
-            cause=cause,
+            cause=cause or self._verdict,
             goal_id=handle.goal_id,
         )
         handle.end(terminal, record)
