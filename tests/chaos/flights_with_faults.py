@@ -12,6 +12,7 @@ from pathlib import Path
 from signs import BAD_ENDS, Fault, Sign, Signs
 
 from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.dsl.model import Skillset
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.truth import TRUTH, Truth
@@ -32,6 +33,8 @@ TO_THE_GROUND = 240.0
 """Wall seconds after the fault in which the drone has to be on the ground."""
 LAST_WORDS = 20.0
 """Wall seconds that the mission has for its last status after the landing."""
+CLOCK_TOLERANCE = 0.1
+"""Seconds of robot time by which a cause may be later than its effect: each process follows the clock by itself."""
 SIMULATOR = "sim"
 MISSION_PROCESS = "mission"
 
@@ -59,7 +62,8 @@ class FlightResult:
     noticed: first sign of the fault. lost: goals that ended LOST or ERROR, as `skill LABEL`. mission: its last status,
     or that it is dead. landed: wall seconds from the fault to standing still on the ground; None without a landing.
     from_home: horizontal distance in m. failsafe: True if a failsafe of the autopilot acted. collisions, left_fence:
-    ground truth of the physics. world_ended: True if the simulator was killed, and the world with it.
+    ground truth of the physics. world_ended: True if the simulator was killed, and the world with it. bad_chains:
+    failures whose causes lead nowhere, back in time, or to something unrelated.
     """
 
     cell: FlightCell
@@ -72,11 +76,13 @@ class FlightResult:
     collisions: int
     left_fence: bool
     world_ended: bool
+    bad_chains: tuple[str, ...] = ()
 
     @property
     def kept(self) -> bool:
-        """True if the drone hit nothing, stayed in the fence and landed. A world that ended needs no landing."""
-        safe = not self.collisions and not self.left_fence
+        """True if the drone hit nothing, stayed in the fence and landed, and the causes are right. A world that ended
+        needs no landing."""
+        safe = not self.collisions and not self.left_fence and not self.bad_chains
         return safe and (self.world_ended or self.landed is not None)
 
     @property
@@ -88,7 +94,8 @@ class FlightResult:
             return "**still flies**"
         where = "at home" if self.from_home < 2.0 else f"{self.from_home:.0f} m from home"
         hit = f", **{self.collisions} collisions**" if self.collisions else ""
-        return f"landed {where}{hit}" + ("; the autopilot's failsafe helped" if self.failsafe else "")
+        helped = "; the autopilot's failsafe helped" if self.failsafe else ""
+        return f"landed {where}{hit}{helped}" + "".join(f"; **{chain}**" for chain in self.bad_chains)
 
 
 def flight_cells() -> Iterator[FlightCell]:
@@ -124,7 +131,7 @@ def fly(cell: FlightCell) -> FlightResult:
             launcher.start((*_robot(run_dir), _mission()))
             bus = ZenohBus("chaos", ROBOT.name, launcher.endpoint)
             try:
-                return _Flight(bus, Keys(skillset.name), launcher).suffer(cell)
+                return _Flight(bus, skillset, launcher).suffer(cell)
             finally:
                 bus.close()
 
@@ -146,7 +153,9 @@ def _mission() -> ProcessSpec:
 
 
 class _Flight:
-    def __init__(self, bus: ZenohBus, keys: Keys, launcher: Launcher) -> None:
+    def __init__(self, bus: ZenohBus, skillset: Skillset, launcher: Launcher) -> None:
+        keys = Keys(skillset.name)
+        self._skillset = skillset
         self._truth: Truth | None = None
         self._state: FlightState | None = None
         self._status: MissionStatus | None = None
@@ -165,6 +174,7 @@ class _Flight:
         if not signs.run_until(lambda: self._truth is not None and cell.moment.reached(self._truth), TO_THE_MOMENT):
             raise RuntimeError(f"The flight did not get to {cell.moment}: {self._status}")
         self._harmed = True
+        since_fault = self._truth.t if self._truth is not None else 0.0
         signs.harm(cell.process, cell.fault)
         world_ended = cell.process == SIMULATOR and cell.fault is Fault.KILL
         if cell.fault is Fault.STOP:
@@ -190,6 +200,7 @@ class _Flight:
             collisions=self._truth.collisions,
             left_fence=self._left_fence,
             world_ended=world_ended,
+            bad_chains=signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
         )
 
     def _stands(self) -> bool:

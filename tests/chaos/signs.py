@@ -9,9 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from skillwing.dsl.model import Skillset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.causal_feed import follow_records
-from skillwing.services.processes.launcher import Launcher
+from skillwing.services.history.chains import ChainProblem, bad_chains
+from skillwing.services.history.history import History
+from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.protocol import Keys, Record, RecordKind
 
 LOOK = 0.01
@@ -87,6 +90,12 @@ class Signs:
             if self.first is None and self._process:
                 self._look()
         return True
+
+    def bad_chains(self, skillset: Skillset, since: float, tolerance: float) -> tuple[str, ...]:
+        """The bad cause chains of what has happened since then. A router that dies or stops may lose records."""
+        bad = bad_chains(History.of(self.records, skillset=skillset), skillset, tolerance=tolerance)
+        news = (each for each in bad if each.record.t >= since)
+        return tuple(str(each) for each in news if self._process != ROUTER or each.problem is not ChainProblem.CUT)
 
     def _look(self) -> None:
         if any(death.process == self._process for death in self._launcher.exits[self._deaths :]):

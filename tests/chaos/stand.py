@@ -21,8 +21,6 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
-from skillwing.services.history.chains import ChainProblem, bad_chains
-from skillwing.services.history.history import History
 from skillwing.services.ids import new_goal_id
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -214,15 +212,8 @@ class Stand:
             free=free,
             again=signs.elapsed - since if works else None,
             lasted=lasted,
-            bad_chains=self._bad_chains(cell, since_fault),
+            bad_chains=signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
         )
-
-    def _bad_chains(self, cell: Cell, since: float) -> tuple[str, ...]:
-        """The bad chains of what happened since the fault. A router that dies or stops may lose records."""
-        history = History.of(self.signs.records, skillset=self._skillset)
-        bad = bad_chains(history, self._skillset, tolerance=CLOCK_TOLERANCE)
-        news = (each for each in bad if each.record.t >= since)
-        return tuple(str(each) for each in news if cell.process != ROUTER or each.problem is not ChainProblem.CUT)
 
     def _goal_in(self, cell: Cell) -> GoalHandle | str:
         """Bring a goal into the cell's state. Returns its handle, or its id if the mission has started it."""

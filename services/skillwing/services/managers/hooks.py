@@ -100,8 +100,8 @@ class SkillHooks(Generic[I, O, F]):
     def terminated(self, goal_id: str, result: str, output: O | None = None, *, cause: str | None = None) -> None:
         """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this.
 
-        cause: id of the timeline record that led to this end, such as a resource's last change. Without it the cause
-        is the goal's last record.
+        cause: id of the timeline record that led to this end, such as a resource's last change. Without it the cause of
+        a success is the goal's last record. A failure then comes of the request to stop, or is the root of a chain.
         """
         self._control.terminated(goal_id, result, output, cause)
 
