@@ -1,21 +1,24 @@
-"""The other ends of `latency.py`: the hooks of its two skills, and a process that answers Zenoh and does nothing else.
+"""Other ends of `latency.py`: hooks of its two skills, and the process that answers plain Zenoh and fires externs.
 
-python benchmarks/latency_peers.py ENDPOINT ROBOT TOPOLOGY
+latency_system.py starts it: latency_peers.py ENDPOINT ROBOT TOPOLOGY SKILLSET_NAME
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from typing import Any
 
 import zenoh
+from peer_process import serve
 
 from skillwing.services.bus import Topology
 from skillwing.services.bus.zenoh_session import open_session
 from skillwing.services.managers.hooks import Goal, SkillHooks
+from skillwing.services.protocol import FireExtern, Keys, encode
 
-QUERY, PING, PONG = "raw/query", "raw/ping", "raw/pong"
+QUERY, PING, PONG, FIRE, FIRED = "raw/query", "raw/ping", "raw/pong", "raw/fire", "raw/fired"
 
 
 class ActHooks(SkillHooks[dict[str, Any], dict[str, float], None]):
@@ -37,12 +40,31 @@ class HoldHooks(SkillHooks[dict[str, Any], None, None]):
         pass
 
 
+class Firing:
+    """A functional layer: fires extern transitions of `link` on request, and remembers the time of the last one."""
+
+    def __init__(self, session: zenoh.Session, skillset: str) -> None:
+        self._session = session
+        self._key = Keys(skillset).resource_extern
+        self._at = 0.0
+
+    def fire(self, sample: zenoh.Sample) -> None:
+        target = sample.payload.to_string()
+        request = encode(FireExtern(resource="link", target=target, source="benchmark"))
+        self._at = time.monotonic()
+        self._session.get(self._key, zenoh.handlers.Callback(lambda _: None, indirect=False), payload=request)
+
+    def answer(self, query: zenoh.Query) -> None:
+        query.reply(FIRED, json.dumps(self._at).encode())
+
+
 def main() -> None:
-    """Answer queries with their payload, publish again what is published, and end with standard input."""
-    endpoint, robot, word = sys.argv[1:]
+    """Answer queries with their payload, publish again what is published, and fire, until standard input ends."""
+    endpoint, robot, word, skillset = sys.argv[1:]
     topology: Topology = "mesh" if word == "mesh" else "router"
     with open_session(topology, endpoint, robot) as session:
         pong = session.declare_publisher(PONG)
+        firing = Firing(session, skillset)
 
         def answer(query: zenoh.Query) -> None:
             query.reply(QUERY, query.payload.to_bytes() if query.payload else b"")
@@ -50,13 +72,15 @@ def main() -> None:
         def forward(sample: zenoh.Sample) -> None:
             pong.put(sample.payload)
 
-        queryable = session.declare_queryable(QUERY, zenoh.handlers.Callback(answer, indirect=False), complete=True)
-        subscriber = session.declare_subscriber(PING, zenoh.handlers.Callback(forward, indirect=False))
-        sys.stdout.write("ready\n")
-        sys.stdout.flush()
-        sys.stdin.read()
-        subscriber.undeclare()
-        queryable.undeclare()
+        declared = [
+            session.declare_queryable(QUERY, zenoh.handlers.Callback(answer, indirect=False), complete=True),
+            session.declare_queryable(FIRED, zenoh.handlers.Callback(firing.answer, indirect=False), complete=True),
+            session.declare_subscriber(PING, zenoh.handlers.Callback(forward, indirect=False)),
+            session.declare_subscriber(FIRE, zenoh.handlers.Callback(firing.fire, indirect=False)),
+        ]
+        serve(lambda question: question)
+        for each in declared:
+            each.undeclare()
 
 
 if __name__ == "__main__":

@@ -88,12 +88,19 @@ def milliseconds(times: Sequence[float]) -> tuple[str, str]:
     return f"{1e3 * median(times):.2f}", f"{1e3 * quantiles(times, n=100)[-1]:.2f}"
 
 
-def ratio(blocks: Sequence[tuple[Sequence[float], Sequence[float]]]) -> str:
-    """Ratio of the medians of two series, and its least and largest value among the blocks that were measured."""
+Blocks = Sequence[tuple[Sequence[float], Sequence[float]]]
+"""Two series for each block that was measured."""
+
+
+def block_ratio(blocks: Blocks) -> float:
+    """Ratio of two series that took turns: the median of the ratios of their medians, block by block."""
+    return median(median(ours) / median(base) for ours, base in blocks)
+
+
+def ratio(blocks: Blocks) -> str:
+    """Ratio of two series that took turns, and its least and largest value among the blocks, as a cell of a table."""
     ratios = [median(ours) / median(base) for ours, base in blocks]
-    ours = median([each for block, _ in blocks for each in block])
-    base = median([each for _, block in blocks for each in block])
-    return f"{ours / base:.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
+    return f"{block_ratio(blocks):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
 
 def against(budget: float, measured: float, *, at_least: bool = False) -> str:
