@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -52,9 +52,10 @@ format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for six minutes.
+# The figures in docs/performance.md, for the better or the worse; on a quiet machine, for seven minutes.
 bench: setup
 	$(BIN)/python benchmarks/latency.py --write
+	$(BIN)/python benchmarks/recovery.py --write
 	$(BIN)/python benchmarks/managers.py --write
 	$(BIN)/python benchmarks/messages.py --write
 	$(BIN)/python benchmarks/tree_tick.py --write
@@ -65,6 +66,11 @@ bench: setup
 	$(BIN)/python benchmarks/sim_speed.py --write
 	$(BIN)/python benchmarks/ray_choices.py --write
 	$(BIN)/python benchmarks/stack_speed.py --write
+
+# Latency, recovery, cores and messages of this version and of an earlier one, in turns: make bench-against REV=v0.1.0
+AGAINST_ARGS ?=
+bench-against: setup
+	$(BIN)/python benchmarks/bench_against.py $(or $(REV),$(error Name the other version: make bench-against REV=...)) $(AGAINST_ARGS)
 
 # How well the simulated drone flies, over seeds: figures and pictures in docs/flight.md. FLIGHT_ARGS=rotors for a part.
 FLIGHT_ARGS ?=

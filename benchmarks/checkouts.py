@@ -17,7 +17,7 @@ ROOT = HERE.parent
 IMPORT_ROOTS = ("dsl", "services", "sim_mujoco", "bt_missions")
 
 
-def code_of(tree: Path) -> dict[str, str | None]:
+def code_of(tree: Path) -> dict[str, str]:
     """Environment in which Python imports the packages of a checkout, and the benchmarks of this one."""
     path = [str(tree / root) for root in IMPORT_ROOTS]
     return {"PYTHONPATH": os.pathsep.join([*path, str(HERE)])}

@@ -19,6 +19,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from checkouts import ROOT, code_of, script
+
 from skillwing.dsl import parse
 from skillwing.services import protocol
 from skillwing.services.core.resource_core import ResourceCore
@@ -39,8 +41,6 @@ try:
 except ImportError:  # an older checkout
     skill_events = None
 
-ROOT = Path(__file__).parents[1]
-IMPORT_ROOTS = ("dsl", "services", "sim_mujoco", "bt_missions")
 BATCHES, BATCH = 150, 20
 SKILLS = ("arm", "base", "head")
 SOURCE = f"""
@@ -203,9 +203,8 @@ def measure() -> dict[str, float]:
 
 def run(tree: Path) -> dict[str, float]:
     """Measure the code of a checkout in a process of its own."""
-    path = os.pathsep.join(str(tree / root) for root in IMPORT_ROOTS)
-    command = [sys.executable, "-P", str(Path(__file__).resolve()), "--measure"]
-    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, check=True)
+    environment = {**os.environ, **code_of(tree)}
+    done = subprocess.run(script("core_step.py", "--measure"), env=environment, stdout=subprocess.PIPE, check=True)
     return json.loads(done.stdout)
 
 

@@ -86,7 +86,7 @@ def measure(
 ) -> dict[str, list[Block]]:
     """Blocks of calls on each system, role by role in turns. The first block is a warm-up and does not count.
 
-    actionlib: takes turns, too. Its times go into the blocks of the first system.
+    actionlib: takes turns, too. Its times go into the blocks of the first system. After a failure, it is left out.
     """
     measured: dict[str, list[Block]] = {name: [] for name in systems}
     for _ in range(blocks + 1):
@@ -95,7 +95,10 @@ def measure(
             for name, system in systems.items():
                 measure_block(system, role, calls, block[name])
         if actionlib is not None:
-            next(iter(block.values())).actionlib = actionlib.ask({"calls": calls}, BLOCK_LIMIT)["result"]
+            try:
+                next(iter(block.values())).actionlib = actionlib.ask({"calls": calls}, BLOCK_LIMIT)["result"]
+            except PeerError:
+                actionlib = None
         for name in systems:
             measured[name].append(block[name])
     return {name: found[1:] for name, found in measured.items()}
@@ -159,10 +162,12 @@ def section(blocks: list[Block], absence: str) -> str:
         found = milliseconds(times(blocks, row.kind))
         cpu = f"{start_cpu(blocks):.1f}" if row.kind == "result" else ""
         rows.append([row.label, *found, against_target(row, found), cpu, ratio_to_raw(blocks, row)])
-    if not absence:
+    if all(block.actionlib for block in blocks):
         compared = f"ours to this: {ratio(pairs(blocks, 'result', 'actionlib'))}"
         found = milliseconds(times(blocks, "actionlib"))
         rows.append(["rospy + actionlib: start of an action, until its result", *found, "", "", compared])
+    elif not absence:
+        absence = "ROS 1 did not answer in time."
     heads = ("", "p50, ms", "p99, ms", "target, ms", "CPU per start, ms", "ratio to raw Zenoh (blocks)")
     return f"""Router, managers, raw client, client and mission are processes of their own on one machine. The
 journal is on, and raw messages are as long as ours. {_how_measured(blocks)} {absence}
