@@ -1,4 +1,4 @@
-"""This version beside an earlier one: latency, processor time, recovery, steps of the cores and messages, in turns.
+"""Two versions of the code, compared in turns: latency, processor time, recovery, steps of the cores, messages.
 
 python benchmarks/bench_against.py REV [--rounds 8] [--write]
 
