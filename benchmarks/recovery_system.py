@@ -1,7 +1,7 @@
 """The system that `recovery.py` measures: router, managers, mocked skills and world, and the mission, of one checkout.
 
-recovery.py starts it. A question names a number of flights. The answer has the time of each recovery: from the failure of
-the camera to the grant of the first skill of the LiDAR branch. It also has the part that is robot time by design.
+recovery.py starts it. A question names a number of flights. The answer has the time of each recovery: from the failure
+of the camera to the grant of the first skill of the LiDAR branch. It also has the part that is robot time by design.
 """
 
 from __future__ import annotations
