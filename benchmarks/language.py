@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from performance_page import machine, make_parser, table, write_section
+from performance_page import against, machine, make_parser, table, write_section
 
 from skillwing.dsl.checking.analysis import analyse
 from skillwing.dsl.checking.checker import check, paused_collector
@@ -34,6 +34,9 @@ CONDITIONS = {
     "battery_status": ("GOOD", "LOW", "CRITICAL"),
     "link_status": ("UP", "DOWN"),
 }
+WHOLE = "check, all of it"
+BUDGET, TARGET = 1.0, 0.5
+"""Processor time of the whole check of 1000 skills [s]."""
 DATA = {"battery": "[%]", "altitude": "[m]", "wind": "[m/s]"}
 
 
@@ -127,18 +130,20 @@ def measured(text: str, runs: int) -> dict[str, float]:
         "parse": _seconds(lambda: parse_file(text, file), runs) - lexing,
         "resolve": _seconds(lambda: resolve(root, DiagnosticReport()), runs),
         "analyse": _seconds(lambda: analyse(skillset, DiagnosticReport()), runs),
-        "check, all of it": _seconds(lambda: check(text, file), runs),
+        WHOLE: _seconds(lambda: check(text, file), runs),
     }
 
 
 def section(skills: int, text: str, figures: dict[str, float]) -> str:
     """The figures as a piece of a Markdown page."""
     words = len(lex(text, ""))
+    rows = [[step, f"{seconds:.2f}", ""] for step, seconds in figures.items()]
+    rows[-1][-1] = f"{TARGET:g}: {against(TARGET, figures[WHOLE])}"
     return f"""A generated file of {skills} skills of the size of the m600's `goto`: {len(text) // 1000} kB, {words}
-words and signs, which is {words // skills} a skill. Least processor time of several runs on one core; the budget is 1 s
-for all of it. {machine()}.
+words and signs, which is {words // skills} a skill. Least processor time of several runs on one core; the budget is
+{BUDGET:g} s for all of it: {against(BUDGET, figures[WHOLE])}. {machine()}.
 
-{table(("step", "seconds"), [(step, f"{seconds:.2f}") for step, seconds in figures.items()])}"""
+{table(("step", "seconds", "target, s"), rows)}"""
 
 
 def main() -> None:
