@@ -130,7 +130,8 @@ def section(usual: Layout, others: list[Layout]) -> str:
     count = len(ROBOT.managers())
     return f"""The {count} managers of the m600 beside a running simulator, idle for {usual.watched:.0f} s.
 With a process for each they used together **{usual.cpu:.1f} % of one core** (budget of {CPU_BUDGET:g} %:
-{against(CPU_BUDGET, usual.cpu)}; target of {CPU_TARGET:g} %: {against(CPU_TARGET, usual.cpu)}), the largest of them {usual.largest:.0f} MB (budget of {MEMORY_BUDGET:g} MB:
+{against(CPU_BUDGET, usual.cpu)}; target of {CPU_TARGET:g} %: {against(CPU_TARGET, usual.cpu)}), the largest of them
+{usual.largest:.0f} MB (budget of {MEMORY_BUDGET:g} MB:
 {against(MEMORY_BUDGET, usual.largest)}). {machine()}.
 
 {table(heads, layouts)}
