@@ -86,9 +86,10 @@ def latency_lines(trees: Trees, rounds: int, calls: int) -> Iterator[Line]:
         yield by_name(f"{row.label}, p50, ms", medians)
         yield by_name(f"{row.label}, p99, ms", pooled)
     for process, label in latency.STARTING.items():
-        used = {name: [1e3 * sum(each.cpu[process] for each in found) / len(found)] for name, found in blocks.items()}
+        used = {name: [1e3 * each.cpu[process] for each in found] for name, found in blocks.items()}
         yield by_name(f"CPU per start, {label}, ms", used)
-    yield by_name("CPU per start, sum, ms", {name: [latency.start_cpu(found)] for name, found in blocks.items()})
+    sums = {name: [1e3 * each.start_cpu for each in found] for name, found in blocks.items()}
+    yield by_name("CPU per start, sum, ms", sums)
 
 
 def recovery_lines(trees: Trees, rounds: int) -> Iterator[Line]:

@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import median
 
 from checkouts import HERE, ROOT, code_of, script
 from peer_process import PeerError, PeerProcess, own_processes
@@ -152,8 +153,8 @@ def against_target(row: Row, measured: tuple[str, str]) -> str:
 
 
 def start_cpu(blocks: list[Block]) -> float:
-    """Mean processor time of a start [ms]. The clock of processor time ticks too slowly for single blocks."""
-    return 1e3 * sum(block.start_cpu for block in blocks) / len(blocks)
+    """Processor time of a start, the median of the blocks [ms]."""
+    return 1e3 * median(block.start_cpu for block in blocks)
 
 
 def section(blocks: list[Block], absence: str) -> str:
@@ -182,7 +183,7 @@ Processor time of a start, by process (target for the sum: {CPU_TARGET:g} ms,
 
 def cpu_table(blocks: list[Block]) -> str:
     """Processor time per start: each process, those that listen together, and the sum without these."""
-    each = {name: 1e3 * sum(block.cpu[name] for block in blocks) / len(blocks) for name in blocks[0].cpu}
+    each = {name: 1e3 * median(block.cpu[name] for block in blocks) for name in blocks[0].cpu}
     listening = sum(value for name, value in each.items() if name not in STARTING)
     rows = [[label, f"{each[name]:.2f}"] for name, label in STARTING.items()]
     rows += [["**sum**", f"{start_cpu(blocks):.2f}"], ["processes that listen", f"{listening:.2f}"]]

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-import psutil
 from checkouts import script
 from peer_process import PeerProcess, serve
 
@@ -70,9 +70,12 @@ def running_system(topology: Topology) -> Iterator[tuple[dict[str, PeerProcess],
 
 
 def processor_times(pids: Mapping[str, int]) -> dict[str, float]:
-    """User and system time of each process so far [s]."""
-    times = {name: psutil.Process(pid).cpu_times() for name, pid in pids.items()}
-    return {name: each.user + each.system for name, each in times.items()}
+    """User and system time of each process so far, with threads that have ended [s].
+
+    /proc counts it in steps of 10 ms, which is several starts. The processor clock of a process counts nanoseconds; its
+    id is that of `man 3 clock_getcpuclockid`.
+    """
+    return {name: time.clock_gettime(~pid << 3 | 2) for name, pid in pids.items()}
 
 
 def main() -> None:
