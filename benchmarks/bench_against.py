@@ -98,9 +98,9 @@ def recovery_lines(trees: Trees, rounds: int) -> Iterator[Line]:
         systems = open_each(trees, lambda tree: recovery.open_system(stack, tree))
         flown: dict[str, list[list[float]]] = {name: [] for name in systems}
         by_design: dict[str, list[float]] = {}
-        for _ in range(rounds + 1):
-            for name, system in systems.items():
-                times, waited = recovery.fly(system, FLIGHTS)
+        for number in range(rounds + 1):
+            for name in latency.turns(systems, number):
+                times, waited = recovery.fly(systems[name], FLIGHTS)
                 flown[name].append(times)
                 by_design[name] = [1e3 * waited]
     label = "camera dead, until the first grant of the LiDAR branch"
@@ -131,8 +131,8 @@ def message_lines(trees: Trees, rounds: int) -> Iterator[Line]:
 def in_turns(trees: Trees, run: Callable[[Path], Any], rounds: int) -> dict[str, list[Any]]:
     """Results of a benchmark with each checkout, round by round; without those of a checkout where it fails."""
     results: dict[str, list[Any]] = {name: [] for name in trees}
-    for _ in range(rounds):
-        for name in list(results):
+    for number in range(rounds):
+        for name in latency.turns(results, number):
             try:
                 results[name].append(run(trees[name]))
             except subprocess.CalledProcessError:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -82,6 +82,11 @@ def measure_block(system: PeerProcess, role: str, calls: int, block: Block) -> N
         block.cpu = {name: seconds / calls for name, seconds in answer["cpu"].items()}
 
 
+def turns(names: Iterable[str], number: int) -> list[str]:
+    """Order of a round: forwards and backwards by turns, so that none has the advantage of its place."""
+    return list(names) if number % 2 == 0 else list(names)[::-1]
+
+
 def measure(
     systems: Mapping[str, PeerProcess], blocks: int, calls: int, actionlib: PeerProcess | None = None
 ) -> dict[str, list[Block]]:
@@ -90,11 +95,11 @@ def measure(
     actionlib: takes turns, too. Its times go into the blocks of the first system. After a failure, it is left out.
     """
     measured: dict[str, list[Block]] = {name: [] for name in systems}
-    for _ in range(blocks + 1):
+    for number in range(blocks + 1):
         block = {name: Block() for name in systems}
         for role in ROLES:
-            for name, system in systems.items():
-                measure_block(system, role, calls, block[name])
+            for name in turns(systems, number):
+                measure_block(systems[name], role, calls, block[name])
         if actionlib is not None:
             try:
                 next(iter(block.values())).actionlib = actionlib.ask({"calls": calls}, BLOCK_LIMIT)["result"]
