@@ -7,8 +7,6 @@ from contextlib import contextmanager
 from typing import Any
 from unittest.mock import patch
 
-from msgspec.structs import replace
-
 from simulation.run import simulate
 from skillwing.services.client.causal_view import CausalView
 from skillwing.services.client.goal_tracker import GoalTracker
@@ -142,7 +140,11 @@ def _ignore(*events: type) -> Callable[[Wrong], Wrong]:
 
 
 def _name_no_step(right: Wrong) -> Wrong:
-    return lambda *args: replace(right(*args), after_step=0)
+    def publish(self: SkillCore, run: GoalRun, *args: Any) -> None:
+        run.step = 0
+        right(self, run, *args)
+
+    return publish
 
 
 def _show_at_once(right: Wrong) -> Wrong:
@@ -182,7 +184,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
         (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
     ),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
-    "a status does not name its step": ((GoalRun, "status_in", _name_no_step),),
+    "a status does not name its step": ((SkillCore, "_publish", _name_no_step),),
     "a client shows a goal before it knows the states": ((CausalView, "take_status", _show_at_once),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
 }

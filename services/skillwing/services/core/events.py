@@ -5,7 +5,7 @@ Requests and data samples are events as they arrive. Each event has a tag, so th
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import msgspec
 
@@ -37,6 +37,9 @@ class GoalSilent(msgspec.Struct, frozen=True, tag="goal_silent"):
 
 class TimePassed(msgspec.Struct, frozen=True, tag="time_passed"):
     """Passage of robot time alone, at which data may turn stale."""
+
+    step: ClassVar[int] = 0
+    """Number of the resource manager's step that an event tells of; this one tells of none."""
 
 
 class Resumed(msgspec.Struct, frozen=True, tag="resumed"):

@@ -72,6 +72,10 @@ class Ask(Enum):
     RESOURCES = auto()
 
 
+ASK = Ask.RESOURCES
+"""The member by its own name: Python 3.11 takes longer to look one up than to make a state."""
+
+
 Reaction: TypeAlias = "tuple[GoalState, Hook | Ask | None, str | None]"
 """Effect of an event on a goal: the next state, the action, and the timeline record behind it.
 
@@ -115,7 +119,7 @@ class Idle(GoalState, frozen=True):
             case Accepted():
                 return Validating(), Hook.VALIDATE, None
             case Rejected(terminal=terminal):
-                return Committing(terminal, State.VALIDATING), Ask.RESOURCES, None
+                return Committing(terminal, State.VALIDATING), ASK, None
             case _:
                 return None
 
@@ -126,7 +130,7 @@ class Validating(GoalState, frozen=True):
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Validated(problem=None):
-                return Asking(), Ask.RESOURCES, None
+                return Asking(), ASK, None
             case StopRequested(reason=reason, cause=cause):
                 return ValidatingCancelled(reason), None, cause or ROOT
             case _:
@@ -145,7 +149,7 @@ class Validating(GoalState, frozen=True):
                 return None
 
     def commit(self, terminal: Terminal) -> Reaction:
-        return Committing(terminal, self.phase), Ask.RESOURCES, None
+        return Committing(terminal, self.phase), ASK, None
 
 
 class ValidatingCancelled(Validating, frozen=True):
@@ -226,7 +230,7 @@ class AskingCancelled(Asking, frozen=True):
         match event:
             case Reply(answer=Granted(token=token)):
                 state = GivingBack(token, EndKind.INTERRUPT, self.reason, State.INTERRUPTING)
-                return state, Ask.RESOURCES, None
+                return state, ASK, None
             case _:
                 return self.fail(event, skill)
 
@@ -312,7 +316,7 @@ class Executing(Holding, frozen=True):
         state = Finishing(self.token, how, sendable_text(reason), self.phase, result, output, forced)
         if cause is not None:
             cause = sendable_text(cause)[:LONGEST_LABEL]
-        return state, Ask.RESOURCES, cause
+        return state, ASK, cause
 
 
 class Unstopped(Executing, frozen=True):
@@ -473,23 +477,6 @@ class GoalRun:
     def phase(self) -> State:
         """The state that clients see."""
         return self.state.phase
-
-    def status_in(self, state: GoalState, skill: str, source: str, record: str, now: float) -> GoalStatus:
-        """The status to publish when the goal comes into a state, with the id of its record."""
-        before, text = (self.status.state, state.text) if self.status else ("IDLE", f"asked by {self.client}")
-        return GoalStatus(
-            goal_id=self.goal_id,
-            skill=skill,
-            state=state.phase,
-            t=now,
-            terminal=state.terminal,
-            record=record,
-            source=source,
-            before=before,
-            text=text,
-            cause=self.record,
-            after_step=self.step,
-        )
 
 
 def _raised(event: Raised) -> str:

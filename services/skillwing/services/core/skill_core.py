@@ -38,7 +38,6 @@ from skillwing.services.core.skill_events import (
     StopConfirmed,
     StopRequested,
     Terminated,
-    step_of,
 )
 from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.names import CLIENT
@@ -97,8 +96,6 @@ class SkillCore:
         }
         self.dropped_calls = 0
         """Ends and confirmations by the developer that came when there was nothing to end."""
-
-    # --- questions ---------------------------------------------------------------------------------------------------
 
     @property
     def current(self) -> GoalRun | None:
@@ -215,8 +212,6 @@ class SkillCore:
         if not taken and isinstance(event, CALLS_TO_END):
             self.dropped_calls += 1
 
-    # --- reactions ---------------------------------------------------------------------------------------------------
-
     def _take(self, run: GoalRun, event: GoalEvent, now: float) -> bool:
         """Carry out the reaction of a goal; False if its state has none to the event."""
         reaction = run.state.on(event, self.skill, now)
@@ -224,7 +219,7 @@ class SkillCore:
             return False
         before = run.state
         state, action, cause = reaction
-        run.step = max(run.step, step_of(event))
+        run.step = max(run.step, event.step)
         run.state = state
         if cause is not None:
             run.record = cause or None
@@ -241,7 +236,20 @@ class SkillCore:
 
     def _publish(self, run: GoalRun, state: GoalState, now: float) -> None:
         """Publish the phase of a goal, which is a timeline record as well."""
-        run.status = status = run.status_in(state, self.skill.name, self._source, self._new_record_id(), now)
+        before, text = (run.status.state, state.text) if run.status else ("IDLE", f"asked by {run.client}")
+        run.status = status = GoalStatus(
+            goal_id=run.goal_id,
+            skill=self.skill.name,
+            state=state.phase,
+            t=now,
+            terminal=state.terminal,
+            record=self._new_record_id(),
+            source=self._source,
+            before=before,
+            text=text,
+            cause=run.record,
+            after_step=run.step,
+        )
         run.record = status.record
         self._outbox.add(status)
         if state.terminal is not None:

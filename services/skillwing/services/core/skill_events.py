@@ -6,7 +6,7 @@ Requests of clients and verdicts of the resource manager are events as they arri
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import msgspec
 
@@ -22,6 +22,13 @@ from skillwing.services.protocol import (
     Terminal,
     Violated,
 )
+
+
+class OwnNews(msgspec.Struct, frozen=True):
+    """Base of events that bring no news of the resource manager. step: its step that an event tells of, 0 for none."""
+
+    step: ClassVar[int] = 0
+
 
 ResourcesAnswer: TypeAlias = GoalVerdict | ErrorReply | None
 """An answer of the resource manager; None for silence."""
@@ -39,20 +46,20 @@ class OwnerGone(msgspec.Struct, frozen=True):
 # --- from the hooks ------------------------------------------------------------------------------------------------
 
 
-class Validated(msgspec.Struct, frozen=True):
+class Validated(OwnNews, frozen=True):
     """Return of the developer's `validate`: None, or a sentence about what is wrong with the goal."""
 
     goal_id: str
     problem: str | None = None
 
 
-class Dispatched(msgspec.Struct, frozen=True):
+class Dispatched(OwnNews, frozen=True):
     """Return of the developer's `on_dispatch`."""
 
     goal_id: str
 
 
-class Raised(msgspec.Struct, frozen=True):
+class Raised(OwnNews, frozen=True):
     """Exception in a hook of the developer. text: its type and message."""
 
     goal_id: str
@@ -60,7 +67,7 @@ class Raised(msgspec.Struct, frozen=True):
     text: str
 
 
-class Terminated(msgspec.Struct, frozen=True):
+class Terminated(OwnNews, frozen=True):
     """End of the skill by itself. cause: the timeline record that ended it, if the developer names one."""
 
     goal_id: str
@@ -69,13 +76,13 @@ class Terminated(msgspec.Struct, frozen=True):
     cause: str | None = None
 
 
-class StopConfirmed(msgspec.Struct, frozen=True):
+class StopConfirmed(OwnNews, frozen=True):
     """Confirmation by the developer that an interrupted goal has really stopped."""
 
     goal_id: str
 
 
-class Failed(msgspec.Struct, frozen=True):
+class Failed(OwnNews, frozen=True):
     """End of the goal as an error, by the developer. cause: as in `Terminated`."""
 
     goal_id: str
@@ -103,6 +110,10 @@ class RenewalAnswered(msgspec.Struct, frozen=True):
     def goal_id(self) -> str:
         return self.call.goal_id
 
+    @property
+    def step(self) -> int:
+        return 0 if self.answer is None or isinstance(self.answer, ErrorReply) else self.answer.step
+
 
 CurrentGoalEvent: TypeAlias = (
     Validated | Dispatched | Raised | Terminated | StopConfirmed | Failed | RenewalAnswered | Violated | Lost
@@ -115,17 +126,17 @@ Event: TypeAlias = StartGoal | InterruptGoal | OwnerGone | CurrentGoalEvent | Qu
 # --- the same for one goal -----------------------------------------------------------------------------------------
 
 
-class Accepted(msgspec.Struct, frozen=True):
+class Accepted(OwnNews, frozen=True):
     """The start of a goal whose inputs fit, while no other goal runs."""
 
 
-class Rejected(msgspec.Struct, frozen=True):
+class Rejected(OwnNews, frozen=True):
     """The start of a goal that this process cannot run. terminal: its local outcome."""
 
     terminal: Terminal
 
 
-class StopRequested(msgspec.Struct, frozen=True):
+class StopRequested(OwnNews, frozen=True):
     """Request to stop: an interrupt, or a lost owner. cause: the timeline record behind it, if there is one."""
 
     reason: str
@@ -137,8 +148,12 @@ class Reply(msgspec.Struct, frozen=True):
 
     answer: GoalVerdict | ErrorReply
 
+    @property
+    def step(self) -> int:
+        return 0 if isinstance(self.answer, ErrorReply) else self.answer.step
 
-class RetriesExhausted(msgspec.Struct, frozen=True):
+
+class RetriesExhausted(OwnNews, frozen=True):
     """The tenth silence to the question that the goal waits for."""
 
 
@@ -146,14 +161,3 @@ GoalEvent: TypeAlias = (
     Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
 )
 """Events that the state of a goal takes."""
-
-
-def step_of(event: GoalEvent) -> int:
-    """Number of the resource manager's step that an event tells of; 0 for any other event."""
-    match event:
-        case Violated() | Lost():
-            return event.step
-        case Reply(answer=answer) | RenewalAnswered(answer=answer):
-            return 0 if answer is None or isinstance(answer, ErrorReply) else answer.step
-        case _:
-            return 0
