@@ -228,9 +228,10 @@ def test_a_map_grows_beyond_its_first_table() -> None:
     assert fine.planes == 144
 
 
-@given(errors.map(lambda e: 0.3 * e[POSE]))
+@given(errors.map(lambda e: 0.2 * e[POSE]))
 @settings(max_examples=10, deadline=None)
 def test_the_filter_finds_the_pose_from_which_the_walls_fit(error: np.ndarray) -> None:
+    """Errors of up to 0.1 m and 0.03 rad at once. From 0.15 m, one of a hundred corners matches a wrong plane."""
     room = Room(lidar_noise=0.01)
     times = np.linspace(1.0, 1.1, 26)
     track = Track(times, np.zeros((26, 3)), np.broadcast_to(np.eye(3), (26, 3, 3)))
