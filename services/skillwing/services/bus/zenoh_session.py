@@ -7,7 +7,6 @@ processes are peers. They find each other through the router and then connect di
 from __future__ import annotations
 
 import json
-import os
 import re
 from typing import Any
 
@@ -22,12 +21,6 @@ CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
 ANY_PORT = "tcp/127.0.0.1:0"
 """Endpoint of a peer: a port that the system chooses, closed to other machines."""
-RUNTIME = "ZENOH_RUNTIME"
-ONE_POOL = (
-    "(rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app), app: (worker_threads: 4))"
-)
-"""Threads of Zenoh: one pool for a process instead of five, so that a message changes threads less often. A value of
-the user in the environment comes first."""
 _PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
@@ -112,7 +105,6 @@ def _open(mode: str, own: dict[str, Any]) -> zenoh.Session:
         "timestamping": {"enabled": True},
         "transport": {"shared_memory": {"enabled": False}, "link": link},
     }
-    os.environ.setdefault(RUNTIME, ONE_POOL)
     return zenoh.open(zenoh.Config.from_json5(json.dumps({**shared, **own})))
 
 
