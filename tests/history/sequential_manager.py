@@ -201,7 +201,7 @@ def _same(answer: Reply, reply: Reply | None) -> bool:
 
 
 def _without_stamps(reply: Reply) -> Reply:
-    stamps = {"t": 0.0, "record": "", "step": 0}
+    stamps = {"t": 0.0, "record": "", "step": 0, "epoch": ""}
     fields = {name: value for name, value in stamps.items() if name in reply.__struct_fields__}
     return msgspec.structs.replace(reply, **fields)
 
