@@ -207,7 +207,7 @@ class System:
         return {} if asked is None else asked.states
 
     def asked_states(self, patience: float = PATIENCE) -> ResourceStates | None:
-        """States of all resources, with the revision; None without an answer."""
+        """States of all resources, with the number of the step; None without an answer."""
         answer = self.ask(self.keys.resource_states, encode(QueryStates()), patience)
         return decode(answer.payload, ResourceStates) if isinstance(answer, Answered) else None
 
