@@ -145,11 +145,17 @@ def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
     assert {f"g{number + 1}" for number in range(robot.goals)} - lost <= set(client.shown), "nothing is kept for ever"
 
 
-def test_a_status_waits_for_the_step_that_it_follows_from() -> None:
+def connected() -> tuple[Robot, Client]:
+    """A robot, and a client that knows its states."""
     robot = Robot()
     client = Client(robot)
     client.ask()
     client.hear_answer(0)
+    return robot, client
+
+
+def test_a_status_waits_for_the_step_that_it_follows_from() -> None:
+    robot, client = connected()
     robot.step("camera")
     robot.follow()
     step, end = robot.told
@@ -161,10 +167,7 @@ def test_a_status_waits_for_the_step_that_it_follows_from() -> None:
 
 
 def test_a_step_that_is_lost_is_made_good_by_the_states() -> None:
-    robot = Robot()
-    client = Client(robot)
-    client.ask()
-    client.hear_answer(0)
+    robot, client = connected()
     robot.step("camera")
     robot.step("lidar")
     robot.follow()
@@ -177,10 +180,7 @@ def test_a_step_that_is_lost_is_made_good_by_the_states() -> None:
 
 
 def test_an_answer_from_before_a_status_does_not_release_it() -> None:
-    robot = Robot()
-    client = Client(robot)
-    client.ask()
-    client.hear_answer(0)
+    robot, client = connected()
     client.ask()
     robot.step("camera")
     robot.follow()
@@ -216,10 +216,7 @@ def test_a_manager_that_has_forgotten_its_steps_ends_the_waiting() -> None:
 
 
 def test_a_late_answer_does_not_bring_back_older_states() -> None:
-    robot = Robot()
-    client = Client(robot)
-    client.ask()
-    client.hear_answer(0)
+    robot, client = connected()
     client.ask()
     robot.step("camera")
     client.hear(robot.told[0])
@@ -228,10 +225,7 @@ def test_a_late_answer_does_not_bring_back_older_states() -> None:
 
 
 def test_a_late_answer_of_a_manager_that_is_gone_does_not_count() -> None:
-    robot = Robot()
-    client = Client(robot)
-    client.ask()
-    client.hear_answer(0)
+    robot, client = connected()
     client.ask()
     robot.forget()
     robot.step("lidar")
@@ -243,10 +237,7 @@ def test_a_late_answer_of_a_manager_that_is_gone_does_not_count() -> None:
 
 
 def test_what_is_held_is_shown_if_nobody_answers() -> None:
-    robot = Robot()
-    client = Client(robot)
-    client.ask()
-    client.hear_answer(0)
+    robot, client = connected()
     robot.step("camera")
     robot.step("lidar")
     robot.follow()

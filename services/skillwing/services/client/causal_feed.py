@@ -54,6 +54,8 @@ class CausalFeed:
         self._asking = False
         self._silent = False
         self._manager_alive = False
+        self._reported: int | None = None
+        """Number of the step whose states were last reported."""
         self.view = CausalView()
         bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._take_step), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self.take_status), events=True)
@@ -67,7 +69,7 @@ class CausalFeed:
 
     def take_status(self, status: GoalStatus) -> None:
         """Take a status that came as a reply, in its turn."""
-        self._deliver(self.view.take_status(status), self.view.number)
+        self._deliver(self.view.take_status(status))
 
     def note_question(self) -> int:
         """Note a request whose reply holds the states, and return its number for `take_states`."""
@@ -79,21 +81,20 @@ class CausalFeed:
             states = decode(payload, ResourceStates)
         except ProtocolError:
             return
-        number = self.view.number
-        self._deliver(self.view.take_states(states, question), number)
+        self._deliver(self.view.take_states(states, question))
 
     def _take_step(self, step: ResourceStep) -> None:
-        number = self.view.number
-        self._deliver(self.view.take_step(step), number)
+        self._deliver(self.view.take_step(step))
 
-    def _deliver(self, messages: tuple[Delivered, ...], before: int | None) -> None:
-        """Hand on what is due. before: number of the step whose states were known before."""
+    def _deliver(self, messages: tuple[Delivered, ...]) -> None:
+        """Hand on what is due, and report a change of the states."""
         for message in messages:
             if isinstance(message, ResourceStep):
                 self._on_step(message)
             else:
                 self._on_status(message)
-        if self.view.number != before:
+        if self.view.number != self._reported:
+            self._reported = self.view.number
             self._on_change()
         if self.view.waiting and self._timer is None and not self._asking:
             self._timer = self._bus.after(HOLD_TIME, self._ask_if_waiting, wall=True)
@@ -124,16 +125,16 @@ class CausalFeed:
         if isinstance(answer, Answered):
             self.take_states(answer.payload, question)
         else:
-            self._deliver((), self.view.number)
+            self._deliver(())
 
     def _on_silence(self, silences: int) -> bool:
         """Show what is held back if the silence lasts, and go on asking."""
         if silences >= SILENCES_UNTIL_SHOWN:
             self._silent = True
-            number, held = self.view.number, self.view.give_up()
+            held = self.view.give_up()
             if held:
                 log.warning("the resource manager is silent: goals are shown without the states that they follow from")
-            self._deliver(held, number)
+            self._deliver(held)
         return True
 
 
