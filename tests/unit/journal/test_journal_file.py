@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sqlite3
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -15,6 +16,7 @@ from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.ledger import Ledger
 from skillwing.services.core.snapshot import DatumEntry, FinishedGoal, GrantEntry, ManagerEntry, ResourceEntry, Snapshot
 from skillwing.services.journal import rows
+from skillwing.services.journal.checkpoints import CHECKPOINT, WRITES_BETWEEN
 from skillwing.services.journal.errors import (
     JournalRefusedError,
     JournalTakenError,
@@ -91,9 +93,10 @@ def test_everything_is_there_for_the_next_one(path: Path, journal: Journal) -> N
 
 def test_a_step_is_written_as_a_whole_or_not_at_all(journal: Journal, monkeypatch: pytest.MonkeyPatch) -> None:
     before = held(journal)
+    monkeypatch.setattr(rows, "TRIM_EVERY", 1)
     monkeypatch.setattr(rows, "HISTORY_KEPT", None)  # The last statement of the transaction is the one that breaks.
     with pytest.raises(TypeError):
-        journal.write(entries_of_every_kind(), [record(1)], 2.5, 0)  # pyright: ignore[reportArgumentType]
+        journal.write((ResourceEntry("hook", "TAKEN", 1, "rm#1"), opened(1)), [record(1)], 2.5, 0)
     assert held(journal) == before
 
 
@@ -104,6 +107,17 @@ def test_what_was_written_outlives_a_writer_that_never_closes(path: Path, journa
     for ending in ("", "-wal"):
         Path(f"{copy}{ending}").write_bytes(Path(f"{path}{ending}").read_bytes())
     assert held(Journal(copy, ME)).grants == (opened(1),)
+
+
+def test_checkpoints_move_steps_into_the_file_beside_the_writes(path: Path, journal: Journal) -> None:
+    for number in range(1, WRITES_BETWEEN):  # the fixture has written once
+        journal.write((ResourceEntry("hook", "TAKEN", number, f"rm#{number}"),), (), 1.0, number)
+    for thread in threading.enumerate():
+        if thread.name == CHECKPOINT:
+            thread.join()
+    copy = path.with_name("copy.sqlite")
+    copy.write_bytes(path.read_bytes())
+    assert held(Journal(copy, ME)).step == WRITES_BETWEEN - 1, "without the write-ahead log"
 
 
 def test_a_later_process_takes_the_journal_from_an_earlier_one(path: Path, journal: Journal) -> None:
@@ -135,15 +149,14 @@ def test_a_journal_that_was_moved_away_is_not_written_until_it_is_back(
 
 
 def test_it_stays_small(path: Path, journal: Journal) -> None:
-    for start in range(0, 12_000, 500):
-        numbers = range(start + 1, start + 501)
-        noted = [ManagerEntry("skill/lift", f"i{number}") for number in numbers]
-        journal.write([*map(over, numbers), *noted], map(record, numbers), 1.0, 0)
+    for number in range(1, 12_001):
+        entries = (over(number), ManagerEntry("skill/lift", f"i{number}"))
+        journal.write(entries, (record(2 * number), record(2 * number + 1)), 1.0, number)
     kept = held(journal)
     assert [each.goal_id for each in kept.goals] == [f"g{n}" for n in range(12_001 - GOALS_REMEMBERED, 12_001)]
     assert len(kept.managers) == MANAGERS_KEPT
     _, looked_at = look_into(path)
-    assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(12_001 - HISTORY_KEPT, 12_001)]
+    assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(24_002 - HISTORY_KEPT, 24_002)]
     assert path.stat().st_size < 2 * ROOM
 
 
@@ -220,7 +233,7 @@ def test_another_database_is_refused(path: Path) -> None:
 
 
 def test_pages_overwritten_by_something_else_are_noticed(path: Path, journal: Journal) -> None:
-    journal.write([over(number) for number in range(200)], map(record, range(200)), 1.0, 0)
+    journal.write([over(number) for number in range(200)], [record(number) for number in range(200)], 1.0, 0)
     journal.close()
     content = bytearray(path.read_bytes())
     for page in range(1, len(content) // 4096):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import msgspec
@@ -23,9 +24,9 @@ from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import GoalVerdict, Granted, Record
 
 HISTORY_KEPT = 5000
-"""Timeline records that a journal holds."""
+"""Latest timeline records that a journal shows. It holds those of that many steps, each of which has one or more."""
 TRIM_EVERY = 100
-"""Goals between two searches for the oldest ones; a search takes longer than storing a goal."""
+"""Goals or steps between two deletions of the oldest ones; a deletion takes longer than storing a goal."""
 _TRIM_GOALS = """
 DELETE FROM goals WHERE bucket = :bucket AND n <= (
     SELECT n FROM goals WHERE bucket = :bucket ORDER BY n DESC LIMIT 1 OFFSET :kept
@@ -46,7 +47,6 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
         case GrantEntry(granted=granted):
             row = (granted.goal_id, entry.skill, _text(entry.inputs), entry.manager, entry.incarnation, _text(granted))
             execute("INSERT INTO grants VALUES (NULL, ?, ?, ?, ?, ?, ?)", row)
-            execute("UPDATE journal SET last_token = max(last_token, ?)", (granted.token,))
         case FinishedGoal():
             execute("DELETE FROM grants WHERE goal_id = ?", (entry.goal_id,))
             row = (entry.goal_id, entry.skill, entry.token, entry.bucket, _text(entry.verdict))
@@ -62,10 +62,11 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
             execute("INSERT OR REPLACE INTO data VALUES (?, ?, ?)", (entry.name, _text(entry.value), entry.t))
 
 
-def insert_record(connection: sqlite3.Connection, record: Record) -> None:
-    """Add a timeline record to the history, and delete the oldest one of a full history."""
-    number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(record),)).lastrowid or 0
-    connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
+def insert_records(connection: sqlite3.Connection, records: Sequence[Record]) -> None:
+    """Add the timeline records of a step to the history as one row, and delete the oldest rows of a full history."""
+    number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(records),)).lastrowid or 0
+    if number % TRIM_EVERY == 0:
+        connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
 
 
 def select_identity(connection: sqlite3.Connection) -> Identity:
@@ -81,7 +82,8 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
     last_token, step, epoch, t = select("SELECT last_token, step, epoch, t FROM journal").fetchone()
     if t is None:
         return None
-    history = select("SELECT record FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
+    rows = select("SELECT records FROM history ORDER BY n DESC LIMIT ?", (records,)).fetchall()
+    history = [record for (row,) in reversed(rows) for record in _value(row, tuple[Record, ...])]
     return Snapshot(
         resources=tuple(ResourceEntry(*row) for row in select("SELECT * FROM resources")),
         grants=tuple(
@@ -99,7 +101,7 @@ def select_snapshot(connection: sqlite3.Connection, records: int) -> Snapshot | 
         last_token=last_token,
         step=step,
         epoch=epoch,
-        records=tuple(_value(record, Record) for (record,) in reversed(history)),
+        records=tuple(history[-records:]),
         t=t,
     )
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from skillwing.services.journal.errors import JournalRefusedError
 
-FORMAT = 3
+FORMAT = 4
 """Format version. Increase it with the protocol version, and for each change that another version cannot read."""
 APPLICATION_ID = 0x534B574A
 """`SKWJ`: type of the file, for tools."""
@@ -25,7 +25,7 @@ CREATE TABLE grants (
 CREATE TABLE goals (n INTEGER PRIMARY KEY, goal_id TEXT, skill TEXT, token INTEGER, bucket TEXT, verdict TEXT) STRICT;
 CREATE TABLE managers (n INTEGER PRIMARY KEY, manager TEXT, incarnation TEXT) STRICT;
 CREATE TABLE data (name TEXT PRIMARY KEY, value TEXT, t REAL) STRICT;
-CREATE TABLE history (n INTEGER PRIMARY KEY, record TEXT) STRICT;
+CREATE TABLE history (n INTEGER PRIMARY KEY, records TEXT) STRICT;
 """
 
 
