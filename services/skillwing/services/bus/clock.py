@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-LONGEST_EXTRAPOLATION = 0.1
-"""Robot seconds for which a follower extrapolates after a tick."""
-TICK_PERIOD = 0.075
+LONGEST_EXTRAPOLATION = 0.19
+"""Robot seconds for which a follower extrapolates after a tick. When the owner of time pauses, data with a period of
+0.1 s, which turn stale after 0.3 s, must not turn stale."""
+TICK_PERIOD = 0.15
 """Robot seconds between two ticks of the owner of time: less than the followers' extrapolation."""
 LARGEST_ERROR = 0.04
 """Largest error of the followers in robot seconds before the owner publishes a tick."""
@@ -85,7 +86,7 @@ class FollowedClock:
     lag: robot seconds by which this follower may be behind, where time runs as fast as its followers keep up. The owner
     of time waits for it. None: the owner does not wait, as for an observer.
 
-    The clock stands at 0 until the first tick. Between ticks it runs at the owner's factor for at most 0.1 s, and so
+    The clock stands at 0 until the first tick. Between ticks it runs at the owner's factor for at most 0.19 s, and so
     stands still when the owner does. It never runs backwards. `tick` and `reaches` may be called on any thread, the
     other methods on the node's.
     """
