@@ -75,10 +75,15 @@ def open_each(trees: Trees, opened: Callable[[Path], PeerProcess]) -> dict[str, 
 
 
 def latency_lines(trees: Trees, rounds: int, calls: int) -> Iterator[Line]:
-    """Median of each kind of call and the processor time of a start, by round; 99th percentiles of all rounds."""
+    """Median of each kind of call and the processor time of a start, by round; 99th percentiles of all rounds.
+
+    The systems have a recorder, as those of `skillwing up`.
+    """
     with ExitStack() as stack:
-        systems = open_each(trees, lambda tree: latency.open_system(stack, tree))
+        systems = open_each(trees, lambda tree: latency.open_system(stack, tree, recorded=True))
         blocks = latency.measure(systems, rounds, calls)
+    told = {name: [each.publications for each in found] for name, found in blocks.items()}
+    yield by_name("publications of a start", told)
     for row in latency.ROWS:
         times = {name: [getattr(block, row.kind) for block in found] for name, found in blocks.items()}
         medians = {name: [1e3 * median(each) for each in found] for name, found in times.items()}
@@ -150,7 +155,7 @@ def section(revision: str, rounds: int, lines: Sequence[Line]) -> str:
     heads = ("", NOW, revision, "ratio (rounds)")
     return f"""Both versions were measured in turns, in {rounds} rounds. A ratio is the median of the ratios of the
 rounds, with the least and the largest. A single number is of all rounds together. Below 1, this version needs less.
-What the other version lacks is *{ABSENT}*. {machine()}.
+What the other version lacks is *{ABSENT}*. A recorder runs beside managers and client. {machine()}.
 
 {table(heads, [line.cells() for line in lines])}"""
 

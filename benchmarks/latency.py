@@ -3,8 +3,9 @@
 python benchmarks/latency.py [--topology mesh] [--blocks 12] [--calls 25] [--write]
 
 Router, managers, the raw Zenoh client, the client of skills and the mission are processes of their own, on loopback.
-One of them at a time measures a block of calls, in turns, so that other load on the machine affects all of them. With
-`--topology mesh`, a second system takes turns with the first one. Its processes are peers.
+One of them at a time measures a block of calls, in turns, so that other load on the machine affects all of them. A
+second system takes turns with the first one. It has a recorder, as `skillwing up` has; with `--topology mesh`, its
+processes are peers instead.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ class Block:
     seen: list[float] = field(default_factory=list[float])
     actionlib: list[float] = field(default_factory=list[float])
     cpu: dict[str, float] = field(default_factory=dict[str, float])
+    publications: float = 0.0
+    """Publications per start that a recorder receives."""
 
     @property
     def start_cpu(self) -> float:
@@ -56,9 +59,12 @@ class Block:
         return sum(self.cpu[name] for name in STARTING)
 
 
-def open_system(stack: ExitStack, tree: Path = ROOT, topology: str = "router") -> PeerProcess:
+def open_system(
+    stack: ExitStack, tree: Path = ROOT, topology: str = "router", *, recorded: bool = False
+) -> PeerProcess:
     """A system of a checkout. It ends with the stack."""
-    return stack.enter_context(PeerProcess(script("latency_system.py", topology), code_of(tree)))
+    recorder = ["recorder"] if recorded else []
+    return stack.enter_context(PeerProcess(script("latency_system.py", topology, *recorder), code_of(tree)))
 
 
 def open_actionlib(stack: ExitStack) -> tuple[PeerProcess | None, str]:
@@ -80,6 +86,7 @@ def measure_block(system: PeerProcess, role: str, calls: int, block: Block) -> N
         getattr(block, kind).extend(found)
     if role == "client":
         block.cpu = {name: seconds / calls for name, seconds in answer["cpu"].items()}
+        block.publications = answer["publications"] / calls
 
 
 def turns(names: Iterable[str], number: int) -> list[str]:
@@ -162,7 +169,7 @@ def start_cpu(blocks: list[Block]) -> float:
     return 1e3 * median(block.start_cpu for block in blocks)
 
 
-def section(blocks: list[Block], absence: str) -> str:
+def section(blocks: list[Block], recorded: list[Block], absence: str) -> str:
     rows: list[list[str]] = []
     for row in ROWS:
         found = milliseconds(times(blocks, row.kind))
@@ -183,7 +190,25 @@ journal is on, and raw messages are as long as ours. {_how_measured(blocks)} {ab
 Processor time of a start, by process (target for the sum: {CPU_TARGET:g} ms,
 {against(CPU_TARGET, start_cpu(blocks))}). The mission, the data manager and the other skill manager only listen.
 
-{cpu_table(blocks)}"""
+{cpu_table(blocks)}
+
+A second system took turns, with a recorder that follows everything, as in `skillwing up`. It received
+{median(block.publications for block in recorded):.1f} publications of a start.
+
+{recorder_table(blocks, recorded)}"""
+
+
+def recorder_table(blocks: list[Block], recorded: list[Block]) -> str:
+    """Times of the system with a recorder, and their ratio to those without one."""
+    rows: list[list[str]] = []
+    for row in ROWS:
+        compared = [
+            (getattr(with_it, row.kind), getattr(without, row.kind))
+            for with_it, without in zip(recorded, blocks, strict=True)
+        ]
+        rows.append([row.label, *milliseconds(times(recorded, row.kind)), ratio(compared)])
+    rows.append(["CPU per start, sum", f"{start_cpu(recorded):.2f}", "", ""])
+    return table(("with a recorder", "p50, ms", "p99, ms", "ratio to no recorder (blocks)"), rows)
 
 
 def cpu_table(blocks: list[Block]) -> str:
@@ -226,8 +251,11 @@ def main() -> None:
     given = options.parse_args()
     with ExitStack() as stack:
         stack.enter_context(own_processes())
-        names = ("router", "mesh") if given.topology == "mesh" else ("router",)
-        systems = {name: open_system(stack, topology=name) for name in names}
+        second = given.topology if given.topology == "mesh" else "recorded"
+        systems = {
+            "router": open_system(stack),
+            second: open_system(stack, topology=given.topology, recorded=second == "recorded"),
+        }
         actionlib, absence = (None, "") if given.topology == "mesh" else open_actionlib(stack)
         try:
             found = measure(systems, given.blocks, given.calls, actionlib)
@@ -237,7 +265,8 @@ def main() -> None:
         body = mesh_section(found["router"], found["mesh"])
         write_section("latency.py", "Latency in a mesh", body, write=given.write, variant="--topology mesh")
         return
-    write_section("latency.py", "Latency", section(found["router"], absence), write=given.write)
+    body = section(found["router"], found["recorded"], absence)
+    write_section("latency.py", "Latency", body, write=given.write)
 
 
 if __name__ == "__main__":

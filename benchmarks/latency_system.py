@@ -1,7 +1,8 @@
 """One system that `latency.py` measures: router, managers, and the measured processes, all of one checkout.
 
-latency.py starts it: latency_system.py router|mesh
-A question names a role and a number of calls. The answer has their times, and the processor time of each process.
+latency.py starts it: latency_system.py router|mesh [recorder]
+A question names a role and a number of calls. The answer has their times, and the processor time of each process. With
+a recorder it also has the number of publications.
 """
 
 from __future__ import annotations
@@ -43,12 +44,17 @@ skillset stopwatch {
 }
 """
 HOOKS = {"act": "latency_peers:ActHooks", "hold": "latency_peers:HoldHooks"}
+RECORDER = "recorder"
+QUIET = 0.2
+"""Wall time after a block in which its last publications arrive [s]."""
 CALL_LIMIT = 5.0
 """Longest mean time of a call [s]."""
 
 
 @contextmanager
-def running_system(topology: Topology) -> Iterator[tuple[dict[str, PeerProcess], dict[str, int]]]:
+def running_system(
+    topology: Topology, *, recorded: bool = False
+) -> Iterator[tuple[dict[str, PeerProcess], dict[str, int]]]:
     """A system: its measured processes by role, and the pids of all that take part in a call."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -65,6 +71,8 @@ def running_system(topology: Topology) -> Iterator[tuple[dict[str, PeerProcess],
             "client": script("latency_clients.py", "client", *place, str(skillset)),
             "mission": script("latency_mission.py", *place, str(skillset)),
         }
+        if recorded:
+            roles[RECORDER] = script("latency_recorder.py", *place, name)
         peers = {role: stack.enter_context(PeerProcess(command)) for role, command in roles.items()}
         yield peers, {**launcher.pids, **{role: peer.pid for role, peer in peers.items()}}
 
@@ -81,14 +89,22 @@ def processor_times(pids: Mapping[str, int]) -> dict[str, float]:
 def main() -> None:
     """Let one process at a time measure, until standard input ends."""
     topology: Topology = "mesh" if sys.argv[1] == "mesh" else "router"
-    with running_system(topology) as (peers, pids):
+    recorded = RECORDER in sys.argv[2:]
+    with running_system(topology, recorded=recorded) as (peers, pids):
+
+        def received() -> int:
+            if not recorded:
+                return 0
+            time.sleep(QUIET)
+            return peers[RECORDER].ask({}, CALL_LIMIT)["received"]
 
         def measure(question: dict[str, Any]) -> dict[str, Any]:
             calls = question["calls"]
-            before = processor_times(pids)
+            published, before = received(), processor_times(pids)
             times = peers[question["role"]].ask({"calls": calls}, CALL_LIMIT * calls)
             after = processor_times(pids)
-            return {"times": times, "cpu": {name: after[name] - before[name] for name in pids}}
+            used = {name: after[name] - before[name] for name in pids}
+            return {"times": times, "cpu": used, "publications": received() - published}
 
         serve(measure)
 
