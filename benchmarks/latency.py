@@ -206,9 +206,9 @@ def recorder_table(blocks: list[Block], recorded: list[Block]) -> str:
             (getattr(with_it, row.kind), getattr(without, row.kind))
             for with_it, without in zip(recorded, blocks, strict=True)
         ]
-        rows.append([row.label, *milliseconds(times(recorded, row.kind)), ratio(compared)])
-    rows.append(["CPU per start, sum", f"{start_cpu(recorded):.2f}", "", ""])
-    return table(("with a recorder", "p50, ms", "p99, ms", "ratio to no recorder (blocks)"), rows)
+        rows.append([f"with a recorder: {row.label}", *milliseconds(times(recorded, row.kind)), ratio(compared)])
+    rows.append(["with a recorder: CPU per start, sum", f"{start_cpu(recorded):.2f}", "", ""])
+    return table(("", "p50, ms", "p99, ms", "ratio to no recorder (blocks)"), rows)
 
 
 def cpu_table(blocks: list[Block]) -> str:

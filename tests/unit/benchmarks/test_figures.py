@@ -46,7 +46,9 @@ def test_a_percentile_is_never_beyond_the_largest_value() -> None:
 
 
 def test_missed_targets_and_budgets_are_on_the_page() -> None:
-    rows = rows_of(latency.section([block(1.0), block(1.0), block(4.0)], "ROS 1 is not installed here."))
+    rows = rows_of(
+        latency.section([block(1.0), block(1.0), block(4.0)], [block(2.0)] * 3, "ROS 1 is not installed here.")
+    )
     dispatched = rows["start of a skill, until `on_dispatch`"]
     assert dispatched[3:] == ["p50 1.6: kept", "", "2.00 (2.00 to 2.00); budget 2.5: kept"]
     result = rows["start of a skill, until its result"]
@@ -55,20 +57,25 @@ def test_missed_targets_and_budgets_are_on_the_page() -> None:
 
 
 def test_the_processor_time_of_a_start_is_that_of_the_processes_that_it_goes_through() -> None:
-    rows = rows_of(latency.section([block(1.0)] * 2, ""))
+    rows = rows_of(latency.section([block(1.0)] * 2, [block(1.0)] * 2, ""))
     assert rows["**sum**"] == ["**sum**", "2.20"]
     assert rows["processes that listen"] == ["processes that listen", "4.00"]
 
 
+def test_a_recorder_is_compared_in_the_same_blocks() -> None:
+    rows = rows_of(latency.section([block(1.0), block(4.0)], [block(2.0), block(8.0)], ""))
+    assert rows["with a recorder: start of a skill, until its result"][-1] == "2.00 (2.00 to 2.00)"
+
+
 def test_actionlib_is_compared_in_the_same_blocks() -> None:
-    section = latency.section([block(1.0, 0.001), block(8.0, 0.001)], "")
+    section = latency.section([block(1.0, 0.001), block(8.0, 0.001)], [block(1.0)] * 2, "")
     assert rows_of(section)["rospy + actionlib: start of an action, until its result"][-1].endswith(
         "2.00 (2.00 to 2.00)"
     )
 
 
 def test_an_actionlib_that_fell_silent_has_no_row() -> None:
-    section = latency.section([block(1.0, 0.001), block(1.0)], "")
+    section = latency.section([block(1.0, 0.001), block(1.0)], [block(1.0)] * 2, "")
     assert "rospy" not in section
     assert "ROS 1 did not answer in time." in section
 

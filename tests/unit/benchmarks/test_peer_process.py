@@ -156,7 +156,7 @@ class Answers:
 
     def ask(self, question: dict[str, object], limit: float) -> dict[str, object]:
         if "role" in question:
-            return {"times": {"query": [1.0]}, "cpu": {}}
+            return {"times": {"query": [1.0]}, "cpu": {}, "publications": 0}
         self.blocks += 1
         if self.blocks > 1:
             raise peers.PeerError("silent")
