@@ -69,6 +69,7 @@ def test_nr_every_failing_precondition_is_named_with_its_reason(system: System) 
     assert (end.ending, set(end.failing)) == (Ending.NOT_READY, {"free", "safe", "fed"})
     for subject in ("arm", "door", "pressure"):
         assert subject in end.reason
+    assert system.causes(goal) == ["door AJAR", "grip NOT_READY", "grip NR"], "the latest change of what it needs"
 
 
 def test_ri_a_violated_invariant_ends_the_goal_and_names_the_cause(system: System) -> None:

@@ -195,7 +195,7 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert isinstance(verdict, NotReady)
     assert (gate.core.states["flag"], gate.core.states["arm"], gate.core.grants) == ("UP", "FREE", ())
     [refused] = gate.of(Record, lambda record: record.id == verdict.record)
-    assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", "skill/lift#1")
+    assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", None), "the start makes nothing fail"
     [raised] = gate.of(Record, lambda record: record.subject == "flag")
     assert (raised.cause, raised.goal_id) == (verdict.record, "g")
     assert gate.changes == [("flag", "UP")]
@@ -203,6 +203,30 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert gate.lift(z=1.0) == verdict, "the id of a goal that was refused is used up"
     with pytest.raises(RefusedError, match="belongs to `lift`"):
         gate.begin("weigh", "g")
+
+
+@pytest.mark.parametrize(
+    ("before", "skill", "cause"),
+    [
+        (["authority OFF", "door OPEN"], "move", "authority"),
+        (["lamp BROKEN", "door OPEN"], "carry", "lamp"),
+        (["door OPEN"], "move", None),
+    ],
+    ids=["a check", "the start effect", "a datum, so nothing"],
+)
+def test_a_goal_that_is_not_ready_is_put_down_to_the_latest_change_of_what_it_needs(
+    before: list[str], skill: str, cause: str | None
+) -> None:
+    bench = Bench()
+    if cause is not None:
+        bench.battery(80.0)
+    for change in before:
+        bench.extern(*change.split())
+    verdict = bench.begin(skill, "g")
+    assert isinstance(verdict, NotReady)
+    [refused] = bench.of(Record, lambda record: record.id == verdict.record)
+    changes = {record.id: record.subject for record in bench.of(Record, lambda record: record.id == refused.cause)}
+    assert changes.get(refused.cause or "") == cause
 
 
 def test_a_failure_effect_that_cannot_apply_is_loud_and_hides_no_precondition() -> None:

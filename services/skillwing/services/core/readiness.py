@@ -54,9 +54,19 @@ def decline(state: ManagerState, request: BeginGoal, skill: Skill, failing: Mapp
     if (obstacle := state.table.obstacle(skill.transitions(effect))) is not None:
         failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
     text = " ".join(failing.values())
-    record = state.record_goal(skill, "NOT_READY", now, request.goal_id, request.cause, text)
+    record = state.record_goal(skill, "NOT_READY", now, request.goal_id, _cause_of(state, skill, failing), text)
     state.apply_effect(skill, effect, record, request.goal_id, now)
     verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), step=state.step, record=record)
     state.ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, verdict))
     enforce_invariants(state, now)
     return verdict
+
+
+def _cause_of(state: ManagerState, skill: Skill, failing: Mapping[str, str]) -> str | None:
+    """Record of the latest change of a resource in the failing checks; None for data, inputs and initial states."""
+    checks = [check.expression for check in skill.preconditions.checks if check.name in failing]
+    names = {name for expression in checks for name in names_used(expression, "resource")}
+    if not checks:  # the start effect cannot be applied
+        names = {resource for resource, _ in skill.transitions(skill.preconditions.success)}
+    change = state.table.latest_change(names)
+    return None if change is None else change[1]
