@@ -9,10 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from cause_chains import ChainProblem, bad_chains
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.causal_feed import follow_records
-from skillwing.services.history.chains import ChainProblem, bad_chains
 from skillwing.services.history.history import History
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.protocol import Keys, Record, RecordKind

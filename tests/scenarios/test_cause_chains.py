@@ -10,9 +10,9 @@ import pytest
 from flights import AWAY, M600, Flight
 from msgspec.structs import replace
 
+from cause_chains import BadChain, ChainProblem, InjectedFault, bad_chains, failures
 from skillwing.bt_missions.missions.inspection import MISSION as INSPECTION
 from skillwing.bt_missions.missions.mapping import MISSION as MAPPING
-from skillwing.services.history.chains import BadChain, ChainProblem, InjectedFault, bad_chains, failures
 from skillwing.services.history.history import History
 from skillwing.services.protocol import Record
 
