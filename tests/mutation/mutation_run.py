@@ -27,6 +27,8 @@ from rules import RULES
 from skillwing.services.terminal.doc_sections import Marks, page_with
 
 UNIT_TESTS = (
+    "tests/unit/client/test_causal_feed.py",
+    "tests/unit/client/test_causal_view.py",
     "tests/unit/client/test_goal_tracker.py",
     "tests/unit/services/test_retry.py",
     "tests/unit/services/test_changes_from_outside.py",
