@@ -31,6 +31,7 @@ from skillwing.services.protocol import (
     QueryStates,
     Record,
     ResourceStates,
+    ResourceStep,
     StartGoal,
     State,
     Terminal,
@@ -110,10 +111,13 @@ class System:
         self.statuses: list[GoalStatus] = []
         self.feedback: list[GoalProgress] = []
         self.verdicts: list[Violated | Lost] = []
+        self.steps: list[ResourceStep] = []
+        """Published steps of the resource manager, in the order of their arrival."""
         self.records: dict[str, Record] = {}
         self._asked_for: dict[str, str] = {}
         self._replaced: Counter[str] = Counter()
         self._listen(self.keys.verdict("*"), Violated | Lost, self.verdicts.append)
+        self._listen(self.keys.resource_steps, ResourceStep, self.steps.append)
         follow_records(self.bus, self.keys, self._note, self.statuses.append)
         self.bus.subscribe(
             self.keys.progress("*"), lambda each: self.feedback.append(decode(each.payload, GoalProgress))
