@@ -41,6 +41,11 @@ class Network:
     def follower(self, name: str) -> ZenohBus:
         return self._add(ZenohBus(name, "r1", self._endpoint, FollowedClock()))
 
+    def follower_by(self, wall: Callable[[], float]) -> tuple[ZenohBus, FollowedClock]:
+        """A follower with another wall clock."""
+        clock = FollowedClock(wall)
+        return self._add(ZenohBus("follower", "r1", self._endpoint, clock)), clock
+
     def owner(self, factor: float) -> ZenohBus:
         """The owner of time, ticking at 50 Hz of robot time."""
         bus = self._add(ZenohBus("owner", "r1", self._endpoint, PacedClock(factor)))
@@ -145,6 +150,29 @@ def test_who_joins_late_waits_from_then_on(network: Network) -> None:
     assert network.run_until(lambda: bool(fired))
     assert first[0] >= 50.0
     assert fired[0] >= joined + 4.0  # `first` may run late, by seconds of a time that nobody holds back
+
+
+def test_a_node_that_was_stopped_takes_up_no_message_before_it_knows_the_time(network: Network) -> None:
+    ticks = network.plain("owner").advertise(CLOCK_KEY)
+    asleep = 0.0
+
+    def wall() -> float:
+        if asleep:  # it wakes up, and the next tick is under way
+            ticks.put(encode(ClockTick(t=60.0)))
+        return time.monotonic() + asleep
+
+    follower, clock = network.follower_by(wall)
+
+    def started() -> bool:
+        ticks.put(encode(ClockTick(t=50.0)))  # until the first one arrives
+        return clock.has_started()
+
+    assert network.run_until(started)
+    asleep = 10.0
+    times: list[float] = []
+    follower.post(lambda: times.append(follower.now()))
+    assert network.run_until(lambda: bool(times))
+    assert times[0] >= 60.0
 
 
 def test_a_tick_that_is_none_is_ignored(network: Network) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,7 +12,9 @@ from skillwing.dsl.model import STALE_AFTER_PERIODS
 from skillwing.services.bus.clock import (
     LARGEST_ERROR,
     LONGEST_EXTRAPOLATION,
+    LONGEST_SILENCE,
     PATIENCE,
+    TICK_PATIENCE,
     TICK_PERIOD,
     FollowedClock,
     LockstepClock,
@@ -69,6 +73,40 @@ def test_followed_time_never_runs_backwards(wall: Wall) -> None:
     assert clock.now() == pytest.approx(50.08)
     wall.time += 0.09
     assert clock.now() == pytest.approx(50.11)
+
+
+def test_after_a_long_silence_time_is_that_of_the_next_tick(wall: Wall, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that was stopped wakes up, and the ticks that it has missed come a moment later."""
+    clock = FollowedClock(wall)
+    clock.tick(50.0, 1.0, wall())
+    wall.time += LONGEST_SILENCE
+    monkeypatch.setattr("skillwing.services.bus.clock.TICK_PATIENCE", 60.0)
+    threading.Timer(0.01, lambda: clock.tick(56.0, 1.0, wall())).start()
+    clock.catch_up()
+    assert clock.now() == 56.0
+
+
+def test_nobody_waits_for_ticks_that_come_nor_twice_for_an_owner_that_stands(
+    wall: Wall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[float | None] = []
+
+    class Silence(threading.Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            waits.append(timeout)
+            return False
+
+    monkeypatch.setattr("skillwing.services.bus.clock.Event", Silence)
+    clock = FollowedClock(wall)
+    clock.catch_up()
+    clock.tick(50.0, 1.0, wall())
+    wall.time += LONGEST_SILENCE - 0.01
+    clock.catch_up()
+    assert waits == []
+    wall.time += 1.0
+    clock.catch_up()
+    clock.catch_up()
+    assert waits == [TICK_PATIENCE]
 
 
 def test_as_fast_as_possible_is_followed_tick_by_tick(wall: Wall) -> None:

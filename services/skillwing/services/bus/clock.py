@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from threading import Event
 from typing import Protocol
 
 LONGEST_EXTRAPOLATION = 0.19
@@ -15,6 +16,10 @@ LONGEST_EXTRAPOLATION = 0.19
 0.1 s, which turn stale after 0.3 s, must not turn stale."""
 TICK_PERIOD = 0.15
 """Robot seconds between two ticks of the owner of time: less than the followers' extrapolation."""
+LONGEST_SILENCE = 1.0
+"""Wall seconds without a tick after which a follower may have been stopped or cut off, so that time is unknown."""
+TICK_PATIENCE = 0.5
+"""Wall seconds for which a follower then waits for a tick, before it takes up a message."""
 LARGEST_ERROR = 0.04
 """Largest error of the followers in robot seconds before the owner publishes a tick."""
 PATIENCE = 2.0
@@ -95,6 +100,9 @@ class FollowedClock:
         self.lag = lag
         self._wall = wall
         self._tick: _Tick | None = None
+        self._ticked = Event()
+        self._accepted: _Tick | None = None
+        """Tick after which no other one came within `TICK_PATIENCE`."""
         self._latest = 0.0
 
     def has_started(self) -> bool:
@@ -104,6 +112,20 @@ class FollowedClock:
     def tick(self, t: float, factor: float, received: float) -> None:
         """Set the clock to the owner's time `t`, which arrived at wall time `received`."""
         self._tick = _Tick(t, factor, received)
+        self._ticked.set()
+
+    def catch_up(self) -> None:
+        """Wait for a tick after a long silence, before a message is taken up.
+
+        A process that was stopped wakes up with the time at which it was stopped. It would take old data for fresh, and
+        date its records before their causes. If the owner of time stands, the silence goes on, and this waits once.
+        """
+        tick = self._tick
+        if tick is None or tick is self._accepted or self._wall() - tick.received < LONGEST_SILENCE:
+            return
+        self._ticked.clear()
+        if self._tick is tick and not self._ticked.wait(TICK_PATIENCE):
+            self._accepted = tick
 
     def reaches(self, due: float) -> bool:
         """True if robot time reaches `due` without another tick."""

@@ -300,6 +300,8 @@ class ZenohBus:
     def _turn(self, deadline: float | None) -> None:
         """Run the waiting messages and one due timer. If there is neither, wait for the first one."""
         waiting = self._mailbox.qsize()
+        if waiting:
+            self._catch_up()
         for _ in range(waiting):
             self._mailbox.get_nowait()()
             if self._closed:
@@ -314,7 +316,12 @@ class ZenohBus:
                 message = self._mailbox.get(timeout=self._patience(deadline))
             except Empty:
                 return
+            self._catch_up()
             message()
+
+    def _catch_up(self) -> None:
+        if isinstance(self._clock, FollowedClock):
+            self._clock.catch_up()
 
     def _due_timer(self) -> Callable[[], None] | None:
         timer = self._wall_agenda.take(time.monotonic())
