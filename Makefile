@@ -67,7 +67,7 @@ bench: setup
 	$(BIN)/python benchmarks/ray_choices.py --write
 	$(BIN)/python benchmarks/stack_speed.py --write
 
-# Latency, recovery, cores and messages of this version and of an earlier one, in turns: make bench-against REV=v0.1.0
+# This version and an earlier one in turns, from messages to flights, for half an hour: make bench-against REV=v0.1.0
 AGAINST_ARGS ?=
 bench-against: setup
 	$(BIN)/python benchmarks/bench_against.py $(or $(REV),$(error Name the other version: make bench-against REV=...)) $(AGAINST_ARGS)
@@ -114,7 +114,7 @@ fuzz: setup
 # kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
 CHAOS_ARGS ?=
 chaos: setup
-	$(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
+	PYTHONPATH=tests $(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
 
 # All the tables in docs/missions.md, a campaign each: hours. A broken promise does not keep the others from being flown,
 # and what was interrupted goes on. The flights lie beside the page that tells them. Other code begins again, with the

@@ -1,13 +1,16 @@
-"""Two versions of the code, compared in turns: latency, processor time, recovery, steps of the cores, messages.
+"""Two versions of the code, compared in turns: latency, processor time, recovery, cores, messages, simulator, flights.
 
-python benchmarks/bench_against.py REV [--rounds 8] [--write]
+python benchmarks/bench_against.py REV [--rounds 8] [--flights 3] [--write]
 
 REV becomes a temporary checkout. In each round, both versions are measured one after the other, by the benchmarks of
-this version and with this interpreter. `make bench-against REV=...` does the same.
+this version and with this interpreter. Simulator and flights are measured by each version's own benchmarks, since their
+modules have moved. `make bench-against REV=...` does the same.
 """
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,7 +24,7 @@ import core_step
 import latency
 import message_costs
 import recovery
-from checkouts import ROOT, worktree
+from checkouts import IMPORT_ROOTS, ROOT, worktree
 from peer_process import PeerError, PeerProcess, own_processes
 from performance_page import machine, make_parser, percentile_99, spread, table, write_section
 
@@ -133,6 +136,49 @@ def message_lines(trees: Trees, rounds: int) -> Iterator[Line]:
             yield by_name(f"{way} `{kind}`, us", costs)
 
 
+OWN_FIGURES = (
+    (
+        "sim_speed.py",
+        r"\| the same with LiDAR, depth camera and IMU \| ([\d.]+)",
+        "simulator with LiDAR, depth and IMU",
+    ),
+    ("sim_speed.py", r"\| and with the RGB camera at 15 Hz, in the courtyard \| ([\d.]+)", "the same and RGB at 15 Hz"),
+    ("campaign_speed.py", r"([\d.]+) times real time", "mapping flight in one process"),
+    ("stack_speed.py", r"\| \d+ s \| ([\d.]+)", "mapping flight by the whole stack, wall time"),
+)
+"""Script of a version, its figure in times real time, and what that is."""
+
+
+def speed_lines(trees: Trees, rounds: int) -> Iterator[Line]:
+    """Time of a robot second in simulator and flights."""
+    found = in_turns(trees, own_figures, rounds)
+    for _, _, label in OWN_FIGURES:
+        values = {name: [1e3 / each[label] for each in runs] for name, runs in found.items()}
+        yield by_name(f"a robot second, {label}, ms", values)
+
+
+def own_figures(tree: Path) -> dict[str, float]:
+    """Figures of a version by its own scripts. Raises CalledProcessError and ValueError."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(tree / root) for root in IMPORT_ROOTS)}
+    told = {
+        name: subprocess.run(
+            [sys.executable, str(tree / "benchmarks" / name)],
+            env=environment,
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        ).stdout
+        for name in dict.fromkeys(script for script, _, _ in OWN_FIGURES)
+    }
+    figures: dict[str, float] = {}
+    for name, pattern, label in OWN_FIGURES:
+        match = re.search(pattern, told[name])
+        if match is None:
+            raise ValueError(f"`{name}` of {tree} tells no figure for: {label}.")
+        figures[label] = float(match[1])
+    return figures
+
+
 def in_turns(trees: Trees, run: Callable[[Path], Any], rounds: int) -> dict[str, list[Any]]:
     """Results of a benchmark with each checkout, round by round; without those of a checkout where it fails."""
     results: dict[str, list[Any]] = {name: [] for name in trees}
@@ -150,11 +196,11 @@ def in_turns(trees: Trees, run: Callable[[Path], Any], rounds: int) -> dict[str,
 # --- the report ------------------------------------------------------------------------------------------------------
 
 
-def section(revision: str, rounds: int, lines: Sequence[Line]) -> str:
+def section(revision: str, rounds: int, flights: int, lines: Sequence[Line]) -> str:
     """Section of the page."""
     heads = ("", NOW, revision, "ratio (rounds)")
-    return f"""Both versions were measured in turns, in {rounds} rounds. A ratio is the median of the ratios of the
-rounds, with the least and the largest. A single number is of all rounds together. Below 1, this version needs less.
+    return f"""Both versions were measured in turns, in {rounds} rounds, simulator and flights in {flights}. A
+ratio is the median of the ratios of the rounds, with the least and the largest. A single number is of all rounds together. Below 1, this version needs less.
 What the other version lacks is *{ABSENT}*. A recorder runs beside managers and client. {machine()}.
 
 {table(heads, [line.cells() for line in lines])}"""
@@ -164,6 +210,7 @@ def main() -> None:
     options = make_parser(__doc__)
     options.add_argument("revision", metavar="REV")
     options.add_argument("--rounds", type=int, default=8)
+    options.add_argument("--flights", type=int, default=3, help="rounds of simulator and flights")
     options.add_argument("--calls", type=int, default=25, help="of each kind in a round")
     given = options.parse_args()
     try:
@@ -174,10 +221,11 @@ def main() -> None:
                 *recovery_lines(trees, given.rounds),
                 *step_lines(trees, given.rounds),
                 *message_lines(trees, given.rounds),
+                *speed_lines(trees, given.flights),
             ]
     except (PeerError, ValueError) as error:
         sys.exit(str(error))
-    body = section(revision, given.rounds, lines)
+    body = section(revision, given.rounds, given.flights, lines)
     write_section("bench_against.py", "An earlier version", body, write=given.write)
 
 
