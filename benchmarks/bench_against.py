@@ -200,7 +200,8 @@ def section(revision: str, rounds: int, flights: int, lines: Sequence[Line]) -> 
     """Section of the page."""
     heads = ("", NOW, revision, "ratio (rounds)")
     return f"""Both versions were measured in turns, in {rounds} rounds, simulator and flights in {flights}. A
-ratio is the median of the ratios of the rounds, with the least and the largest. A single number is of all rounds together. Below 1, this version needs less.
+ratio is the median of the ratios of the rounds, with the least and the largest. A single number is of all rounds
+together. Below 1, this version needs less.
 What the other version lacks is *{ABSENT}*. A recorder runs beside managers and client. {machine()}.
 
 {table(heads, [line.cells() for line in lines])}"""

@@ -157,8 +157,9 @@ def test_a_node_that_was_stopped_takes_up_no_message_before_it_knows_the_time(ne
     asleep = 0.0
 
     def wall() -> float:
-        if asleep:  # it wakes up, and the next tick is under way
-            ticks.put(encode(ClockTick(t=60.0)))
+        if asleep:  # it wakes up, and the next ticks are under way
+            for _ in range(2):
+                ticks.put(encode(ClockTick(t=60.0)))
         return time.monotonic() + asleep
 
     follower, clock = network.follower_by(wall)

@@ -18,8 +18,11 @@ TICK_PERIOD = 0.15
 """Robot seconds between two ticks of the owner of time: less than the followers' extrapolation."""
 LONGEST_SILENCE = 1.0
 """Wall seconds without a tick after which a follower may have been stopped or cut off, so that time is unknown."""
-TICK_PATIENCE = 0.5
-"""Wall seconds for which a follower then waits for a tick, before it takes up a message."""
+LARGEST_JUMP = 0.1
+"""Largest difference in seconds, from one tick to the next, between the progress of robot time and of wall time. Ticks
+that have waited in a buffer come in a burst, and differ by more."""
+TICK_PATIENCE = 1.0
+"""Wall seconds for which a follower waits, after a silence, until ticks are up to date."""
 LARGEST_ERROR = 0.04
 """Largest error of the followers in robot seconds before the owner publishes a tick."""
 PATIENCE = 2.0
@@ -100,9 +103,10 @@ class FollowedClock:
         self.lag = lag
         self._wall = wall
         self._tick: _Tick | None = None
-        self._ticked = Event()
+        self._up_to_date = Event()
+        self._up_to_date.set()
         self._accepted: _Tick | None = None
-        """Tick after which no other one came within `TICK_PATIENCE`."""
+        """Latest tick when the patience was over."""
         self._latest = 0.0
 
     def has_started(self) -> bool:
@@ -111,21 +115,29 @@ class FollowedClock:
 
     def tick(self, t: float, factor: float, received: float) -> None:
         """Set the clock to the owner's time `t`, which arrived at wall time `received`."""
-        self._tick = _Tick(t, factor, received)
-        self._ticked.set()
+        before, self._tick = self._tick, _Tick(t, factor, received)
+        if before is None:
+            return
+        passed = received - before.received
+        if passed > LONGEST_SILENCE:
+            self._up_to_date.clear()
+        elif abs(t - before.t - factor * passed) <= LARGEST_JUMP:
+            self._up_to_date.set()
 
     def catch_up(self) -> None:
-        """Wait for a tick after a long silence, before a message is taken up.
+        """Wait until time is known, before a message is taken up. That is at once but after a long silence.
 
         A process that was stopped wakes up with the time at which it was stopped. It would take old data for fresh, and
-        date its records before their causes. If the owner of time stands, the silence goes on, and this waits once.
+        date its records before their causes. If the owner of time stands, this waits once.
         """
         tick = self._tick
-        if tick is None or tick is self._accepted or self._wall() - tick.received < LONGEST_SILENCE:
+        if tick is None:
             return
-        self._ticked.clear()
-        if self._tick is tick and not self._ticked.wait(TICK_PATIENCE):
-            self._accepted = tick
+        if tick is not self._accepted and self._wall() - tick.received > LONGEST_SILENCE:
+            self._up_to_date.clear()
+        if not self._up_to_date.is_set() and not self._up_to_date.wait(TICK_PATIENCE):
+            self._accepted = self._tick
+            self._up_to_date.set()
 
     def reaches(self, due: float) -> bool:
         """True if robot time reaches `due` without another tick."""
