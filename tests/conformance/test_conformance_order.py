@@ -13,7 +13,6 @@ from skillwing.services.protocol import (
     Ending,
     GoalStatus,
     Keys,
-    RecordKind,
     ResourceStates,
     ResourceStep,
     State,
@@ -43,10 +42,9 @@ def states_after(system: System, before: ResourceStates, number: int) -> dict[st
     """States after a step: those before, with the changes of all steps in between."""
     states = dict(before.states)
     for step in steps_between(system, before, number):
-        for record in step.records:
-            if record.kind is RecordKind.RESOURCE:
-                assert states[record.subject] == record.before
-                states[record.subject] = record.after
+        for change in step.changes:
+            assert states[change.subject] == change.before
+            states[change.subject] = change.after
     return states
 
 
@@ -89,7 +87,7 @@ def test_a_violated_goal_names_the_step_of_the_change_that_ended_it(system: Syst
     status = told(system, goal, State.TERMINATED)
     assert status.after_step == answer.step
     (step,) = steps_between(system, before, answer.step)
-    changes = [(record.subject, record.after) for record in step.records if record.kind is RecordKind.RESOURCE]
+    changes = [(change.subject, change.after) for change in step.changes]
     assert changes[0] == ("door", "AJAR"), "the change comes first, and then all that it has broken"
     assert set(changes[1:]) == {("arm", "FREE"), ("gripper", "CLOSED")}
     assert [(type(verdict), verdict.goal_id) for verdict in step.verdicts] == [(Violated, goal)]
