@@ -7,15 +7,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import count
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from linearizability import Operation
 from sequential_manager import Call, Lose, Reply, Told
+from step_order import Observed
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, NoReply, Refused, RunnableBus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.ends import LOCAL_OUTCOMES
+from skillwing.services.journal.journal import look_into
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -33,6 +36,7 @@ from skillwing.services.protocol import (
     RecordOutcome,
     RenewGoal,
     ResourceStates,
+    ResourceStep,
     Terminal,
     Violated,
     decode,
@@ -41,6 +45,8 @@ from skillwing.services.protocol import (
 
 PATIENCE = 20.0
 """Wall seconds that a client waits for the restart of a killed resource manager."""
+ARRIVAL = 10.0
+"""Wall seconds that the observer waits for the last step. Zenoh recovers a lost event within a second."""
 
 
 class NobodyAnswersError(Exception):
@@ -245,6 +251,38 @@ class LossWatch:
             for goal_id, at in self.heard.items()
             if goal_id in begun
         ]
+
+
+@dataclass
+class StepWatch:
+    """Published steps, from the states before the first call to those after the last one."""
+
+    bus: RunnableBus
+    skillset: Skillset
+    heard: list[ResourceStep] = field(default_factory=list[ResourceStep])
+
+    def __post_init__(self) -> None:
+        self._keys = Keys(self.skillset.name)
+        self.bus.subscribe(self._keys.resource_steps, message_reader(ResourceStep, self.heard.append), events=True)
+        self.begun = self._states()
+
+    def observed(self, journal: Path | None, kills: int) -> Observed:
+        """Wait until the last step has arrived, and return all. A step that never comes is for the check to find."""
+        last = self._states().step
+        self.bus.run_until(lambda: bool(self.heard) and self.heard[-1].number >= last, ARRIVAL)
+        stored = None if journal is None else tuple(record.id for record in look_into(journal)[1].records)
+        return Observed(self.begun, tuple(self.heard), stored, kills)
+
+    def _states(self) -> ResourceStates:
+        answers: list[Answered | Refused | NoReply] = []
+        deadline = time.monotonic() + PATIENCE
+        while not (answers and isinstance(answers[-1], Answered)):
+            if time.monotonic() > deadline:
+                raise NobodyAnswersError(f"The observer was left without an answer for {PATIENCE:g} s.")
+            asked = len(answers)
+            self.bus.ask(self._keys.resource_states, encode(QueryStates()), answers.append)
+            self.bus.run_until(lambda asked=asked: len(answers) > asked)
+        return decode(answers[-1].payload, ResourceStates)
 
 
 def _encoded(call: Call) -> bytes:

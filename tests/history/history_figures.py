@@ -18,7 +18,8 @@ class Judged:
     """A history that was recorded and checked.
 
     unanswered: operations that may or may not have happened. local_outcomes: ends of goals that were never granted.
-    steps: of the search for an order.
+    steps: of the search for an order. published: steps of the resource manager that the observer heard. unsent: steps
+    that were stored and not sent when a process was killed. ordered: steps, replies and journal agree.
     """
 
     seed: int
@@ -28,6 +29,13 @@ class Judged:
     local_outcomes: int
     steps: int
     linearizable: bool
+    published: int
+    unsent: int
+    ordered: bool
+
+    @property
+    def passed(self) -> bool:
+        return self.linearizable and self.ordered
 
 
 def table(histories: Sequence[Judged], seconds: float) -> list[str]:
@@ -48,7 +56,16 @@ def table(histories: Sequence[Judged], seconds: float) -> list[str]:
     first, last = histories[0].seed, histories[-1].seed
     machine = f"{platform.machine()}, {os.cpu_count()} cores at a load of {os.getloadavg()[2]:.0f}"
     today = date.today().isoformat()  # noqa: DTZ011
-    return [*lines, "", f"Seeds {first:,} to {last:,}, in {seconds / 60:.0f} min; {machine}, {today}."]
+    seeds = f"Seeds {first:,} to {last:,}, in {seconds / 60:.0f} min; {machine}, {today}."
+    return [*lines, "", _order(histories), "", seeds]
+
+
+def _order(histories: Sequence[Judged]) -> str:
+    """Sentences on the published steps."""
+    published, unsent = sum(each.published for each in histories), sum(each.unsent for each in histories)
+    broken = [str(each.seed) for each in histories if not each.ordered]
+    result = f"**out of order in seed {', '.join(broken)}**" if broken else "all in order"
+    return f"An observer heard {published:,} steps, {result}. Kills left {unsent:,} stored steps unsent."
 
 
 def _result(histories: Sequence[Judged]) -> str:

@@ -2,8 +2,8 @@
 
     python tests/history/history_run.py --seconds 60 --kills 3 --write docs/reliability.md
 
-Prints a line for each history, and what they add up to; a history that is not linearizable is told in full and ends
-the run with 1.
+Prints a line for each history, and what they add up to; a history that is not linearizable, or whose steps are out of
+order, is told in full and ends the run with 1.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from history_clients import Client, Goal, LossWatch
+from history_clients import Client, Goal, LossWatch, StepWatch
 from history_figures import MARKS, Judged, table
 from linearizability import Verdict, check
-from sequential_manager import Call, Reply, SequentialManager, Told
+from sequential_manager import Call, Lose, Reply, SequentialManager, Told
+from step_order import Observed, StepOrder, judge_order
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -41,11 +42,12 @@ PATIENCE_WITH_THE_CROWD = 240.0
 
 @dataclass(frozen=True)
 class Recorded:
-    """A history, the wall seconds in which it was recorded, and how often its resource manager was killed."""
+    """A history, the wall seconds in which it was recorded, the kills of its resource manager, and its steps."""
 
     history: tuple[Told, ...]
     seconds: float
     kills: int
+    observed: Observed
 
     @property
     def unanswered(self) -> int:
@@ -60,6 +62,11 @@ class Recorded:
     def check(self) -> Verdict[Call, Reply]:
         """Hold the history to the model."""
         return check(SequentialManager(load(WORKSHOP), self.history), self.history)
+
+    def check_order(self) -> StepOrder:
+        """Hold the published steps to the replies and the journal."""
+        called = (told for told in self.history if not isinstance(told.call, Lose))
+        return judge_order(self.observed, [told.answer for told in called if told.answer is not None])
 
 
 def record(
@@ -78,13 +85,14 @@ def record(
     factory: what makes it. journal: it keeps one, so that it remembers across kills.
     """
     skillset = load(WORKSHOP)
-    options = {"skillset": str(WORKSHOP), **({"journal": str(run_dir / "journal.sqlite")} if journal else {})}
+    journal_file = run_dir / "journal.sqlite" if journal else None
+    options = {"skillset": str(WORKSHOP), **({"journal": str(journal_file)} if journal_file else {})}
     spec = ProcessSpec(RESOURCE_MANAGER, factory, options)
     with Launcher(ROBOT, skillset.name, run_dir, clock="wall") as launcher:
         launcher.start((spec,))
         buses = [ZenohBus(f"client{number}", ROBOT, launcher.endpoint) for number in range(clients)]
         ear = ZenohBus("ear", ROBOT, launcher.endpoint)
-        losses = LossWatch(ear, skillset)
+        losses, steps = LossWatch(ear, skillset), StepWatch(ear, skillset)
         asked_for: dict[str, Goal] = {}
         crowd = [Client(bus, skillset, f"skill/{i % 3}", seed * 1000 + i, asked_for) for i, bus in enumerate(buses)]
         started = time.monotonic()
@@ -99,10 +107,11 @@ def record(
             launcher.start((spec,))
         _listen(ear, lambda: not _any_alive(threads))
         seconds = time.monotonic() - started
+        observed = steps.observed(journal_file, kills)
         for bus in (*buses, ear):
             bus.close()
     history = [told for client in crowd for told in client.notebook.operations]
-    return Recorded((*history, *losses.operations(history)), seconds, kills)
+    return Recorded((*history, *losses.operations(history)), seconds, kills, observed)
 
 
 def _listen(ear: ZenohBus, done: Callable[[], bool]) -> None:
@@ -141,9 +150,10 @@ def main(arguments: list[str] | None = None) -> int:
             recorded = record(
                 Path(folder), seed=seed, clients=wanted.clients, operations=wanted.operations, kills=kills
             )
-        verdict = recorded.check()
+        verdict, order = recorded.check(), recorded.check_order()
         told = f"{len(recorded.history)} operations in {recorded.seconds:.1f} s, {kills} kills, "
         sys.stdout.write(f"seed {seed}: {told}{recorded.unanswered} unanswered: {verdict}\n")
+        sys.stdout.writelines(f"    {problem}\n" for problem in order.problems)
         judged.append(
             Judged(
                 seed=seed,
@@ -153,15 +163,18 @@ def main(arguments: list[str] | None = None) -> int:
                 local_outcomes=recorded.local_outcomes,
                 steps=verdict.steps,
                 linearizable=verdict.linearizable,
+                published=len(recorded.observed.steps),
+                unsent=order.missing_steps,
+                ordered=not order.problems,
             )
         )
-        if not verdict.linearizable:
+        if not judged[-1].passed:
             break
     figures = table(judged, time.monotonic() - started)
     sys.stdout.write("\n".join([*figures, ""]))
     if wanted.write is not None:
         MARKS.replace(wanted.write, "\n".join(figures))
-    return 0 if all(each.linearizable for each in judged) else 1
+    return 0 if all(each.passed for each in judged) else 1
 
 
 if __name__ == "__main__":

@@ -29,12 +29,15 @@ def test_concurrent_clients_see_one_order(tmp_path: Path) -> None:
     assert granted(recorded.history), "nobody was granted anything"
     verdict = recorded.check()
     assert verdict.linearizable, str(verdict)
+    order = recorded.check_order()
+    assert (order.problems, order.missing_steps) == ([], 0)
 
 
 def test_also_when_the_manager_is_killed_and_goes_on_from_its_journal(tmp_path: Path) -> None:
     recorded = record(tmp_path, seed=2, operations=120, kills=2)
     verdict = recorded.check()
     assert verdict.linearizable, str(verdict)
+    assert recorded.check_order().problems == []
 
 
 def test_a_manager_without_a_journal_is_found_to_have_forgotten(tmp_path: Path) -> None:
@@ -46,6 +49,26 @@ def test_a_manager_without_a_journal_is_found_to_have_forgotten(tmp_path: Path) 
 def test_a_manager_that_lies_is_found_out(tmp_path: Path, lie: str) -> None:
     recorded = record(tmp_path, seed=4, operations=120, factory=f"untrustworthy:make_{lie}", journal=False)
     assert not recorded.check().linearizable
+
+
+@pytest.mark.parametrize(
+    ("lie", "problem"),
+    [
+        ("loses_steps", "nobody was killed"),
+        ("rewrites_steps", "with different content"),
+        ("swaps_steps", "was published after step"),
+        ("names_steps_too_early", "A reply has"),
+    ],
+)
+def test_a_manager_whose_steps_are_out_of_order_is_found_out(tmp_path: Path, lie: str, problem: str) -> None:
+    recorded = record(tmp_path, seed=5, operations=60, factory=f"untrustworthy:make_{lie}", journal=False)
+    assert problem in " ".join(recorded.check_order().problems)
+
+
+def test_a_manager_that_leaves_out_numbers_after_a_kill_is_found_out(tmp_path: Path) -> None:
+    """A step may be missing only if it was stored."""
+    recorded = record(tmp_path, seed=6, operations=60, kills=1, factory="untrustworthy:make_skips_numbers")
+    assert "records were stored" in " ".join(recorded.check_order().problems)
 
 
 def granted(history: tuple[Told, ...]) -> int:

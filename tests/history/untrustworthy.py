@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import count
+from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from skillwing.dsl import load
-from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.bus import Bus, Handle, Publisher, Request
+from skillwing.services.core.snapshot import Snapshot
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import (
     Ended,
@@ -16,8 +22,11 @@ from skillwing.services.protocol import (
     GoalVerdict,
     Granted,
     Keys,
+    Message,
     NotReady,
     RecordOutcome,
+    ResourceStates,
+    ResourceStep,
     decode,
     encode,
 )
@@ -135,6 +144,85 @@ class ForgetsOutcomes(ResourceManagerNode):
             return None
 
         super().attach(_lying(bus, Keys("workshop").resource_goal, lambda request, payload: payload, drop))
+
+
+class LosesSteps(ResourceManagerNode):
+    """Does not publish some steps."""
+
+    def attach(self, bus: Bus) -> None:
+        self._published = count(1)
+        super().attach(bus)
+
+    def _put(self, publisher: Publisher, message: Message) -> None:
+        if not (isinstance(message, ResourceStep) and next(self._published) % OFTEN == 0):
+            super()._put(publisher, message)
+
+
+class RewritesSteps(LosesSteps):
+    """Publishes some steps once more, with fewer records."""
+
+    def _put(self, publisher: Publisher, message: Message) -> None:
+        ResourceManagerNode._put(self, publisher, message)
+        if isinstance(message, ResourceStep) and next(self._published) % OFTEN == 0:
+            ResourceManagerNode._put(self, publisher, msgspec.structs.replace(message, records=message.records[1:]))
+
+
+class SwapsSteps(LosesSteps):
+    """Publishes some steps after the next one."""
+
+    _late: ResourceStep | None = None
+
+    def _put(self, publisher: Publisher, message: Message) -> None:
+        if isinstance(message, ResourceStep) and next(self._published) % OFTEN == 0:
+            self._late = message
+            return
+        ResourceManagerNode._put(self, publisher, message)
+        if isinstance(message, ResourceStep) and self._late is not None:
+            late, self._late = self._late, None
+            ResourceManagerNode._put(self, publisher, late)
+
+
+class NamesStepsTooEarly(ResourceManagerNode):
+    """Replies at times to a change with the number of the step before."""
+
+    def attach(self, bus: Bus) -> None:
+        replies = count(1)
+
+        def change(request: Request, payload: bytes) -> bytes:
+            states = decode(payload, ResourceStates)
+            early = msgspec.structs.replace(states, step=states.step - 1)
+            return encode(early) if next(replies) % OFTEN == 0 else payload
+
+        super().attach(_lying(bus, Keys("workshop").resource_extern, change))
+
+
+class SkipsNumbers(ResourceManagerNode):
+    """Leaves out numbers when it continues from its journal."""
+
+    def _resume(self, snapshot: Snapshot) -> None:
+        super()._resume(msgspec.structs.replace(snapshot, step=snapshot.step + OFTEN))
+
+
+def make_loses_steps(options: dict[str, Any]) -> ResourceManagerNode:
+    return LosesSteps(load(options["skillset"]))
+
+
+def make_rewrites_steps(options: dict[str, Any]) -> ResourceManagerNode:
+    return RewritesSteps(load(options["skillset"]))
+
+
+def make_swaps_steps(options: dict[str, Any]) -> ResourceManagerNode:
+    return SwapsSteps(load(options["skillset"]))
+
+
+def make_names_steps_too_early(options: dict[str, Any]) -> ResourceManagerNode:
+    return NamesStepsTooEarly(load(options["skillset"]))
+
+
+def make_skips_numbers(options: dict[str, Any]) -> ResourceManagerNode:
+    skillset = load(options["skillset"])
+    identity = Identity("", skillset.name, skillset.schema_hash)
+    return SkipsNumbers(skillset, journal=Journal(Path(options["journal"]), identity))
 
 
 def make_grants_twice(options: dict[str, Any]) -> ResourceManagerNode:
