@@ -28,7 +28,15 @@ MUTATED = (
 )
 """The cores, and where rules stand outside of them."""
 _OF_RULES = {function for functions in RULES.values() for function in functions}
-COPIED = ("conftest.py", "scheduling.py", "unit/services", "unit/client", "integration", "simulation")
+COPIED = (
+    "conftest.py",
+    "faulty_network.py",
+    "scheduling.py",
+    "unit/services",
+    "unit/client",
+    "integration",
+    "simulation",
+)
 
 
 def make_mutants() -> dict[str, str]:

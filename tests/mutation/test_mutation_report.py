@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
-from mutants import function_of
-from mutation_run import Judgement, Judgements, section
+from mutants import COPIED, ROOT, function_of
+from mutation_run import BENCHES, Judgement, Judgements, section
 from rules import RULES
 
 from skillwing.services import client, core, managers
@@ -109,6 +110,17 @@ def test_rules_name_functions_that_exist() -> None:
             name = function.rpartition(".")[2]
             assert f"def {name}(" in code, function
             assert f"class {function.rpartition('.')[0]}" in code or "." not in function, function
+
+
+def test_helpers_that_the_tests_import_are_in_the_workspace() -> None:
+    """A helper that moves would end a long run at the first test that needs it."""
+    tests = ROOT / "tests"
+    helpers = {file.stem for file in tests.glob("*.py")}
+    copied = {name.removesuffix(".py") for name in COPIED}
+    benches = {tests / test.removeprefix("tests/").partition("::")[0] for bench in BENCHES for test in bench}
+    for file in {*benches, *(tests / "simulation").glob("*.py"), tests / "conftest.py"}:
+        imported = set(re.findall(r"^(?:from|import) (\w+)", file.read_text(encoding="utf-8"), re.MULTILINE))
+        assert imported & helpers <= copied, file
 
 
 def test_names_of_mutants_tell_their_function() -> None:
