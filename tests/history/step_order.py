@@ -66,7 +66,7 @@ class StepOrder:
                 yield f"Step {step.number} was published after step {latest}."
             elif _is_return(step):
                 returns += 1
-                self.missing.append(range(latest + 1, step.number))
+                self.missing += [range(latest + 1, step.number)] if step.number > latest + 1 else []
             elif step.number > latest + 1:
                 yield f"Step {step.number} was published after step {latest}, and nobody was killed."
             self._steps[step.number] = step
