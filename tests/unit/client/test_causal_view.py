@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 
 from hypothesis import given, settings
@@ -74,6 +75,8 @@ class Client:
     view: CausalView = field(default_factory=CausalView)
     shown: list[str] = field(default_factory=list[str])
     answers: list[tuple[int, ResourceStates]] = field(default_factory=list[tuple[int, ResourceStates]])
+    heard_steps: Counter[int] = field(default_factory=Counter[int])
+    shown_steps: Counter[int] = field(default_factory=Counter[int])
 
     def look(self, delivered: tuple[Delivered, ...], *, given_up: bool = False) -> None:
         for message in delivered:
@@ -81,12 +84,18 @@ class Client:
                 self.shown.append(message.goal_id)
                 if self.view.number is not None and not given_up:
                     assert message.after_step <= self.view.number, "a status is shown before its step"
+            else:
+                self.shown_steps[message.number] += 1
+        assert self.shown_steps <= self.heard_steps, "a step is shown more often than it was heard"
         if self.view.number is not None and not given_up:
             assert dict(self.view.states) == self.robot.past[self.view.number], "the states are those of one step"
 
     def hear(self, message: ResourceStep | GoalStatus) -> None:
-        take = self.view.take_step if isinstance(message, ResourceStep) else self.view.take_status
-        self.look(take(message))  # pyright: ignore[reportArgumentType] - by its kind
+        if isinstance(message, ResourceStep):
+            self.heard_steps[message.number] += 1
+            self.look(self.view.take_step(message))
+        else:
+            self.look(self.view.take_status(message))
 
     def ask(self) -> None:
         """The answer is made now, and arrives later."""
@@ -143,6 +152,7 @@ def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
     assert not client.view.waiting, "an answer to the latest question ends all waiting"
     assert client.view.states == robot.states
     assert {f"g{number + 1}" for number in range(robot.goals)} - lost <= set(client.shown), "nothing is kept for ever"
+    assert set(client.heard_steps) == set(client.shown_steps), "no record of a step is kept for ever"
 
 
 def connected() -> tuple[Robot, Client]:
@@ -246,3 +256,16 @@ def test_what_is_held_is_shown_if_nobody_answers() -> None:
     client.look(client.view.give_up(), given_up=True)
     assert (client.shown, client.view.waiting) == (["g1"], False)
     assert client.view.states["lidar"] == "12"
+
+
+def test_steps_of_a_manager_that_is_gone_are_shown_before_the_states_of_the_next() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    robot.step("lidar")
+    client.hear(robot.told[1])
+    assert client.shown_steps == {}, "the step before is missing"
+    robot.forget()
+    client.ask()
+    client.hear_answer(0)
+    assert client.shown_steps == {12: 1}
+    assert (client.view.states, client.view.change_record("lidar")) == (robot.states, None)

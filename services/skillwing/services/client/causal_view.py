@@ -98,8 +98,8 @@ class CausalView:
         if known is None and self._shown and not self._shown.answered_by(snapshot.step, question):
             return ()
         self._answered = question
-        if known is None or snapshot.epoch != self._epoch:
-            self._begin_epoch(snapshot.epoch)
+        other_epoch = known is None or snapshot.epoch != self._epoch
+        left = self._begin_epoch(snapshot.epoch) if other_epoch else ()
         past = tuple(self._early.pop(number) for number in sorted(self._early) if number <= snapshot.step)
         for step in past:
             self._apply(step)
@@ -108,7 +108,7 @@ class CausalView:
         shown = {id(step) for step in self._foreign}
         self._foreign = []
         steps = (step for step in (*past, *self._next_steps()) if id(step) not in shown)
-        return (*steps, *self._due(question))
+        return (*left, *steps, *self._due(question))
 
     def take_status(self, status: GoalStatus) -> tuple[Delivered, ...]:
         """Take a status of a goal."""
@@ -130,10 +130,12 @@ class CausalView:
         held, self._held = self._held, []
         return (*early, *(each.status for each in held))
 
-    def _begin_epoch(self, epoch: str) -> None:
-        """Turn to the steps of another epoch. Those of the old one count for nothing any more."""
+    def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
+        """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
+        left = tuple(self._early[number] for number in sorted(self._early))
         self._epoch = epoch
         self._early = {step.number: step for step in self._foreign if step.epoch == epoch}
+        return left
 
     def _next_steps(self) -> Iterator[ResourceStep]:
         while self.number is not None and (step := self._early.pop(self.number + 1, None)) is not None:
