@@ -269,3 +269,65 @@ def test_steps_of_a_manager_that_is_gone_are_shown_before_the_states_of_the_next
     client.hear_answer(0)
     assert client.shown_steps == {12: 1}
     assert (client.view.states, client.view.change_record("lidar")) == (robot.states, None)
+
+
+def test_a_snapshot_of_a_missing_step_lets_the_later_ones_follow() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.ask()
+    robot.step("lidar")
+    client.hear(robot.told[1])
+    client.hear_answer(0)
+    assert (client.view.number, client.view.waiting) == (12, False)
+    assert client.shown_steps == {12: 1}
+
+
+def test_a_step_that_comes_after_its_states_is_shown_at_once() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.ask()
+    client.hear_answer(0)
+    client.hear(robot.told[0])
+    assert (client.shown_steps, client.view.waiting) == ({11: 1}, False)
+
+
+def test_steps_of_the_next_manager_are_shown_at_once_and_count_after_its_states() -> None:
+    robot, client = connected()
+    robot.forget()
+    client.ask()
+    robot.step("camera")
+    robot.step("lidar")
+    for step in reversed(robot.told):
+        client.hear(step)
+    assert client.shown_steps == {1011: 1, 1012: 1}
+    assert client.view.states["camera"] == "0", "states of the new epoch are unknown"
+    assert client.view.waiting
+    client.hear_answer(0)
+    assert (client.view.number, dict(client.view.states)) == (1012, robot.states)
+    assert client.shown_steps == {1011: 1, 1012: 1}
+    assert client.view.change_record("camera") == "rm#1011"
+
+
+def test_an_answer_that_newer_states_have_overtaken_keeps_what_it_does_not_hold() -> None:
+    robot, client = connected()
+    client.ask()
+    robot.step("camera")
+    robot.step("lidar")
+    robot.follow()
+    step, _, end = robot.told
+    client.hear(step)
+    client.hear(end)
+    client.hear_answer(0)
+    assert (client.shown, client.view.number) == ([], 11)
+
+
+def test_a_step_that_was_shown_before_the_first_states_is_not_shown_again_when_its_turn_comes() -> None:
+    robot = Robot()
+    client = Client(robot)
+    client.ask()
+    for resource in ("camera", "lidar"):
+        robot.step(resource)
+    client.hear(robot.told[1])
+    client.hear_answer(0)
+    client.hear(robot.told[0])
+    assert (client.shown_steps, client.view.number) == ({11: 1, 12: 1}, 12)

@@ -7,7 +7,7 @@ never sees the end of a goal before the change that ended it. `docs/semantics.md
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
@@ -41,6 +41,8 @@ class CausalView:
         self._records: dict[str, str] = {}
         self._early: dict[int, ResourceStep] = {}
         """Steps of this epoch that wait for earlier ones."""
+        self._shown_early: frozenset[int] = frozenset()
+        """Numbers of those that were shown before the first states of their epoch."""
         self._foreign: list[ResourceStep] = []
         """Steps of which it is unknown whether they come before or after the states: no snapshot of their epoch is."""
         self._held: list[Held] = []
@@ -84,7 +86,7 @@ class CausalView:
         if step.number <= self.number:
             return (step,)
         self._early[step.number] = step
-        return (*self._next_steps(), *self._due())
+        return (*self._not_shown(self._next_steps()), *self._due())
 
     def take_states(self, snapshot: ResourceStates, question: int) -> tuple[Delivered, ...]:
         """Take a snapshot, the answer to a question.
@@ -105,10 +107,8 @@ class CausalView:
             self._apply(step)
         self._states.update(snapshot.states)
         self.number = snapshot.step
-        shown = {id(step) for step in self._foreign}
         self._foreign = []
-        steps = (step for step in (*past, *self._next_steps()) if id(step) not in shown)
-        return (*left, *steps, *self._due(question))
+        return (*left, *self._not_shown((*past, *self._next_steps())), *self._due(question))
 
     def take_status(self, status: GoalStatus) -> tuple[Delivered, ...]:
         """Take a status of a goal."""
@@ -128,14 +128,18 @@ class CausalView:
         for step in early:
             self._apply(step)
         held, self._held = self._held, []
-        return (*early, *(each.status for each in held))
+        return (*self._not_shown(early), *(each.status for each in held))
 
     def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
-        left = tuple(self._early[number] for number in sorted(self._early))
+        left = tuple(self._not_shown(self._early[number] for number in sorted(self._early)))
         self._epoch = epoch
         self._early = {step.number: step for step in self._foreign if step.epoch == epoch}
+        self._shown_early = frozenset(self._early)
         return left
+
+    def _not_shown(self, steps: Iterable[ResourceStep]) -> Iterator[ResourceStep]:
+        return (step for step in steps if step.number not in self._shown_early)
 
     def _next_steps(self) -> Iterator[ResourceStep]:
         while self.number is not None and (step := self._early.pop(self.number + 1, None)) is not None:
