@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
-from skillwing.services.bus import Request
+from faulty_network import FaultyNetwork, NetworkConditions
+from skillwing.services.bus import Bus, Handle, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.client.causal_feed import CausalFeed, follow_records
+from skillwing.services.client.causal_feed import SILENCES_UNTIL_SHOWN, CausalFeed, follow_records
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
+    ErrorCode,
+    ErrorReply,
     GoalStatus,
     Keys,
+    QueryStates,
     Record,
     RecordKind,
     ResourceStates,
     ResourceStep,
     State,
+    decode,
     encode,
 )
 
@@ -24,19 +33,24 @@ KEYS = Keys("rover")
 class Managers:
     """A resource manager and a skill manager, by hand."""
 
-    def __init__(self, *, answers: bool = True) -> None:
-        self.network = InProcessNetwork()
+    def __init__(self, *, answers: bool = True, network: InProcessNetwork | None = None) -> None:
+        self.network = network or InProcessNetwork()
         resources, skill = self.network.bus("resource_manager"), self.network.bus("skill/drive")
         self._steps = resources.advertise(KEYS.resource_steps, events=True)
         self._status = skill.advertise(KEYS.status("drive"), events=True)
         self.number = 7
         self.asked = 0
         self.silent = not answers
-        resources.serve(KEYS.resource_states, self._answer)
+        self.refusing = False
+        self.resources = resources
+        self.resources.serve(KEYS.resource_states, self._answer)
 
     def _answer(self, request: Request) -> None:
+        decode(request.payload, QueryStates)
         self.asked += 1
-        if not self.silent:
+        if self.refusing:
+            request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message="A test refuses.", help=""))
+        elif not self.silent:
             request.reply(encode(ResourceStates(step=self.number, states={"power": "ON"}, t=0.0)))
 
     def step(self, *, told: bool = True) -> None:
@@ -108,7 +122,149 @@ def test_what_is_held_back_is_shown_with_a_warning_when_nobody_answers(caplog: p
     assert seen == []
     managers.wait(60.0)
     assert (seen, feed.silent) == (["RUNNING"], True)
-    assert ["the resource manager is silent" in each.getMessage() for each in caplog.records] == [True]
+    assert [each.getMessage().startswith("the resource manager is silent") for each in caplog.records] == [True]
+
+
+def test_states_are_asked_for_ten_times_before_a_status_is_shown_without_them() -> None:
+    managers = Managers()
+    asked: list[int] = []
+    feed = CausalFeed(managers.network.bus("client"), KEYS, on_status=lambda status: asked.append(managers.asked))
+    managers.wait()
+    assert not feed.silent
+    managers.silent = True
+    managers.status(9)
+    managers.wait(60.0)
+    assert asked == [1 + SILENCES_UNTIL_SHOWN]
+    managers.number, managers.silent = 9, False
+    managers.wait(10.0)
+    assert (feed.silent, feed.view.number) == (False, 9)
+
+
+def test_each_missing_step_is_asked_for_once() -> None:
+    managers = Managers()
+    seen: list[int] = []
+    CausalFeed(managers.network.bus("client"), KEYS, on_status=lambda status: seen.append(status.after_step))
+    managers.wait()
+    for number in (8, 9, 10):
+        managers.step(told=False)
+        for _ in range(3):
+            managers.status(number)
+        managers.wait()
+        assert managers.asked == number - 6
+    assert seen == [8, 8, 8, 9, 9, 9, 10, 10, 10]
+
+
+def test_nobody_asks_again_while_a_question_is_open() -> None:
+    managers = Managers(answers=False)
+    CausalFeed(managers.network.bus("client"), KEYS)
+    managers.step()
+    managers.wait(0.5)
+    managers.status(8)
+    managers.wait(0.5)
+    assert managers.asked == 1, "the first question takes its timeout of 2 s"
+
+
+def test_a_refused_question_is_asked_again() -> None:
+    managers = Managers()
+    seen: list[str] = []
+    CausalFeed(managers.network.bus("client"), KEYS, on_status=lambda status: seen.append(status.state))
+    managers.wait()
+    managers.refusing = True
+    managers.step(told=False)
+    managers.status(8)
+    managers.wait()
+    assert seen == []
+    managers.refusing = False
+    managers.wait()
+    assert seen == ["RUNNING"]
+
+
+def test_a_resource_manager_that_returns_is_asked_for_its_states() -> None:
+    managers = Managers()
+    managers.resources.declare_alive(KEYS.alive(RESOURCE_MANAGER)).cancel()
+    feed = CausalFeed(managers.network.bus("client"), KEYS)
+    managers.wait()
+    managers.step(told=False)
+    managers.wait()
+    assert (managers.asked, feed.view.number) == (1, 7), "nothing shows that a step is missing"
+    token = managers.resources.declare_alive(KEYS.alive(RESOURCE_MANAGER))
+    managers.wait()
+    assert (managers.asked, feed.view.number) == (2, 8)
+    managers.resources.declare_alive(KEYS.alive(RESOURCE_MANAGER))
+    token.cancel()
+    managers.wait()
+    assert managers.asked == 2, "it has not been away"
+
+
+def test_a_change_of_the_states_is_reported_once_after_its_messages() -> None:
+    managers = Managers()
+    told: list[str] = []
+    feed = CausalFeed(
+        managers.network.bus("client"),
+        KEYS,
+        on_step=lambda step: told.append(f"step {step.number}"),
+        on_status=lambda status: told.append(f"status {status.after_step}"),
+        on_change=lambda: told.append(f"states {feed.view.number}"),
+    )
+    managers.wait()
+    managers.status(8)
+    managers.wait(0.05)
+    managers.step()
+    managers.wait()
+    managers.status(8)
+    managers.wait()
+    assert told == ["states 7", "step 8", "status 8", "states 8", "status 8"]
+
+
+class BusInStandingTime:
+    """A bus whose robot time stands still: its timers never end, and those of wall time do."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
+        return self._bus.after(delay, action if wall else lambda: None, wall=True)
+
+
+def test_a_lost_step_is_asked_for_although_robot_time_stands_still() -> None:
+    managers = Managers()
+    seen: list[str] = []
+    bus: Any = BusInStandingTime(managers.network.bus("client"))
+    CausalFeed(bus, KEYS, on_status=lambda status: seen.append(status.state))
+    managers.wait()
+    managers.step(told=False)
+    managers.status(8)
+    managers.wait()
+    assert seen == ["RUNNING"]
+
+
+def test_a_network_that_loses_messages_costs_no_record_and_no_status() -> None:
+    managers = Managers(network=FaultyNetwork(conditions=NetworkConditions(loss=0.4)))
+    records: list[str] = []
+    statuses: list[int] = []
+    follow_records(
+        managers.network.bus("client"),
+        KEYS,
+        lambda record: records.append(record.id),
+        lambda status: statuses.append(status.after_step),
+    )
+    timeline = managers.network.bus("mission").advertise(KEYS.timeline, events=True)
+    for number in range(8, 28):
+        managers.step()
+        managers.status(number)
+        timeline.put(
+            encode(
+                Record(id=f"m#{number}", t=0.0, source="m", kind=RecordKind.MISSION, subject="m", before=None, after="")
+            )
+        )
+        managers.wait(0.2)
+    managers.wait(30.0)
+    assert statuses == list(range(8, 28))
+    assert [each for each in records if each.startswith("rm")] == [f"rm#{number}" for number in range(8, 28)]
+    assert [each for each in records if each.startswith("m")] == [f"m#{number}" for number in range(8, 28)]
 
 
 def test_records_come_from_steps_statuses_and_the_timeline_once_each() -> None:
