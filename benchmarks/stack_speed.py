@@ -30,7 +30,7 @@ from skillwing.services.processes.run_options import AS_FAST_AS_POSSIBLE
 from skillwing.sim_mujoco.world.terrain import Terrain
 from skillwing.sim_mujoco.world.world import make_world
 
-FLOOR = 1.0
+FLOOR, TARGET = 1.0, 2.5
 """The ratio to real time that the whole stack is to keep."""
 CORES = 2
 BLOCK = 10.0
@@ -78,7 +78,8 @@ def main() -> None:
     body = (
         f"The mapping mission in the {options.world} of seed {options.seed}, by {len(specs)} processes and a router on "
         f"{len(cores)} cores. Robot time runs as fast as all keep up. The ratio is robot seconds per wall second; the "
-        f"budget on {CORES} cores is {FLOOR:g}: {against(FLOOR, whole, at_least=True)}. {machine()}.\n\n"
+        f"budget on {CORES} cores is {FLOOR:g}: {against(FLOOR, whole, at_least=True)}; the target is {TARGET:g}: "
+        f"{against(TARGET, whole, at_least=True)}. {machine()}.\n\n"
         + table(
             ("robot time", "times real time", f"blocks of {BLOCK:g} s", "median block"),
             [
