@@ -152,7 +152,8 @@ def test_who_joins_late_waits_from_then_on(network: Network) -> None:
     assert fired[0] >= joined + 4.0  # `first` may run late, by seconds of a time that nobody holds back
 
 
-def test_a_node_that_was_stopped_takes_up_no_message_before_it_knows_the_time(network: Network) -> None:
+@pytest.mark.parametrize("how", ["message", "wall timer", "robot timer"])
+def test_a_node_that_was_stopped_does_nothing_before_it_knows_the_time(network: Network, how: str) -> None:
     ticks = network.plain("owner").advertise(CLOCK_KEY)
     asleep = 0.0
 
@@ -171,7 +172,10 @@ def test_a_node_that_was_stopped_takes_up_no_message_before_it_knows_the_time(ne
     assert network.run_until(started)
     asleep = 10.0
     times: list[float] = []
-    follower.post(lambda: times.append(follower.now()))
+    if how == "message":
+        follower.post(lambda: times.append(follower.now()))
+    else:
+        follower.after(0.0, lambda: times.append(follower.now()), wall=how == "wall timer")
     assert network.run_until(lambda: bool(times))
     assert times[0] >= 60.0
 

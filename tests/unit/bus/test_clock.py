@@ -94,22 +94,29 @@ def test_after_a_long_silence_time_is_known_when_ticks_are_up_to_date(
     assert clock.now() == pytest.approx(56.65)
 
 
-def test_nobody_waits_for_ticks_that_come_nor_twice_for_an_owner_that_stands(
-    wall: Wall, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    waits: list[float | None] = []
+@pytest.fixture
+def waits(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Limits of all waiting for ticks, which is in vain."""
+    found: list[float | None] = []
 
     class Silence(threading.Event):
         def wait(self, timeout: float | None = None) -> bool:
-            waits.append(timeout)
+            found.append(timeout)
             return False
 
     monkeypatch.setattr("skillwing.services.bus.clock.Event", Silence)
+    return found
+
+
+def test_nobody_waits_for_ticks_that_come_nor_twice_for_an_owner_that_stands(
+    wall: Wall, waits: list[float | None]
+) -> None:
     clock = FollowedClock(wall)
     clock.catch_up()
     clock.tick(50.0, 1.0, wall())
     wall.time += LONGEST_SILENCE
     clock.catch_up()
+    assert waits == []
     for t in (50.1, 50.5, 50.51):  # an owner on a busy machine
         clock.tick(t, 1.0, wall())
         clock.catch_up()
@@ -118,6 +125,20 @@ def test_nobody_waits_for_ticks_that_come_nor_twice_for_an_owner_that_stands(
     clock.catch_up()
     clock.catch_up()
     assert waits == [TICK_PATIENCE]
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.1], ids=["as fast as possible", "slower than the wall"])
+def test_a_pause_between_ticks_that_belongs_to_the_pace_is_no_silence(
+    factor: float, wall: Wall, waits: list[float | None]
+) -> None:
+    """The owner of a time as fast as possible waits for this very follower."""
+    clock = FollowedClock(wall)
+    for number in range(4):
+        clock.tick(50.0 + number * TICK_PERIOD, factor, wall())
+        clock.catch_up()
+        wall.time += TICK_PERIOD / (factor or 0.1)
+        clock.catch_up()
+    assert waits == []
 
 
 def test_as_fast_as_possible_is_followed_tick_by_tick(wall: Wall) -> None:

@@ -17,7 +17,8 @@ LONGEST_EXTRAPOLATION = 0.19
 TICK_PERIOD = 0.15
 """Robot seconds between two ticks of the owner of time: less than the followers' extrapolation."""
 LONGEST_SILENCE = 1.0
-"""Wall seconds without a tick after which a follower may have been stopped or cut off, so that time is unknown."""
+"""Wall seconds without a tick after which a follower may have been stopped or cut off, so that time is unknown. More
+where robot time is so slow that two ticks are farther apart."""
 LARGEST_JUMP = 0.1
 """Largest difference in seconds, from one tick to the next, between the progress of robot time and of wall time. Ticks
 that have waited in a buffer come in a burst, and differ by more."""
@@ -42,6 +43,13 @@ class _Tick:
     def reckoned(self, wall: float) -> float:
         """Robot time at a later wall time, as a follower extrapolates it from this tick alone."""
         return self.t + min((wall - self.received) * self.factor, LONGEST_EXTRAPOLATION)
+
+    def silent_at(self, wall: float) -> bool:
+        """True if the owner has been silent for too long at that wall time.
+
+        Where time runs as fast as the followers keep up, the owner is silent while it waits for one of them.
+        """
+        return self.factor > 0.0 and wall - self.received > max(LONGEST_SILENCE, 2.0 * TICK_PERIOD / self.factor)
 
     def reaches(self, due: float) -> bool:
         """True if a follower reaches `due` by extrapolation from this tick alone."""
@@ -118,14 +126,13 @@ class FollowedClock:
         before, self._tick = self._tick, _Tick(t, factor, received)
         if before is None:
             return
-        passed = received - before.received
-        if passed > LONGEST_SILENCE:
+        if before.silent_at(received):
             self._up_to_date.clear()
-        elif abs(t - before.t - factor * passed) <= LARGEST_JUMP:
+        elif abs(t - before.t - factor * (received - before.received)) <= LARGEST_JUMP:
             self._up_to_date.set()
 
     def catch_up(self) -> None:
-        """Wait until time is known, before a message is taken up. That is at once but after a long silence.
+        """Wait until time is known, before the node does anything. That is at once but after a long silence.
 
         A process that was stopped wakes up with the time at which it was stopped. It would take old data for fresh, and
         date its records before their causes. If the owner of time stands, this waits once.
@@ -133,7 +140,7 @@ class FollowedClock:
         tick = self._tick
         if tick is None:
             return
-        if tick is not self._accepted and self._wall() - tick.received > LONGEST_SILENCE:
+        if tick is not self._accepted and tick.silent_at(self._wall()):
             self._up_to_date.clear()
         if not self._up_to_date.is_set() and not self._up_to_date.wait(TICK_PATIENCE):
             self._accepted = self._tick

@@ -299,9 +299,8 @@ class ZenohBus:
 
     def _turn(self, deadline: float | None) -> None:
         """Run the waiting messages and one due timer. If there is neither, wait for the first one."""
+        self._catch_up()
         waiting = self._mailbox.qsize()
-        if waiting:
-            self._catch_up()
         for _ in range(waiting):
             self._mailbox.get_nowait()()
             if self._closed:
