@@ -89,6 +89,8 @@ class Client:
         assert self.shown_steps <= self.heard_steps, "a step is shown more often than it was heard"
         if self.view.number is not None and not given_up:
             assert dict(self.view.states) == self.robot.past[self.view.number], "the states are those of one step"
+            if self.robot.number in self.heard_steps and not self.view.waiting:
+                assert self.view.number == self.robot.number, "the latest step was heard, and its states are unknown"
 
     def hear(self, message: ResourceStep | GoalStatus) -> None:
         if isinstance(message, ResourceStep):
@@ -331,3 +333,16 @@ def test_a_step_that_was_shown_before_the_first_states_is_not_shown_again_when_i
     client.hear_answer(0)
     client.hear(robot.told[0])
     assert (client.shown_steps, client.view.number) == ({11: 1, 12: 1}, 12)
+
+
+def test_a_late_answer_of_a_manager_that_is_gone_does_not_end_the_waiting_for_the_next() -> None:
+    robot, client = connected()
+    client.ask()
+    robot.forget()
+    client.ask()
+    robot.step("lidar")
+    client.hear(robot.told[0])
+    client.hear_answer(0)
+    assert client.view.waiting, "the states after the step of the new manager are unknown"
+    client.hear_answer(0)
+    assert (dict(client.view.states), client.view.waiting) == (robot.states, False)

@@ -43,8 +43,9 @@ class CausalView:
         """Steps of this epoch that wait for earlier ones."""
         self._shown_early: frozenset[int] = frozenset()
         """Numbers of those that were shown before the first states of their epoch."""
-        self._foreign: list[ResourceStep] = []
-        """Steps of which it is unknown whether they come before or after the states: no snapshot of their epoch is."""
+        self._foreign: list[tuple[int, ResourceStep]] = []
+        """Steps of which it is unknown whether they come before or after the states: no snapshot of their epoch is.
+        Each with the number of questions before it came: only the answer to a later one tells which epoch is over."""
         self._held: list[Held] = []
         self._shown: Held | None = None
         """Status of the latest step, among those that were shown before the first states."""
@@ -81,7 +82,7 @@ class CausalView:
     def take_step(self, step: ResourceStep) -> tuple[Delivered, ...]:
         """Take a step. One that comes early waits for those before it."""
         if self.number is None or step.epoch != self._epoch:
-            self._foreign.append(step)
+            self._foreign.append((self._questions, step))
             return (step,)
         if step.number <= self.number:
             return (step,)
@@ -107,7 +108,7 @@ class CausalView:
             self._apply(step)
         self._states.update(snapshot.states)
         self.number = snapshot.step
-        self._foreign = []
+        self._foreign = [each for each in self._foreign if each[0] >= question and each[1].epoch != snapshot.epoch]
         return (*left, *self._not_shown((*past, *self._next_steps())), *self._due(question))
 
     def take_status(self, status: GoalStatus) -> tuple[Delivered, ...]:
@@ -134,7 +135,7 @@ class CausalView:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
         left = tuple(self._not_shown(self._early[number] for number in sorted(self._early)))
         self._epoch = epoch
-        self._early = {step.number: step for step in self._foreign if step.epoch == epoch}
+        self._early = {step.number: step for _, step in self._foreign if step.epoch == epoch}
         self._shown_early = frozenset(self._early)
         return left
 
