@@ -105,6 +105,7 @@ def test_a_silent_resource_manager_hides_no_goal(caplog: pytest.LogCaptureFixtur
     managers = Managers(answers=False)
     seen: list[str] = []
     feed = CausalFeed(managers.network.bus("client"), KEYS, on_status=lambda status: seen.append(status.state))
+    assert not feed.silent, "no question has failed yet"
     managers.status(9)
     managers.wait(30.0)
     assert (seen, feed.silent) == (["RUNNING"], True)

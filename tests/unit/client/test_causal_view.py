@@ -339,10 +339,23 @@ def test_a_late_answer_of_a_manager_that_is_gone_does_not_end_the_waiting_for_th
     robot, client = connected()
     client.ask()
     robot.forget()
-    client.ask()
     robot.step("lidar")
     client.hear(robot.told[0])
     client.hear_answer(0)
     assert client.view.waiting, "the states after the step of the new manager are unknown"
+    client.ask()
+    client.hear_answer(0)
+    assert (dict(client.view.states), client.view.waiting) == (robot.states, False)
+
+
+def test_steps_of_a_manager_that_is_gone_end_no_waiting_and_begin_none() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    robot.forget()
+    client.ask()
+    client.hear_answer(0)
+    client.hear(robot.told[0])
+    assert client.view.waiting, "nobody knows yet which epoch is over"
+    client.ask()
     client.hear_answer(0)
     assert (dict(client.view.states), client.view.waiting) == (robot.states, False)
