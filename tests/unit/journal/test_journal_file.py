@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import sqlite3
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing
@@ -157,7 +159,55 @@ def test_it_stays_small(path: Path, journal: Journal) -> None:
     assert len(kept.managers) == MANAGERS_KEPT
     _, looked_at = look_into(path)
     assert [each.id for each in looked_at.records] == [f"rm#{n}" for n in range(24_002 - HISTORY_KEPT, 24_002)]
+    with closing(sqlite3.connect(path)) as reader:
+        (rows_kept,) = reader.execute("SELECT count(*) FROM history").fetchone()
+    assert 2 * rows_kept <= HISTORY_KEPT + TRIM_EVERY
     assert path.stat().st_size < 2 * ROOM
+
+
+def test_threads_that_cannot_start_break_no_step(path: Path, journal: Journal, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", fail)
+    for number in range(2 * WRITES_BETWEEN):
+        journal.write((ResourceEntry("hook", "TAKEN", number, f"rm#{number}"),), (), 1.0, number)
+    journal.close()
+    assert held(Journal(path, ME)).step == 2 * WRITES_BETWEEN - 1
+
+
+def test_an_earlier_hold_does_not_rename_the_steps_of_a_later_one(path: Path, journal: Journal) -> None:
+    later = Journal(path, ME)
+    later.begin_epoch("later")
+    with pytest.raises(JournalTakenError):
+        journal.begin_epoch("earlier")
+    assert held(later).epoch == "later"
+
+
+FULL_DISK = """
+import resource, signal, sys
+from pathlib import Path
+from skillwing.services.core.snapshot import ResourceEntry
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
+from skillwing.services.protocol import Record, RecordKind
+
+path = Path(sys.argv[1])
+journal = Journal(path, Identity("r1", "crane", "0"))
+record = Record(id="rm#1", t=0.0, source="rm", kind=RecordKind.RESOURCE, subject="hook", before="", after="")
+journal.write((ResourceEntry("hook", "FREE", 0, ""),), (), 0.0, 0)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+room = max(file.stat().st_size for file in path.parent.iterdir())
+resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+for step in range(1, 4001):
+    journal.write((ResourceEntry("hook", str(step), step, "rm#1"),), (record,) * 6, float(step), step)
+"""
+
+
+def test_a_disk_that_fills_up_after_the_start_does_no_harm(path: Path) -> None:
+    """No file may grow any more, and steps come without a pause."""
+    subprocess.run([sys.executable, "-c", FULL_DISK, str(path)], check=True)
+    assert held(Journal(path, Identity("r1", "crane", "0"))).step == 4000
 
 
 def test_refusals_push_no_verdict_on_a_grant_out(journal: Journal) -> None:

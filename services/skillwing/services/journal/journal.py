@@ -45,6 +45,7 @@ _PASSING = frozenset(
     }
 )
 """SQLite errors of a file that may be in good order."""
+_NO_ROOM = frozenset({sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR})
 
 log = logging.getLogger(__name__)
 
@@ -76,11 +77,17 @@ class Journal:
             return select_snapshot(self._connection, RECORDS_TO_RESUME)
 
     def begin_epoch(self, epoch: str) -> None:
-        """Name the series of the numbers of steps that are written from now on. Raises JournalWriteError."""
+        """Name the series of the numbers of steps that are written from now on.
+
+        Raises JournalWriteError and JournalTakenError; then nothing is written.
+        """
+        self._check_place()
         try:
-            self._connection.execute("UPDATE journal SET epoch = ?", (epoch,))
+            renamed = self._connection.execute("UPDATE journal SET epoch = ? WHERE owner = ?", (epoch, self._owner))
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
+        if not renamed.rowcount:
+            raise self._taken()
 
     def write(self, entries: Sequence[Entry], records: Sequence[Record], now: float, step: int) -> None:
         """Write the entries of a step, its timeline records and its number, all or nothing.
@@ -88,17 +95,15 @@ class Journal:
         Raises JournalWriteError and JournalTakenError; then nothing is written.
         """
         self._check_place()
-        connection = self._connection
-        token = max((each.granted.token for each in entries if isinstance(each, GrantEntry)), default=NO_TOKEN)
         try:
-            with _transaction(connection):
-                update = "UPDATE journal SET t = ?, step = ?, last_token = max(last_token, ?) WHERE owner = ?"
-                if not connection.execute(update, (now, step, token, self._owner)).rowcount:
-                    raise self._taken()
-                for entry in entries:
-                    insert_entry(connection, entry)
-                if records:
-                    insert_records(connection, records)
+            try:
+                self._write(entries, records, now, step)
+            except sqlite3.OperationalError as error:
+                if error.sqlite_errorcode & 0xFF not in _NO_ROOM:
+                    raise
+                # The log has grown while no checkpoint was complete. It fits into the reserved room if it begins again.
+                self._restart_log()
+                self._write(entries, records, now, step)
         except sqlite3.Error as error:
             raise self._unwritten(error) from error
         if self._checkpoints is not None:
@@ -140,6 +145,23 @@ class Journal:
         if self._checkpoints is not None:
             self._checkpoints.finish()
         self._connection.close()
+
+    def _write(self, entries: Sequence[Entry], records: Sequence[Record], now: float, step: int) -> None:
+        connection = self._connection
+        token = max((each.granted.token for each in entries if isinstance(each, GrantEntry)), default=NO_TOKEN)
+        with _transaction(connection):
+            update = "UPDATE journal SET t = ?, step = ?, last_token = max(last_token, ?) WHERE owner = ?"
+            if not connection.execute(update, (now, step, token, self._owner)).rowcount:
+                raise self._taken()
+            for entry in entries:
+                insert_entry(connection, entry)
+            if records:
+                insert_records(connection, records)
+
+    def _restart_log(self) -> None:
+        if self._checkpoints is not None:
+            self._checkpoints.finish()
+        self._connection.execute("PRAGMA wal_checkpoint(RESTART)")
 
     def _check_place(self) -> None:
         """Raise JournalWriteError if the file was deleted or moved: no successor would read what is written to it."""

@@ -24,9 +24,9 @@ from skillwing.services.journal.schema import Identity
 from skillwing.services.protocol import GoalVerdict, Granted, Record
 
 HISTORY_KEPT = 5000
-"""Latest timeline records that a journal shows. It holds those of that many steps, each of which has one or more."""
+"""Timeline records that a journal holds, and those of up to `TRIM_EVERY` more."""
 TRIM_EVERY = 100
-"""Goals or steps between two deletions of the oldest ones; a deletion takes longer than storing a goal."""
+"""Goals or records between two deletions of the oldest ones; a deletion takes longer than storing a goal."""
 _TRIM_GOALS = """
 DELETE FROM goals WHERE bucket = :bucket AND n <= (
     SELECT n FROM goals WHERE bucket = :bucket ORDER BY n DESC LIMIT 1 OFFSET :kept
@@ -63,9 +63,13 @@ def insert_entry(connection: sqlite3.Connection, entry: Entry) -> None:
 
 
 def insert_records(connection: sqlite3.Connection, records: Sequence[Record]) -> None:
-    """Add the timeline records of a step to the history as one row, and delete the oldest rows of a full history."""
-    number = connection.execute("INSERT INTO history VALUES (NULL, ?)", (_text(records),)).lastrowid or 0
-    if number % TRIM_EVERY == 0:
+    """Add the timeline records of a step to the history, and delete the oldest ones of a full history.
+
+    A step is one row. Its number counts records: it is that of the step's last one.
+    """
+    insert = "INSERT INTO history SELECT coalesce(max(n), 0) + ?, ? FROM history"
+    number = connection.execute(insert, (len(records), _text(records))).lastrowid or 0
+    if number // TRIM_EVERY != (number - len(records)) // TRIM_EVERY:
         connection.execute("DELETE FROM history WHERE n <= ?", (number - HISTORY_KEPT,))
 
 
