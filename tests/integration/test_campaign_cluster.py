@@ -58,22 +58,22 @@ from skillwing.evaluation.campaign import worker
 judged_flight.fly = lambda plan, run_dir, fly=judged_flight.fly: fly(plan, run_dir, longest=1.0)
 worker.main(sys.argv[1:])
 """
-WAITS_IN_FIRST_FLIGHT_OF_SEED_1 = """
-import os, sys, threading
+SEED_0_LANDS_AT_ONCE = """
+import json, sys
+plan = json.loads(sys.argv[1])
+if plan["seed"] == 0:
+    print(json.dumps({"plan": plan, "end": "landed at home", "digest": "seed 0"}))
+    sys.exit()
+"""
+FIRST_FLIGHT_OF_SEED_1_WAITS = """
+import os
 from pathlib import Path
-from skillwing.evaluation import judged_flight
-from skillwing.evaluation.campaign import worker
-whole, tried = judged_flight.fly, Path({fifo!r} + ".tried")
-def fly(plan, run_dir):
-    first = plan.seed == 1 and not tried.exists()
-    result = whole(plan, run_dir, longest=0.1 if first else 1.0)
-    if first:
-        tried.touch()
-        Path({fifo!r}).write_text(str(os.getppid()))
-        threading.Event().wait()
-    return result
-judged_flight.fly = fly
-worker.main(sys.argv[1:])
+tried = Path({fifo!r} + ".tried")
+if plan["seed"] == 1 and not tried.exists():
+    tried.touch()
+    Path({fifo!r}).write_text(str(os.getppid()))
+    sys.stdin.read()
+    sys.exit(1)
 """
 LANDS = """
 import json, sys
@@ -187,8 +187,9 @@ def results_in(folder: Path) -> list[FlightResult]:
 def test_a_killed_worker_loses_no_flight_and_the_results_are_those_of_the_local_pool(
     scheduler: str, workers: Workers, package: Path, fifo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The flight of the killed worker is a real one of a second."""
     monkeypatch.setattr(command, "FlyingCode", partial(FlyingCode, [package]))
-    local = partial(WorkerPool, worker=(sys.executable, "-c", FLIES_A_SECOND))
+    local = partial(WorkerPool, worker=(sys.executable, "-c", SEED_0_LANDS_AT_ONCE + FLIES_A_SECOND))
     monkeypatch.setattr(command, "WorkerPool", local)
 
     def fly(**options: Any) -> None:
@@ -200,7 +201,7 @@ def test_a_killed_worker_loses_no_flight_and_the_results_are_those_of_the_local_
         os.kill(pid, signal.SIGKILL)
         return pid
 
-    program = WAITS_IN_FIRST_FLIGHT_OF_SEED_1.format(fifo=str(fifo))
+    program = SEED_0_LANDS_AT_ONCE + FIRST_FLIGHT_OF_SEED_1_WAITS.format(fifo=str(fifo)) + FLIES_A_SECOND
     with workers(2, program, package) as processes, ThreadPoolExecutor() as threads:
         killed = threads.submit(kill)
         fly(cluster=scheduler, output=tmp_path / "cluster")
