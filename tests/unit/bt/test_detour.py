@@ -51,9 +51,15 @@ class Courtyard:
         ahead = min((hit for hit in hits if hit is not None and hit < length + STOPPED_BEFORE), default=None)
         flown = length if ahead is None else max(0.0, ahead - STOPPED_BEFORE)
         end = (start[0] + unit[0] * flown, start[1] + unit[1] * flown, target[2])
-        for place in along(start[:2], end[:2]):
-            self.nearest = min([self.nearest, *(math.dist(place, brick) for brick in self.bricks)])
+        self.nearest = min([self.nearest, *(self._distance(brick, start, unit, flown) for brick in self.bricks)])
         return (target, None) if ahead is None else (end, ahead - flown)
+
+    @staticmethod
+    def _distance(brick: Point, start: Position, unit: Point, flown: float) -> float:
+        """Least distance of the leg from a brick."""
+        x, y = brick[0] - start[0], brick[1] - start[1]
+        track = min(max(x * unit[0] + y * unit[1], 0.0), flown)
+        return math.hypot(x - unit[0] * track, y - unit[1] * track)
 
     @staticmethod
     def _along_track(start: Position, unit: Point, brick: Point) -> float | None:
