@@ -37,7 +37,8 @@ PATIENCE = 60.0
 
 @pytest.fixture(scope="module")
 def system(runtime: Path) -> Iterator[Launcher]:
-    specs = [spec for spec in mock_processes(ROBOT) if spec.name in RUNNING]
+    (script := runtime / "short.mock.toml").write_text("[skill.goto]\ndelay = 0.1\n", encoding="utf-8")
+    specs = [spec for spec in mock_processes(ROBOT, scripts=(script,)) if spec.name in RUNNING]
     with Launcher("m600", "m600", runtime / "run", clock="wall") as launcher:
         launcher.start(specs)
         with announced(ROBOT, launcher.endpoint, launcher.run_dir, clock="wall", mock=True):
