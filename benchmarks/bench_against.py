@@ -202,7 +202,8 @@ def section(revision: str, rounds: int, flights: int, lines: Sequence[Line]) -> 
     return f"""Both versions were measured in turns, in {rounds} rounds, simulator and flights in {flights}. A
 ratio is the median of the ratios of the rounds, with the least and the largest. A single number is of all rounds
 together. Below 1, this version needs less.
-What the other version lacks is *{ABSENT}*. A recorder runs beside managers and client. {machine()}.
+What the other version lacks is *{ABSENT}*. Beside managers and client a process receives
+everything, as a recorder does. {machine()}.
 
 {table(heads, [line.cells() for line in lines])}"""
 

@@ -4,8 +4,8 @@ python benchmarks/latency.py [--topology mesh] [--blocks 12] [--calls 25] [--wri
 
 Router, managers, the raw Zenoh client, the client of skills and the mission are processes of their own, on loopback.
 One of them at a time measures a block of calls, in turns, so that other load on the machine affects all of them. A
-second system takes turns with the first one. It has a recorder, as `skillwing up` has; with `--topology mesh`, its
-processes are peers instead.
+second system takes turns with the first one. It has one more process, which receives everything, as a recorder does;
+with `--topology mesh`, its processes are peers instead.
 """
 
 from __future__ import annotations
@@ -192,8 +192,8 @@ Processor time of a start, by process (target for the sum: {CPU_TARGET:g} ms,
 
 {cpu_table(blocks)}
 
-A second system took turns, with a recorder that follows everything, as in `skillwing up`. It received
-{median(block.publications for block in recorded):.1f} publications of a start.
+A second system took turns. It has one more process, *a recorder*, which receives everything and decodes nothing. It
+received {median(block.publications for block in recorded):.1f} publications of a start.
 
 {recorder_table(blocks, recorded)}"""
 

@@ -93,10 +93,8 @@ def main() -> None:
     with running_system(topology, recorded=recorded) as (peers, pids):
 
         def received() -> int:
-            if not recorded:
-                return 0
             time.sleep(QUIET)
-            return peers[RECORDER].ask({}, CALL_LIMIT)["received"]
+            return 0 if not recorded else peers[RECORDER].ask({}, CALL_LIMIT)["received"]
 
         def measure(question: dict[str, Any]) -> dict[str, Any]:
             calls = question["calls"]

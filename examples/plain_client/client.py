@@ -11,7 +11,7 @@ imported. Run the mocks of the rover in one terminal, and this in another one:
 
 It prints each change of the goal and of the robot's resources as one line of JSON, causes before effects. Ctrl-C
 interrupts the goal, and waits until it has stopped. Exit codes: 0 the skill succeeded, 1 it ended otherwise, 2 it never
-started.
+started, 3 it started and nobody answers any more.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import json
 import queue
 import signal
 import sys
+import time
 import uuid
 from typing import Any
 
@@ -27,6 +28,10 @@ import zenoh
 from msgspec import msgpack
 
 REFUSAL = "application/vnd.skillwing.refusal+msgpack"
+UNAVAILABLE = "UNAVAILABLE"
+"""Code of the refusal after which the same request is to be sent again, as after a silence."""
+PAUSE = 0.5
+"""Time before that [s]."""
 PATIENCE = 2.0
 """Time without a message after which the client asks for the goal's state [s]."""
 ATTEMPTS = 5
@@ -64,7 +69,10 @@ def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, 
             if reply.ok is not None:
                 return msgpack.decode(reply.ok.payload.to_bytes())
             if reply.err is not None and str(reply.err.encoding) == REFUSAL:
-                raise RefusedError(msgpack.decode(reply.err.payload.to_bytes()))
+                refusal = RefusedError(msgpack.decode(reply.err.payload.to_bytes()))
+                if refusal.code != UNAVAILABLE:
+                    raise refusal
+                time.sleep(PAUSE)
     raise SilenceError(f"Nobody answers on `{key}`. Does the robot run, and has its skillset this skill?")
 
 
@@ -153,13 +161,16 @@ def main() -> int:
     endpoint, robot, skillset, schema, skill = sys.argv[1:6]
     inputs = json.loads(sys.argv[6]) if len(sys.argv) == 7 else {}
     with open_session(endpoint, robot) as session:
+        started = False
         try:
             followed = Skill(session, skillset, schema, skill)
             signal.signal(signal.SIGINT, lambda *_: followed.interrupt())
-            terminal = followed.follow(followed.start(inputs))
+            goal_id = followed.start(inputs)
+            started = True
+            terminal = followed.follow(goal_id)
         except (RefusedError, SilenceError) as error:
             sys.stderr.write(f"{error}\n")
-            return 2
+            return 3 if started else 2
     return 0 if terminal["success"] else 1
 
 

@@ -84,7 +84,7 @@ def take_off(network: InProcessNetwork, ground: Ground, height: float = 2.0, spe
 def test_every_stream_is_published_at_its_rate_and_can_be_read(network: InProcessNetwork, ground: Ground) -> None:
     network.run_for(2.05)
     counts = {key: len(samples) for key, samples in ground.heard.items()}
-    assert counts[CLOCK_KEY] == pytest.approx(26, abs=1)
+    assert counts[CLOCK_KEY] == pytest.approx(13, abs=1)
     assert counts[NAVIGATION] == pytest.approx(92, abs=2), "50 Hz, from the first fix on"
     assert counts[sensors.GNSS] == pytest.approx(19, abs=1)
     assert counts[sensors.IMU] == pytest.approx(102, abs=2)

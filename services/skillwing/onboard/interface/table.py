@@ -25,7 +25,7 @@ from skillwing.services.protocol import CLOCK_KEY, ClockTick
 from skillwing.services.wire.channel import Channel, Duty
 
 CLOCK = stream(
-    CLOCK_KEY, ClockTick, VEHICLE, ("everybody",), Duty.SOME, 12.5, when="at up to 50 Hz while the pace is not kept"
+    CLOCK_KEY, ClockTick, VEHICLE, ("everybody",), Duty.SOME, 6.25, when="at up to 50 Hz while the pace is not kept"
 )
 PLACES: dict[str, tuple[Channel, ...]] = {
     "flying": (*navigation.TOPICS, *flight.TOPICS, CLOCK),

@@ -55,6 +55,7 @@ SIMULATOR, SIMULATED = "the simulator, where there is one", "every process of a 
 
 UNKNOWN = (ErrorCode.UNKNOWN_GOAL,)
 STARTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.TOO_LATE)
+UNDECIDED = (ErrorCode.UNAVAILABLE,)
 CHANGES = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE)
 ATTACHMENTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.REPLACED, ErrorCode.UNAVAILABLE)
 GRANTS = (
@@ -68,7 +69,9 @@ PUBLIC = (
     Channel(Keys.goal, Kind.QUERY, SKILL, CLIENTS, QueryGoal, GoalStatus, UNKNOWN, Each.SKILL),
     Channel(Keys.status, Kind.EVENTS, SKILL, CLIENTS, GoalStatus, each=Each.SKILL),
     Channel(Keys.progress, Kind.STREAM, SKILL, CLIENTS, GoalProgress, each=Each.SKILL),
-    Channel(lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates),
+    Channel(
+        lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates, UNDECIDED
+    ),
     Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, CLIENTS, ResourceStep),
     Channel(
         lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, OPERATORS, FireExtern, ResourceStates, CHANGES
