@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
+from sys import intern
 
 from lark.lexer import PatternStr, TerminalDef
 
@@ -35,7 +36,8 @@ class Scanner:
         fixed = {
             terminal.name: terminal.pattern.value for terminal in ordered if isinstance(terminal.pattern, PatternStr)
         }
-        self._kinds = {text: kind for kind, text in fixed.items()}
+        # Lark's names are slow to compare.
+        self._kinds = {text: intern(str(kind)) for kind, text in fixed.items()}
         # A word of letters is matched as a NAME, and then found among the fixed texts.
         alternatives = (
             re.escape(fixed[terminal.name])

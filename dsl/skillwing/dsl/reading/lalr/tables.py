@@ -10,6 +10,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from operator import itemgetter
+from sys import intern
 from typing import Any, TypeAlias, cast
 
 from lark import Lark
@@ -56,7 +57,7 @@ def tables(lark: Lark, start: str, builder: object) -> Tables:
     for state, row in rows.items():
         actions[state], gotos[state] = {}, {}
         for token, (action, argument) in row.items():
-            symbol = str(token)  # Lark's are slow to compare.
+            symbol = intern(str(token))  # Lark's are slow to compare.
             if action is not Shift:
                 actions[state][symbol] = reductions[argument]
             elif symbol.isupper():
@@ -70,7 +71,8 @@ def tables(lark: Lark, start: str, builder: object) -> Tables:
 def _reductions(rules: Iterable[Rule], builder: object) -> dict[Rule, Reduction]:
     single = _single(rules)
     return {
-        rule: Reduction(len(rule.expansion), _build(rule, single, builder), str(rule.origin.name)) for rule in rules
+        rule: Reduction(len(rule.expansion), _build(rule, single, builder), intern(str(rule.origin.name)))
+        for rule in rules
     }
 
 
