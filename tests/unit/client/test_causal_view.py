@@ -227,6 +227,17 @@ def test_a_manager_that_has_forgotten_its_steps_ends_the_waiting() -> None:
     assert view.number == 3
 
 
+def test_changes_of_another_epoch_are_no_causes_any_more() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.hear(robot.told[0])
+    assert client.view.change_record("camera") == "rm#11"
+    robot.forget()
+    client.ask()
+    client.hear_answer(0)
+    assert client.view.change_record("camera") is None
+
+
 def test_a_late_answer_does_not_bring_back_older_states() -> None:
     robot, client = connected()
     client.ask()

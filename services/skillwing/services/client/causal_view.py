@@ -135,6 +135,7 @@ class CausalView:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
         left = tuple(self._not_shown(self._early[number] for number in sorted(self._early)))
         self._epoch = epoch
+        self._records.clear()
         self._early = {step.number: step for _, step in self._foreign if step.epoch == epoch}
         self._shown_early = frozenset(self._early)
         return left
