@@ -20,7 +20,7 @@ from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.errors import NoReplyError, NoSystemError, SkillwingError
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
-from skillwing.services.protocol import Keys, M, Message, decode, encode
+from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
 from skillwing.services.robot import ClockKind, find_robot
 
 CONNECT_TIMEOUT = 3.0
@@ -124,9 +124,10 @@ class Connection:
         return wait_for_answer(self.bus, key, ask)
 
     def make_interface(self, client: str, *, owns_goals: bool = False) -> SkillsetInterface:
-        """The skillset's interface, its resource states known. Raises NoReplyError."""
+        """The skillset's interface, its resource states known. Raises NoReplyError, or RefusedError with the reason."""
         interface = SkillsetInterface(self.bus, self.skillset, client=client, owns_goals=owns_goals)
         if not self.bus.run_until(lambda: interface.ready, READY_TIMEOUT):
+            self.ask(self.keys.resource_states, QueryStates(), ResourceStates)
             raise NoReplyError(self.keys.resource_states)
         return interface
 
