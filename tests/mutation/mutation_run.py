@@ -41,6 +41,7 @@ UNIT_TESTS = (
     "tests/unit/services/test_leases.py",
     "tests/unit/services/test_local_outcome.py",
     "tests/unit/services/test_processes_of_a_manager.py",
+    "tests/unit/services/test_refusal_causes.py",
     "tests/unit/services/test_requests_that_do_not_fit.py",
     "tests/unit/services/test_resource_core.py",
     "tests/unit/services/test_skill_core.py",

@@ -24,6 +24,10 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "begin",
         "failing_preconditions",
         "decline",
+        "refusal_cause",
+        "preventing_resources",
+        "_preventing",
+        "_failing_parts",
         "ResourceTable.obstacle",
     ),
     "3 invariants are watched where the state changes": (
@@ -31,6 +35,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "first_violation",
         "_end_violated",
         "_cause_of",
+        "record_datum",
         "pass_time",
         "ResourceCore.next_tick",
         "take_sample",

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from random import Random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from synthetic_mission import SKILLSET, tell
 
-from skillwing.dsl import parse
 from skillwing.dsl.model import Resource, Skillset
-from skillwing.services.history import history as folding
 from skillwing.services.history.history import GoalOutcome, History, StateSpan
 from skillwing.services.history.wording import NEAREST, abridge, chain_text
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
@@ -150,63 +147,6 @@ def test_lanes_have_no_gaps_and_no_overlaps(changes: list[tuple[float, str]]) ->
     assert spans[-1].t_end is None
     assert spans[-1].state == before
     assert all(a.t_end == b.t_start for a, b in pairwise(spans))
-
-
-WATCH = parse(
-    """
-    skillset watch {
-        resource eye { initial OPEN  extern * -> SHUT  extern * -> OPEN }
-        resource lamp { initial ON  extern * -> OFF  extern * -> ON }
-        skill look {
-            precondition { open: resource=(eye == OPEN)  lit: resource=(lamp == ON) }
-            result { success SEEN }
-        }
-    }
-    """
-)
-BETTER = {"eye": "OPEN", "lamp": "ON"}
-CHANGES = st.tuples(st.just(RecordKind.RESOURCE), st.sampled_from([("eye", "OPEN"), ("eye", "SHUT"), ("lamp", "OFF")]))
-REFUSALS = st.just((RecordKind.GOAL, ("look", folding.NOT_READY)))
-
-
-def watched(number: int, t: float, kind: RecordKind, subject: str, after: str) -> Record:
-    return Record(
-        id=f"m#{number}", t=t, source="m", kind=kind, subject=subject, before=None, after=after, cause="who asked"
-    )
-
-
-@given(st.lists(st.tuples(st.integers(0, 5), CHANGES | REFUSALS), max_size=12), st.integers(0, 5), st.randoms())
-def test_a_refusal_comes_from_the_latest_change_before_it(
-    told: list[tuple[int, tuple[RecordKind, tuple[str, str]]]], begin: int, order: Random
-) -> None:
-    """Records may come in any order, and the part of the history may begin after that change."""
-    told.sort(key=lambda each: each[0])
-    records = [watched(number, float(t), kind, *change) for number, (t, (kind, change)) in enumerate(told)]
-    expected = dict[str, str | None]()
-    latest = dict[str, Record]()
-    for record in records:
-        if record.kind is RecordKind.RESOURCE:
-            latest[record.subject] = record
-            continue
-        lacked = [each.id for subject, each in latest.items() if each.after != BETTER[subject]]
-        expected[record.id] = max(lacked, key=lambda name: int(name[2:]), default=record.cause)
-    heard = order.sample(records, len(records))
-    for history in (whole := History.of(heard, (), WATCH), whole.part(float(begin))):
-        for record in history.records:
-            if record.kind is RecordKind.GOAL:
-                assert history.explained(record).cause == expected[record.id]
-
-
-def test_a_refusal_is_explained_without_a_look_at_the_whole_history(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Repeated requests of a client would make each answer more expensive than the one before."""
-    changes = [watched(n, n * 0.1, RecordKind.RESOURCE, "eye", "OPEN" if n % 2 else "SHUT") for n in range(1001)]
-    refusal = watched(1001, 1000.0, RecordKind.GOAL, "look", folding.NOT_READY)
-    history = History.of([*changes, refusal], (), WATCH)
-    looked_at: list[str] = []
-    moment = folding._moment  # pyright: ignore[reportPrivateUsage]
-    monkeypatch.setattr(folding, "_moment", lambda record: looked_at.append(record.id) or moment(record))
-    assert history.explained(refusal).cause == changes[-1].id
-    assert len(looked_at) < 50
 
 
 def said(t: float, source: str, after: str, number: int) -> tuple[GoalStatus, Record]:

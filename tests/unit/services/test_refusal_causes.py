@@ -1,4 +1,4 @@
-"""A refusal has the failed part of its preconditions as its cause, or the request if no record shows that part."""
+"""Causes of refusals: what makes the preconditions fail, or the request if no record shows that."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig import Bench, granted
 
 from skillwing.dsl import parse
 from skillwing.dsl.expressions import (
@@ -23,12 +24,12 @@ from skillwing.dsl.expressions import (
     evaluate,
 )
 from skillwing.dsl.model import Precondition, Predicate, Resource, Skill, Skillset
+from skillwing.services.core.causes import preventing_resources
 from skillwing.services.history.history import History
-from skillwing.services.history.refusal_causes import refusal_causes
 from skillwing.services.history.report import make_report
 from skillwing.services.history.wording import chain_text
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.protocol import GoalStatus, RecordKind, State
+from skillwing.services.protocol import GoalStatus, NotReady, Record, RecordKind, State, Violated
 from skillwing.services.report.rendering import as_markdown
 from skillwing.services.testing import GoalUnderTest, SkillsetInProcess
 
@@ -97,18 +98,24 @@ def test_a_datum_that_nobody_publishes_any_more_is_reported(crane: SkillsetInPro
     assert refused(crane, "lift").causes == ["load STALE", "lift NR"]
 
 
-def test_a_value_that_is_on_no_record_leaves_who_asked(crane: SkillsetInProcess) -> None:
+def test_a_value_that_is_too_large_is_reported(crane: SkillsetInProcess) -> None:
     crane.set_data(load=10.0)
-    assert refused(crane, "lift").causes == ["lift NR"]
+    assert refused(crane, "lift").causes == ["load 10.0", "lift NR"]
 
 
-def test_what_never_changed_leaves_who_asked() -> None:
+def test_a_resource_is_reported_before_a_datum(crane: SkillsetInProcess) -> None:
+    crane.trigger("power", "OFF")
+    crane.set_data(load=10.0)
+    assert refused(crane, "lift").causes == ["power OFF", "lift NR"]
+
+
+def test_what_never_changed_leaves_the_request() -> None:
     crane = SkillsetInProcess(CRANE, states={"brake": "OPEN"}, data={"load": 1.0})
     assert refused(crane, "lift").causes == ["lift NR"]
 
 
 def test_the_chain_consists_of_records_that_name_each_other(crane: SkillsetInProcess) -> None:
-    """The chain stays complete in a part of the history without its causes, and needs the right skillset."""
+    """The chain stays complete in a part of the history without its causes, and needs no skillset."""
     crane.start_skill("lift").assert_running()
     crane.run(2.0)
     record = refused(crane, "turn").handle.record
@@ -116,8 +123,7 @@ def test_the_chain_consists_of_records_that_name_each_other(crane: SkillsetInPro
     assert [each.id for each in chain[:-1]] == [each.cause for each in chain[1:]]
     part = crane.history.part(crane.now() - 1.0)
     assert chain_text(part.chain(record)) == chain_text(chain)
-    for stranger in (None, Skillset("crane")):
-        assert chain_text(History.of(crane.history.records, (), stranger).chain(record)) == "turn NR"
+    assert chain_text(History.of(crane.history.records).chain(record)) == chain_text(chain)
 
 
 def test_the_report_tells_it(crane: SkillsetInProcess) -> None:
@@ -146,9 +152,94 @@ def test_a_start_effect_that_cannot_be_applied_counts() -> None:
         }
         """
     )
-    arm = {(RecordKind.RESOURCE, "arm")}
-    assert refusal_causes(eager, "reach", {"arm": "BROKEN", "lamp": "OFF"}, ()) == arm
-    assert refusal_causes(eager, "reach", {"arm": "FREE", "lamp": "OFF"}, ()) == frozenset()
+    reach = eager.skill("reach")
+    for state, blocked in (("BROKEN", {"arm"}), ("FREE", set[str]())):
+        assert preventing_resources(eager, reach, Environment(resources={"arm": state, "lamp": "OFF"})) == blocked
+
+
+MIXED = parse(
+    """
+    skillset mixed {
+        data { load: float64 period=1.0  wind: float64 period=1.0 }
+        resource door { initial SHUT  extern SHUT -> OPEN  extern OPEN -> SHUT }
+        resource key { initial IN  extern IN -> OUT  extern OUT -> IN }
+        resource lock { state { FREE HELD BROKEN }  initial FREE  FREE -> HELD  extern * -> BROKEN }
+        resource lid { initial SHUT  extern SHUT -> OPEN  extern OPEN -> SHUT }
+        skill both {
+            input { fast: bool = true  most: float64 = 9.0 }
+            precondition {
+                calm: data=(fast and load < most and wind < 5.0)
+                locked: resource=(key == IN and door == SHUT)
+            }
+            result { success DONE }
+        }
+        skill either {
+            precondition { light: data=(load < 9.0 or wind < 5.0)  shut: resource=(door == SHUT or lid == SHUT) }
+            result { success DONE }
+        }
+        skill hold {
+            effect { none {} }
+            precondition { success none }
+            invariant { light: data=(load < 9.0) violation=none }
+            result { success DONE: apply=none }
+        }
+        skill take {
+            effect { take: lock -> HELD }
+            precondition { light: data=(load < 9.0)  success take }
+            result { success DONE }
+        }
+        skill three {
+            precondition { all: resource=(door == SHUT and key == IN and lid == SHUT) }
+            result { success DONE }
+        }
+    }
+    """
+)
+
+
+@pytest.mark.parametrize(
+    ("skill", "changes", "data", "inputs", "cause"),
+    [
+        ("both", ["door OPEN", "key OUT", "key IN"], {}, {}, "door OPEN"),
+        ("both", ["door OPEN", "key OUT", "lid OPEN"], {"load": 20.0}, {"fast": False}, "key OUT"),
+        ("both", ["key OUT", "key IN"], {"wind": 7.0}, {}, "wind 7.0"),
+        ("both", ["key OUT", "key IN"], {"load": None}, {}, "load STALE"),
+        ("both", ["key OUT", "key IN"], {}, {"fast": False}, "skill/both#1"),
+        ("both", [], {}, {"most": 0.5}, "load 1.0"),
+        ("either", ["lid OPEN", "door OPEN", "key OUT"], {"load": 20.0, "wind": 7.0}, {}, "door OPEN"),
+        ("either", ["door OPEN"], {"load": 20.0, "wind": 7.0}, {}, "load 20.0"),
+        ("either", ["door OPEN"], {"wind": None}, {}, "wind STALE"),
+        ("take", ["lock BROKEN"], {}, {}, "lock BROKEN"),
+        ("take", ["lock BROKEN"], {"load": 20.0}, {}, "load 20.0"),
+        ("three", ["door OPEN", "key OUT", "lid OPEN", "lid SHUT"], {}, {}, "key OUT"),
+    ],
+)
+def test_each_side_of_a_guard_is_judged_with_the_present_values(
+    skill: str, changes: list[str], data: dict[str, float | None], inputs: dict[str, Any], cause: str
+) -> None:
+    bench = Bench(MIXED)
+    for name, value in ({"load": 1.0, "wind": 1.0} | data).items():
+        if value is not None:
+            bench.datum(name, value)
+    for change in changes:
+        bench.extern(*change.split())
+    verdict = bench.begin(skill, "g", cause=f"skill/{skill}#1", **inputs)
+    assert isinstance(verdict, NotReady)
+    assert bench.chain(verdict.record) == [cause, f"{skill} NOT_READY"]
+
+
+def test_a_datum_that_also_breaks_an_invariant_has_one_record_in_a_step() -> None:
+    bench = Bench(MIXED)
+    bench.datum("load", 1.0)
+    granted(bench.begin("hold", "g1"))
+    bench.now = 3.0
+    verdict = bench.begin("take", "g2", cause="skill/take#1")
+    assert isinstance(verdict, NotReady)
+    [violated] = bench.of(Violated)
+    assert bench.chain(verdict.record) == ["load STALE", "take NOT_READY"]
+    assert bench.chain(violated.record) == ["load STALE", "hold.light VIOLATED"]
+    [datum] = bench.of(Record, lambda record: record.kind is RecordKind.DATA)
+    assert datum.text == "`load < 9.0` does not hold: load is stale or was never published."
 
 
 RESOURCES = tuple(Resource(name, ("A", "B", "C"), "A", ()) for name in ("x", "y", "z"))
@@ -170,11 +261,13 @@ GUARDS: st.SearchStrategy[Expression] = st.recursive(
 def test_there_is_an_obstacle_exactly_where_the_guard_fails(guard: Expression, states: dict[str, str]) -> None:
     """The causes are exactly the resources of which one change would be enough, if there are any."""
     skill = Skill("s", preconditions=Precondition((Predicate("guard", "resource", guard),)))
-    found = refusal_causes(Skillset("k", resources=RESOURCES, skills=(skill,)), "s", states, ())
+    found = preventing_resources(
+        Skillset("k", resources=RESOURCES, skills=(skill,)), skill, Environment(resources=states)
+    )
     assert bool(found) != evaluate(guard, Environment(resources=states))
     if found:
         would_do = {
-            (RecordKind.RESOURCE, name)
+            name
             for name, state in product(states, "ABC")
             if evaluate(guard, Environment(resources={**states, name: state}))
         }

@@ -195,7 +195,9 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
     assert isinstance(verdict, NotReady)
     assert (gate.core.states["flag"], gate.core.states["arm"], gate.core.grants) == ("UP", "FREE", ())
     [refused] = gate.of(Record, lambda record: record.id == verdict.record)
-    assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", None), "the start makes nothing fail"
+    assert (refused.after, refused.goal_id, refused.cause) == ("NOT_READY", "g", "skill/lift#1"), (
+        "no record shows inputs"
+    )
     [raised] = gate.of(Record, lambda record: record.subject == "flag")
     assert (raised.cause, raised.goal_id) == (verdict.record, "g")
     assert gate.changes == [("flag", "UP")]
@@ -206,27 +208,27 @@ def test_a_goal_that_is_not_ready_has_its_failure_effect_and_is_remembered() -> 
 
 
 @pytest.mark.parametrize(
-    ("before", "skill", "cause"),
+    ("charge", "before", "skill", "causes"),
     [
-        (["authority OFF", "door OPEN"], "move", "authority"),
-        (["lamp BROKEN", "door OPEN"], "carry", "lamp"),
-        (["door OPEN"], "move", None),
+        (80.0, ["authority OFF", "door OPEN"], "move", ["authority OFF"]),
+        (80.0, ["lamp BROKEN", "door OPEN"], "carry", ["lamp BROKEN"]),
+        (None, ["authority OFF"], "move", ["authority OFF"]),
+        (None, ["door OPEN"], "move", ["battery STALE"]),
+        (5.0, ["authority OFF", "authority ON"], "move", ["battery 5.0"]),
     ],
-    ids=["a check", "the start effect", "a datum, so nothing"],
+    ids=["a check", "the start effect", "a resource before a datum", "a stale datum", "the value of a datum"],
 )
-def test_a_goal_that_is_not_ready_is_put_down_to_the_latest_change_of_what_it_needs(
-    before: list[str], skill: str, cause: str | None
+def test_a_goal_that_is_not_ready_is_put_down_to_what_makes_its_preconditions_fail(
+    charge: float | None, before: list[str], skill: str, causes: list[str]
 ) -> None:
     bench = Bench()
-    if cause is not None:
-        bench.battery(80.0)
+    if charge is not None:
+        bench.battery(charge)
     for change in before:
         bench.extern(*change.split())
-    verdict = bench.begin(skill, "g")
+    verdict = bench.begin(skill, "g", cause="skill/move#1")
     assert isinstance(verdict, NotReady)
-    [refused] = bench.of(Record, lambda record: record.id == verdict.record)
-    changes = {record.id: record.subject for record in bench.of(Record, lambda record: record.id == refused.cause)}
-    assert changes.get(refused.cause or "") == cause
+    assert bench.chain(verdict.record) == [*causes, f"{skill} NOT_READY"]
 
 
 def test_a_failure_effect_that_cannot_apply_is_loud_and_hides_no_precondition() -> None:

@@ -42,17 +42,15 @@ def timeline(
 ) -> None:
     """Show the changes in a run, in order, with their causes; or draw them. See docs/recordings.md.
 
-    The cause of a refused goal is the change that made its precondition fail. Each goal has one ending: what a manager
-    published about a goal that it had lost is left out. JSON has the records as they were published; there the cause of
-    a refused goal is the request.
+    Each goal has one ending: what a manager published about a goal that it had lost is left out. JSON has it, too.
 
     Exit codes: 0 shown, 2 no such run, an unknown name, or a file that cannot be written.
     """
     if png is not None and png.suffix.lower() != PICTURE:
         raise typer.BadParameter(f"`{png}` is no picture that can be drawn. End it with {PICTURE}.")
-    skillset = _skillset_of(run)
+    skillset = None if png is None else _skillset_of(run)
     history = History.of(read_records(run), read_goals(run), skillset)
-    records = [history.explained(record) for record in history.records]
+    records = history.records
     if not records:
         raise missing_run_file(run, TIMELINE_FILE)
     if png is not None:
@@ -65,13 +63,12 @@ def timeline(
         wanted = {each.id for record in shown for each in history.chain(record.id)}
         shown = [record for record in records if record.id in wanted]
     if as_json:
-        wanted = {record.id for record in shown}
-        print_json([record for record in history.records if record.id in wanted])
+        print_json(shown)
     else:
         print_records(make_console(), shown, known)
 
 
-def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[Record]:
+def _chosen(records: Sequence[Record], about: list[str], kinds: list[str]) -> list[Record]:
     subjects = {record.subject for record in records}
     for name in about:
         if name not in subjects:
@@ -84,7 +81,7 @@ def _chosen(records: list[Record], about: list[str], kinds: list[str]) -> list[R
 
 
 def _skillset_of(run: Path) -> Skillset | None:
-    """The skillset of a run, for the causes of refused goals; None if it is unknown, or gone."""
+    """The skillset of a run, for resources that never changed; None if it is unknown, or gone."""
     try:
         facts = read_facts(run)
         skillset = load(Path(facts.skillset))

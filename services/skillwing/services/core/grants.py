@@ -30,7 +30,7 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
         replace_predecessors(state, request.manager, request.incarnation, now)
     failing = failing_preconditions(state, skill, inputs, now)
     if failing:
-        return decline(state, request, skill, failing, now)
+        return decline(state, request, skill, inputs, failing, now)
     record = state.record_goal(skill, "GRANTED", now, request.goal_id, request.cause, f"to {request.manager}")
     state.apply_effect(skill, skill.preconditions.success, record, request.goal_id, now)
     token = state.ledger.next_token(now)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Invariant
+from skillwing.services.core.causes import record_datum
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.ledger import Grant
@@ -27,13 +28,13 @@ def pass_time(state: ManagerState, event: TimePassed, now: float) -> None:
     enforce_invariants(state, now)
 
 
-def enforce_invariants(state: ManagerState, now: float) -> None:
+def enforce_invariants(state: ManagerState, now: float, data_records: dict[str, str] | None = None) -> None:
     """End goals until no invariant is violated.
 
     After each violation effect the check starts from the top, for the effect may break or fix any other invariant.
-    Each round ends one goal, so there are no more rounds than goals.
+    Each round ends one goal, so there are no more rounds than goals. data_records: those of this step so far.
     """
-    data_records: dict[str, str] = {}
+    data_records = {} if data_records is None else data_records
     while (violation := first_violation(state, now)) is not None:
         _end_violated(state, violation, data_records, now)
 
@@ -82,18 +83,9 @@ def _end_violated(state: ManagerState, violation: Violation, data_records: dict[
 
 
 def _cause_of(state: ManagerState, violation: Violation, data_records: dict[str, str], now: float) -> tuple[str, str]:
-    """The resource or datum that broke the invariant, and the record of its change.
-
-    data_records: records of data in this step; a datum gets one when it first breaks an invariant.
-    """
+    """The resource or datum that broke the invariant, and the record of its change."""
     expression = violation.invariant.expression
-    data = sorted(names_used(expression, "data"))
-    if not data:
-        change = state.table.latest_change(names_used(expression, "resource"))
-        return change or (violation.invariant.name, violation.grant.granted.record)
-    datum = next((name for name in data if not state.data.is_fresh(name, now)), data[0])
-    if datum not in data_records:
-        reading = state.data.reading(datum, now)
-        after = "STALE" if reading.stale else str(reading.value)
-        data_records[datum] = state.outbox.record(now, RecordKind.DATA, datum, None, after, violation.reason)
-    return datum, data_records[datum]
+    if data := names_used(expression, "data"):
+        return record_datum(state, data, violation.reason, data_records, now)
+    change = state.table.latest_change(names_used(expression, "resource"))
+    return change or (violation.invariant.name, violation.grant.granted.record)

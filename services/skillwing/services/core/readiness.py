@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from skillwing.dsl.expressions import Expression, names_used
 from skillwing.dsl.model import Skill
+from skillwing.services.core.causes import refusal_cause
 from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.invariants import enforce_invariants
 from skillwing.services.core.manager_state import ManagerState
@@ -48,25 +49,23 @@ def failing_preconditions(
     return failing
 
 
-def decline(state: ManagerState, request: BeginGoal, skill: Skill, failing: Mapping[str, str], now: float) -> NotReady:
+def decline(
+    state: ManagerState,
+    request: BeginGoal,
+    skill: Skill,
+    inputs: Mapping[str, object],
+    failing: Mapping[str, str],
+    now: float,
+) -> NotReady:
     """Apply the failure effect of a goal that may not begin, and finish the goal."""
     effect = skill.preconditions.failure
     if (obstacle := state.table.obstacle(skill.transitions(effect))) is not None:
         failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
-    text = " ".join(failing.values())
-    record = state.record_goal(skill, "NOT_READY", now, request.goal_id, _cause_of(state, skill, failing), text)
+    data_records: dict[str, str] = {}
+    cause = refusal_cause(state, skill, inputs, data_records, now) or request.cause
+    record = state.record_goal(skill, "NOT_READY", now, request.goal_id, cause, " ".join(failing.values()))
     state.apply_effect(skill, effect, record, request.goal_id, now)
     verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), step=state.step, record=record)
     state.ledger.remember(FinishedGoal(request.goal_id, skill.name, NO_TOKEN, verdict))
-    enforce_invariants(state, now)
+    enforce_invariants(state, now, data_records)
     return verdict
-
-
-def _cause_of(state: ManagerState, skill: Skill, failing: Mapping[str, str]) -> str | None:
-    """Record of the latest change of a resource in the failing checks; None for data, inputs and initial states."""
-    checks = [check.expression for check in skill.preconditions.checks if check.name in failing]
-    names = {name for expression in checks for name in names_used(expression, "resource")}
-    if not checks:  # the start effect cannot be applied
-        names = {resource for resource, _ in skill.transitions(skill.preconditions.success)}
-    change = state.table.latest_change(names)
-    return None if change is None else change[1]

@@ -7,24 +7,18 @@ seconds.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, insort
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from msgspec.structs import replace as replaced
 
-from skillwing.dsl.model import Skillset, UnknownNameError
-from skillwing.services.history.refusal_causes import Subject, refusal_causes
+from skillwing.dsl.model import Skillset
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, GoalStatus, MissionPhase, Record, RecordKind, State, Terminal
 
 PHASES = frozenset(MissionPhase)
 """Phases of a mission. A mission record with any other state is a switch between branches of its tree."""
-NOT_READY = "NOT_READY"
-"""State of a goal whose preconditions fail, in the resource manager's record."""
-STALE = "STALE"
-"""State of a datum without new values."""
 
 
 class GoalOutcome(StrEnum):
@@ -93,8 +87,7 @@ def is_switch(record: Record) -> bool:
 class History:
     """Folds records and goal statuses.
 
-    skillset: gives the resources' initial states, and the causes of goals that were not ready. Without it a history
-    holds just what was recorded.
+    skillset: gives the resources' initial states. Without it a history holds just what was recorded.
     """
 
     def __init__(self, skillset: Skillset | None = None) -> None:
@@ -102,7 +95,6 @@ class History:
         self._initial = {resource.name: resource.initial for resource in self._skillset.resources}
         self._records: dict[str, Record] = {}
         self._earlier: dict[str, Record] = {}
-        self._changes: dict[Subject, list[Record]] = {}
         self._statuses: dict[str, list[GoalStatus]] = {}
         self._ends: dict[str, Record] = {}
 
@@ -125,16 +117,10 @@ class History:
         if record.id in self._records:
             return False
         self._records[record.id] = record
-        self._note_change(record)
         if record.kind is RecordKind.GOAL and record.goal_id and record.after in _ENDED_BY_OTHERS:
             known = self._ends.get(record.goal_id, record)
             self._ends[record.goal_id] = min(known, record, key=_authority)
         return True
-
-    def _note_change(self, record: Record) -> None:
-        """Keep the changes of each resource and datum in order, so that a refusal needs no search of the history."""
-        if record.kind in (RecordKind.RESOURCE, RecordKind.DATA):
-            insort(self._changes.setdefault((record.kind, record.subject), []), record, key=_moment)
 
     def add_status(self, status: GoalStatus) -> bool:
         """Add a status; returns False for a known one."""
@@ -175,7 +161,6 @@ class History:
                 part.add_record(shifted)
             elif record.t < begin:
                 part._earlier[record.id] = shifted
-                part._note_change(shifted)
         for bar in self.bars:
             if bar.t_start <= end and (bar.t_end is None or bar.t_end >= begin):
                 for status in self._statuses[bar.goal_id]:
@@ -254,37 +239,9 @@ class History:
             if record is None:
                 break
             seen.add(record_id)
-            chain.append(self.explained(record))
-            record_id = chain[-1].cause
+            chain.append(record)
+            record_id = record.cause
         return tuple(reversed(chain))
-
-    def explained(self, record: Record) -> Record:
-        """The record with the cause that readers expect.
-
-        For a goal that was not ready, that is the latest change of a resource or datum that made a precondition fail.
-        The record itself names the request as its cause, which stays if there is no such change.
-        """
-        if record.kind is not RecordKind.GOAL or record.after != NOT_READY:
-            return record
-        changes, states = self._latest_changes(record)
-        stale = [name for (kind, name), change in changes.items() if kind is RecordKind.DATA and change.after == STALE]
-        try:
-            subjects = refusal_causes(self._skillset, record.subject, states, stale)
-        except UnknownNameError:
-            return record
-        latest = max((changes[subject] for subject in subjects & changes.keys()), key=_moment, default=None)
-        return record if latest is None else replaced(record, cause=latest.id)
-
-    def _latest_changes(self, until: Record) -> tuple[dict[Subject, Record], dict[str, str]]:
-        """The latest change of each resource and datum before a record, and the states of all resources then."""
-        states, latest = dict(self._initial), dict[Subject, Record]()
-        for (kind, name), changes in self._changes.items():
-            before = bisect_left(changes, _moment(until), key=_moment)
-            if before > 0:
-                latest[kind, name] = changes[before - 1]
-                if kind is RecordKind.RESOURCE:
-                    states[name] = changes[before - 1].after
-        return latest, states
 
     @property
     def switches(self) -> tuple[SwitchEvent, ...]:
