@@ -33,6 +33,20 @@ def test_order_and_repetition_change_nothing(data: st.DataObject) -> None:
     assert history.records == expected.records
 
 
+def test_an_effect_whose_clock_is_behind_comes_after_the_step_that_caused_it() -> None:
+    def record(id: str, t: float, subject: str, cause: str | None) -> Record:
+        kind = RecordKind.RESOURCE if subject == "axes" else RecordKind.GOAL
+        return Record(id=id, t=t, source=id, kind=kind, subject=subject, before="", after="", cause=cause)
+
+    ended = record("resource_manager#7126", 7.1265, "takeoff", None)
+    freed = record("resource_manager#7127", 7.1265, "axes", ended.id)
+    end = record("skill/takeoff#7125", 7.1251, "takeoff", ended.id)
+    switch = record("mission#7124", 7.1250, "mission", end.id)
+    later = record("mission#7128", 7.1270, "mission", None)
+    expected = (ended, freed, end, switch, later)
+    assert History.of(expected, []).records == History.of(reversed(expected), []).records == expected
+
+
 def test_bars_have_the_colours_of_their_endings() -> None:
     history = History.of(STORY.records, STORY.statuses)
     assert outcomes(history) == {

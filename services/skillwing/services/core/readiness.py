@@ -62,7 +62,7 @@ def decline(
     if (obstacle := state.table.obstacle(skill.transitions(effect))) is not None:
         failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
     data_records: dict[str, str] = {}
-    cause = refusal_cause(state, skill, inputs, data_records, now) or request.cause
+    cause = refusal_cause(state, skill, inputs, data_records, now)
     record = state.record_goal(skill, "NOT_READY", now, request.goal_id, cause, " ".join(failing.values()))
     state.apply_effect(skill, effect, record, request.goal_id, now)
     verdict = NotReady(goal_id=request.goal_id, failing=dict(failing), step=state.step, record=record)

@@ -7,7 +7,7 @@ seconds.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -170,8 +170,9 @@ class History:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """Records in order of time; those of the same instant in the order of their process."""
-        return tuple(sorted(self._records.values(), key=_moment))
+        """Records in order of time, none before its cause; those of an instant in the order of their process."""
+        places = _places(self._records)
+        return tuple(sorted(self._records.values(), key=lambda record: (places[record.id], _moment(record))))
 
     def __contains__(self, goal_id: str) -> bool:
         """True for a goal with a known status."""
@@ -264,6 +265,26 @@ def _authority(end: Record) -> tuple[bool, tuple[float, str, int, str]]:
 
 def _when(status: GoalStatus) -> tuple[float, str, str]:
     return status.t, str(status.state), status.record or ""
+
+
+def _places(records: Mapping[str, Record]) -> dict[str, tuple[float, int]]:
+    """Places of records in order of time, but no record before its cause.
+
+    Clocks of processes differ by some milliseconds, so a cause may seem later than its effect. Then the effect comes
+    after everything of the cause's instant: that is one step of a process.
+    """
+    places: dict[str, tuple[float, int]] = {}
+    for record in records.values():
+        chain: list[Record] = []
+        each: Record | None = record
+        while each is not None and each.id not in places:
+            places[each.id] = each.t, 0  # ends the search in a loop of causes
+            chain.append(each)
+            each = records.get(each.cause or "")
+        for each in reversed(chain):
+            t, rank = places.get(each.cause or "", (each.t, 0))
+            places[each.id] = (t, rank + 1) if t > each.t else (each.t, rank if t == each.t else 0)
+    return places
 
 
 def _moment(record: Record) -> tuple[float, str, int, str]:
