@@ -9,6 +9,7 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.queries import blocked_at_start, holds, sufficient_changes
 from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.manager_state import ManagerState
+from skillwing.services.core.values import sendable_text
 from skillwing.services.protocol import RecordKind
 
 
@@ -76,6 +77,6 @@ def record_datum(
     datum = next((name for name in data if not state.data.is_fresh(name, now)), data[0])
     if datum not in data_records:
         reading = state.data.reading(datum, now)
-        after = "STALE" if reading.stale else str(reading.value)
+        after = "STALE" if reading.stale else sendable_text(str(reading.value))
         data_records[datum] = state.outbox.record(now, RecordKind.DATA, datum, None, after, reason)
     return datum, data_records[datum]
