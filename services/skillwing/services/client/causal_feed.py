@@ -53,7 +53,6 @@ class CausalFeed:
         self._timer: Handle | None = None
         self._asking = False
         self._silent = False
-        self._manager_alive = False
         self._reported: int | None = None
         """Number of the step whose states were last reported."""
         self.view = CausalView()
@@ -106,9 +105,8 @@ class CausalFeed:
 
     def _on_manager(self, key: str, alive: bool) -> None:
         del key
-        if alive and not self._manager_alive:
+        if alive:
             self._ask_states()
-        self._manager_alive = alive
 
     def _ask_states(self) -> None:
         self._asking = True
