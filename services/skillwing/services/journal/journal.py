@@ -82,10 +82,8 @@ class Journal:
         Raises JournalWriteError and JournalTakenError; then nothing is written.
         """
         self._check_place()
-        try:
+        with self._writing():
             renamed = self._connection.execute("UPDATE journal SET epoch = ? WHERE owner = ?", (epoch, self._owner))
-        except sqlite3.Error as error:
-            raise self._unwritten(error) from error
         if not renamed.rowcount:
             raise self._taken()
 
@@ -95,7 +93,7 @@ class Journal:
         Raises JournalWriteError and JournalTakenError; then nothing is written.
         """
         self._check_place()
-        try:
+        with self._writing():
             try:
                 self._write(entries, records, now, step)
             except sqlite3.OperationalError as error:
@@ -104,8 +102,6 @@ class Journal:
                 # The log has grown while no checkpoint was complete. It fits into the reserved room if it begins again.
                 self._restart_log()
                 self._write(entries, records, now, step)
-        except sqlite3.Error as error:
-            raise self._unwritten(error) from error
         if self._checkpoints is not None:
             self._checkpoints.note_write()
 
@@ -129,15 +125,11 @@ class Journal:
         with _reading(self.path):
             numbers = self._connection.execute("SELECT last_token, step FROM journal").fetchone()
         self.close()
-        try:
+        with self._writing():
             moved = set_aside(self.path)
-        except OSError as error:
-            raise self._unwritten(error) from error
         self._connection = self._open()
-        try:
+        with self._writing():
             self._connection.execute("UPDATE journal SET last_token = ?, step = ?", numbers)
-        except sqlite3.Error as error:
-            raise self._unwritten(error) from error
         return moved
 
     def close(self) -> None:
@@ -188,7 +180,7 @@ class Journal:
 
     def _configure(self, connection: sqlite3.Connection) -> None:
         """Configure SQLite, create missing tables, and take the journal over from earlier holds."""
-        try:
+        with self._writing():
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute(f"PRAGMA synchronous = {'FULL' if self._durable else 'NORMAL'}")
             with _transaction(connection):
@@ -197,11 +189,17 @@ class Journal:
                     if self._on_disk:
                         _take_room(connection)
                 (self._owner,) = connection.execute("UPDATE journal SET owner = owner + 1 RETURNING owner").fetchone()
-        except sqlite3.Error as error:
-            raise self._unwritten(error) from error
 
     def _taken(self) -> JournalTakenError:
         return JournalTakenError(self.path, f"Another process goes on from the journal {self.path}. End this one.")
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """Turn errors of SQLite and of the disk into JournalWriteError."""
+        try:
+            yield
+        except (sqlite3.Error, OSError) as error:
+            raise self._unwritten(error) from error
 
     def _unwritten(self, error: sqlite3.Error | OSError) -> JournalWriteError:
         text = (
