@@ -6,7 +6,7 @@ get more bits each, down to the demanded frame rate. Parity follows the loss tha
 arrive all the same, the controller assumes more loss than reported.
 
 A failed attempt to take such a step back doubles the wait before the next one. So on a constant link the rates settle.
-A step back that has held, or a different link, ends the long wait.
+A different link ends the long wait, and so does a step back that has held as far as others failed.
 """
 
 from __future__ import annotations
@@ -78,17 +78,21 @@ class Concession:
         """Take a step; if a step back was on trial, the next trial waits longer."""
         if self._tried_at is not None:
             self._retry *= 2.0
+            self._failed_at = min(self._failed_at, self.steps)
         self.steps, self._tried_at, self._well_since = self.steps + 1, None, None
 
     def forget_trials(self) -> None:
         """Make the step back on trial final, and reset the wait for the next one."""
-        self._retry = RETRY
+        self._retry, self._failed_at = RETRY, self._last
         self._tried_at: float | None = None
 
     def observe(self, t: float, *, well: bool) -> bool:
         """Take a step back if it is time; return True if so."""
         if self._tried_at is not None and t - self._tried_at >= max(HELD, self._retry):
-            self.forget_trials()
+            self._tried_at = None
+            # A first step back that holds says nothing about a second one that failed: the next attempt still waits.
+            if self.steps <= self._failed_at:
+                self.forget_trials()
         if not well or self.steps == 0:
             self._well_since = None
         elif self._well_since is None:

@@ -40,9 +40,9 @@ difficulty = st.floats(0.3, 3.0)
 LONG = 1800.0
 ATTEMPTS = 2 * math.log2(LONG / 4.0)
 """Changes of a settled loop in half an hour: attempts at more pictures and their revocations, which become rare."""
-LOST_CHANGES = 5 * ATTEMPTS
-"""Changes on a link that loses packets: caution has attempts of its own, and each may move the bit rate twice. The most
-that was found are 75, in half an hour with two thirds of the packets lost."""
+LOST_CHANGES = 3 * ATTEMPTS
+"""Changes on a link that loses packets: caution has attempts of its own, and each may move the bit rate. The most that
+was found in 1,500 random cases are 34."""
 UNTIL_A_KEYFRAME = 0.35
 """Time without pictures after a lost one [s]: the round trip of a request, and the wait for a keyframe."""
 
@@ -223,6 +223,7 @@ def test_both_demands_are_held_where_both_can_be(
 
 @settings(max_examples=15)
 @given(min_fps, min_quality, difficulty, st.floats(2e4, 5e6), st.floats(0.0, 1.0), misjudged)
+@example(2.0, 0.2, 1.0, 1372715.0, 0.671875, 0.28125)  # caution 2 -> 1 holds, and 1 -> 0 fails each time
 def test_on_a_constant_link_that_loses_packets_the_rates_settle(
     fps: float, wanted: float, hard: float, bandwidth: float, loss: float, known: float
 ) -> None:
