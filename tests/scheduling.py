@@ -1,39 +1,35 @@
-"""Groups of test files that share a worker, so that waiting tests leave the cores to others."""
+"""Test files that share a worker, so that waiting tests leave the cores to others."""
 
 from __future__ import annotations
 
-GROUPS = {
-    # Robots of many processes, and what has to be restarted in time: the one must not be started while the other waits.
-    "systems": (
-        "chaos/test_chaos.py",
-        "integration/test_cli_commands.py",
-        "integration/test_containers.py",
-        "integration/test_demo.py",
-        "integration/test_lockstep_flight.py",
-        "integration/test_m600_fault_command.py",
-        "integration/test_operations.py",
-        "integration/test_point_drone.py",
-        "integration/test_resource_manager_killed.py",
-    ),
-    "processes": (
-        "fuzz/test_fuzz_processes.py",
-        "history/test_resource_history.py",
-        "integration/test_campaign_cluster.py",
-        "integration/test_cli_processes.py",
-        "integration/test_layouts.py",
-        "integration/test_leases_zenoh.py",
-        "integration/test_mock_command.py",
-        "integration/test_plain_client.py",
-        "integration/test_skillset_processes.py",
-        "integration/test_system_ends.py",
-        "integration/test_typed_clients_zenoh.py",
-    ),
-}
-"""Files whose tests start processes. Those of a group run one after the other, as much of their time is waiting."""
-GROUP_OF = {file: group for group, files in GROUPS.items() for file in files}
+PROCESSES = (
+    # Tests that start processes, one after the other on one worker. Much of their time is waiting, so the other workers
+    # calculate meanwhile; and no test starts a robot of many processes while another one must be restarted in time.
+    "chaos/test_chaos.py",
+    "fuzz/test_fuzz_processes.py",
+    "history/test_resource_history.py",
+    "integration/test_campaign_cluster.py",
+    "integration/test_cli_commands.py",
+    "integration/test_cli_processes.py",
+    "integration/test_containers.py",
+    "integration/test_demo.py",
+    "integration/test_layouts.py",
+    "integration/test_leases_zenoh.py",
+    "integration/test_lockstep_flight.py",
+    "integration/test_m600_fault_command.py",
+    "integration/test_mock_command.py",
+    "integration/test_operations.py",
+    "integration/test_plain_client.py",
+    "integration/test_point_drone.py",
+    "integration/test_resource_manager_killed.py",
+    "integration/test_skillset_processes.py",
+    "integration/test_system_ends.py",
+    "integration/test_typed_clients_zenoh.py",
+    "unit/recording/test_viewer.py",
+)
 
 
 def scope_of(nodeid: str) -> str:
     """The group of a test's file, or else the file: a worker runs all that has the same."""
     file = nodeid.partition("::")[0].removeprefix("tests/")
-    return GROUP_OF.get(file, file)
+    return "processes" if file in PROCESSES else file

@@ -1,11 +1,11 @@
-"""A test that starts processes is in a group, and a group names files that are there."""
+"""Tests that start processes share a worker, and the list of them names files that are there."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from scheduling import GROUP_OF, GROUPS, scope_of
+from scheduling import PROCESSES, scope_of
 
 TESTS = Path(__file__).parents[1]
 FOLDERS = ("chaos", "fuzz", "history", "integration")
@@ -25,21 +25,21 @@ def starts_processes(file: Path, seen: set[Path]) -> bool:
     )
 
 
-def test_every_file_that_starts_processes_is_in_a_group() -> None:
+def test_every_file_that_starts_processes_is_in_the_list() -> None:
     files = [file for folder in FOLDERS for file in (TESTS / folder).glob("test_*.py")]
     starting = {str(file.relative_to(TESTS)) for file in files if starts_processes(file, set())}
     assert starting, "the words to look for are not those of today"
-    missing = starting - GROUP_OF.keys()
-    assert not missing, f"Add {sorted(missing)} to a group in tests/scheduling.py."
+    missing = starting.difference(PROCESSES)
+    assert not missing, f"Add {sorted(missing)} to tests/scheduling.py."
 
 
-def test_every_file_of_a_group_is_there_and_in_no_other() -> None:
-    missing = [file for file in GROUP_OF if not (TESTS / file).is_file()]
+def test_every_file_of_the_list_is_there_once() -> None:
+    missing = [file for file in PROCESSES if not (TESTS / file).is_file()]
     assert not missing, f"Remove {missing} from tests/scheduling.py."
-    assert len(GROUP_OF) == sum(map(len, GROUPS.values())), "A file is in two groups of tests/scheduling.py."
+    assert len(PROCESSES) == len(set(PROCESSES)), "A file is in tests/scheduling.py twice."
 
 
-def test_a_group_stays_together_and_every_other_file_by_itself() -> None:
-    group, (first, second, *_) = next(iter(GROUPS.items()))
-    assert scope_of(f"tests/{first}::test_this") == scope_of(f"tests/{second}::test_that[1]") == group
+def test_they_stay_together_and_every_other_file_by_itself() -> None:
+    first, second = PROCESSES[:2]
+    assert scope_of(f"tests/{first}::test_this") == scope_of(f"tests/{second}::test_that[1]") == "processes"
     assert scope_of("tests/unit/test_scheduling.py::test_this") == "unit/test_scheduling.py"
