@@ -81,8 +81,8 @@ def short_flight(tmp_path: Path) -> Iterator[MockScript]:
         yield script(file)
 
 
-def returns_home_with_a_critical_battery(played: MockScript, seed: int) -> bool:
-    flight = MockFlight(inspection.MISSION, seed, JITTERS[seed % len(JITTERS)], played)
+def returns_home_with_a_critical_battery(played: MockScript, seed: int, jitter: float) -> bool:
+    flight = MockFlight(inspection.MISSION, seed, jitter, played)
     flight.fly_until_running("inspect")
     flight.network.run_for(2 * max(JITTERS))
     flight.report("battery_status", "CRITICAL")
@@ -91,14 +91,16 @@ def returns_home_with_a_critical_battery(played: MockScript, seed: int) -> bool:
     return any(t >= critical for t in flight.granted("return_home"))
 
 
-def test_no_flight_home_begins_with_a_critical_battery(short_flight: MockScript) -> None:
-    assert [seed for seed in SEEDS if returns_home_with_a_critical_battery(short_flight, seed)] == []
+@pytest.mark.parametrize("jitter", JITTERS)
+def test_no_flight_home_begins_with_a_critical_battery(short_flight: MockScript, jitter: float) -> None:
+    assert [seed for seed in SEEDS if returns_home_with_a_critical_battery(short_flight, seed, jitter)] == []
 
 
-def test_without_the_order_of_messages_flights_home_do_begin(short_flight: MockScript) -> None:
+@pytest.mark.parametrize("jitter", JITTERS)
+def test_without_the_order_of_messages_flights_home_do_begin(short_flight: MockScript, jitter: float) -> None:
     """The test before would find it."""
     with patch.object(CausalView, "take_status", lambda view, status: (status,)):
-        assert any(returns_home_with_a_critical_battery(short_flight, seed) for seed in SEEDS)
+        assert any(returns_home_with_a_critical_battery(short_flight, seed, jitter) for seed in SEEDS)
 
 
 # --- F1: the pilot gave the drone back while the mission waited for goals to stop -------------------------------------
