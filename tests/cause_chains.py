@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.history.history import History, is_switch
-from skillwing.services.history.wording import chain_text, headline
+from skillwing.services.history.wording import chain_text, ends, headline
 from skillwing.services.protocol import Ending, MissionPhase, Record, RecordKind, State
 
 FAILED_ENDINGS = (Ending.INVARIANT_VIOLATED, Ending.LOST, Ending.ERROR, Ending.NOT_READY)
@@ -29,7 +29,7 @@ class ChainProblem(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class InjectedFault:
-    """A fault that a test has injected at `t`. roots: headlines of the records that it may begin with, `zed FAILED`."""
+    """A fault that a test has injected at `t`. roots: headlines that its chains may begin with, `zed FAILED`."""
 
     t: float
     roots: frozenset[str]
@@ -102,7 +102,7 @@ def _problems(
     if root.cause is not None or not is_failure(record, skillset):
         return
     if fault is not None and record.t >= fault.t:
-        if headline(root) not in fault.roots:
+        if headline(ends(chain)[0]) not in fault.roots:
             yield ChainProblem.SKIPS_FAULT
     elif _is_start(root):
         yield ChainProblem.UNRELATED

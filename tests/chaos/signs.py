@@ -9,7 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from cause_chains import ChainProblem, bad_chains
+from first_effects import first_effects
+
+from cause_chains import ChainProblem, InjectedFault, bad_chains
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.causal_feed import follow_records
@@ -93,7 +95,8 @@ class Signs:
 
     def bad_chains(self, skillset: Skillset, since: float, tolerance: float) -> tuple[str, ...]:
         """The bad cause chains of what has happened since then. A router that dies or stops may lose records."""
-        bad = bad_chains(History.of(self.records, skillset=skillset), skillset, tolerance=tolerance)
+        fault = InjectedFault(since, first_effects(self._process, skillset))
+        bad = bad_chains(History.of(self.records, skillset=skillset), skillset, fault, tolerance)
         news = (each for each in bad if each.record.t >= since)
         return tuple(str(each) for each in news if self._process != ROUTER or each.problem is not ChainProblem.CUT)
 

@@ -79,8 +79,10 @@ class Cell:
             return lost | {usual} if repeated else lost
         if self.process == MISSION or self.fault is Fault.HANG:
             return frozenset({"IT"})
-        if self.process == ROUTER and self.fault is Fault.STOP and self.state == State.VALIDATING:
-            # The stopped router holds back the robot's data: the precondition on them is false while they are stale.
+        stopped = self.fault is Fault.STOP and self.process in (ROUTER, RESOURCE_MANAGER)
+        if stopped and self.state == State.VALIDATING:
+            # The robot's data have not reached the resource manager: the precondition on them is false while they are
+            # stale, and a request that waited may be the first that it reads when it wakes up.
             return frozenset({usual, "NR"})
         return frozenset({usual})
 

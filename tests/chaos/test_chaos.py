@@ -9,10 +9,17 @@ from pathlib import Path
 
 import chaos_run
 import pytest
+from first_effects import first_effects
 from flights_with_faults import FlightCell, FlightResult, Moment
 from signs import Fault, Sign
 from stand import Cell, Result, Stand
+from stand_nodes import STAND
 from tables import flight_table, manager_table
+
+from cause_chains import ChainProblem, InjectedFault, bad_chains
+from skillwing.dsl import load
+from skillwing.services.history.history import History
+from skillwing.services.protocol import Record, RecordKind
 
 RESULT = Result(Cell("router", Fault.KILL, "RUNNING"), Sign(0.01, "launcher"), "S_DONE", False, 5.0, 5.0, 0.1)
 FLIGHT = FlightResult(
@@ -71,6 +78,8 @@ def test_a_cell_is_as_promised_only_with_answer_free_tool_and_a_goal_that_succee
         (Cell("router", Fault.KILL, "RUNNING"), "S_DONE", "LOST by resource_manager"),
         (Cell("router", Fault.STOP, "VALIDATING"), "NR", "IT"),
         (Cell("router", Fault.STOP, "RUNNING"), "S_DONE", "NR"),
+        (Cell("resource_manager", Fault.STOP, "VALIDATING"), "NR", "IT"),
+        (Cell("resource_manager", Fault.KILL, "VALIDATING"), "S_DONE", "NR"),
         (Cell("skill/other", Fault.KILL, "INTERRUPTING"), "IT", "IT (forced)"),
         (Cell("skill/work", Fault.KILL, "RUNNING"), "LOST by client", "S_DONE"),
         (Cell("skill/work", Fault.KILL, "VALIDATING"), "S_DONE", "IT"),
@@ -121,3 +130,12 @@ def test_of_repeated_cells_the_worst_is_reported() -> None:
     assert "**broken**: S_DONE, free 5.0 s, again never" in table
     assert "2 of 3 as promised" in table
     assert "**still flies**" in "\n".join(flight_table([replace(FLIGHT, landed=None)], 60.0))
+
+
+def test_a_failure_must_come_from_the_process_that_was_harmed() -> None:
+    skillset = load(STAND)
+    lost = Record(id="rm/1", t=1.0, source="rm", kind=RecordKind.GOAL, subject="work", before="RUNNING", after="LOST")
+    for process, problems in (("skill/work", []), ("skill/other", [ChainProblem.SKIPS_FAULT])):
+        fault = InjectedFault(0.5, first_effects(process, skillset))
+        found = bad_chains(History.of([lost], skillset=skillset), skillset, fault)
+        assert [each.problem for each in found] == problems
