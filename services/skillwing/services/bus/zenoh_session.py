@@ -25,7 +25,7 @@ ANY_PORT = "tcp/127.0.0.1:0"
 RUNTIME = "ZENOH_RUNTIME"
 THREADS = "(rx: (worker_threads: 1), tx: (handover: app), acc: (handover: net))"
 """Threads of Zenoh: three pools of one thread each for receiving, the network and all else, instead of five pools. A
-message changes threads less often. A value of the user in the environment comes first."""
+message changes threads less often. A value of the user in the environment comes first. Not for routers."""
 _PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
@@ -110,8 +110,20 @@ def _open(mode: str, own: dict[str, Any]) -> zenoh.Session:
         "timestamping": {"enabled": True},
         "transport": {"shared_memory": {"enabled": False}, "link": link},
     }
-    os.environ.setdefault(RUNTIME, THREADS)
+    _choose_threads(mode)
     return zenoh.open(zenoh.Config.from_json5(json.dumps({**shared, **own})))
+
+
+def _choose_threads(mode: str) -> None:
+    """Choose the threads of this process and of those that it starts, before its first session.
+
+    A router waits for a process that does not read its messages. With one thread for receiving, every other process
+    would wait as well, so routers have the threads that Zenoh chooses.
+    """
+    if mode != "router":
+        os.environ.setdefault(RUNTIME, THREADS)
+    elif os.environ.get(RUNTIME) == THREADS:  # inherited from the process that started it
+        del os.environ[RUNTIME]
 
 
 def _scouting(delay: int) -> dict[str, Any]:
