@@ -6,7 +6,6 @@ A robot package declares one `Robot`, called `ROBOT` in its `robot.py` and insta
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -21,6 +20,7 @@ from skillwing.dsl.packages import import_name, name_problem
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, JOURNAL_FILE, RESOURCE_MANAGER, skill_process
 from skillwing.services.options import imported
+from skillwing.services.python_path import make_importable
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
@@ -204,7 +204,7 @@ def find_robot(reference: str) -> Robot:
     if ":" in reference:
         here, package = Path.cwd(), reference.partition(":")[0].partition(".")[0]
         if (here / package).is_dir() or (here / f"{package}.py").is_file():
-            _make_importable(here)
+            make_importable(here)
         return _loaded(reference)
     if len(folder.parts) > 1:
         raise InvalidOptionError("robot", f"There is no folder `{reference}`. Name that of a robot package.")
@@ -218,21 +218,13 @@ def _in_folder(folder: Path) -> Robot:
     if problem := name_problem(folder):
         raise InvalidOptionError("robot", problem)
     package, root = import_name(folder)
-    _make_importable(root)
+    make_importable(root)
     robot = _loaded(f"{package}.{Path(TABLE).stem}:ROBOT")
     module = sys.modules[f"{package}.{Path(TABLE).stem}"]
     if Path(module.__file__ or "").resolve() != (folder / TABLE).resolve():
         sentence = f"`{package}` is imported from {module.__file__}, not from `{folder}`. Rename the folder."
         raise InvalidOptionError("robot", sentence)
     return robot
-
-
-def _make_importable(root: Path) -> None:
-    """Put a folder at the end of the path of this process and its children."""
-    if str(root) not in sys.path:
-        sys.path.append(str(root))
-        inherited = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = os.pathsep.join([*([inherited] if inherited else []), str(root)])
 
 
 def _loaded(path: str) -> Robot:

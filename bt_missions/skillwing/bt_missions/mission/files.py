@@ -10,6 +10,7 @@ from types import CodeType, ModuleType
 from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.python_path import folder_of_packages, make_importable
 
 ATTRIBUTE = "MISSION"
 """Name of the mission in a Python file."""
@@ -35,7 +36,7 @@ def refuse_if_not_utf8(content: bytes, file: Path) -> None:
 
 
 def load_python_mission(file: Path) -> Mission:
-    """The mission that a file defines.
+    """The mission that a file defines. It may import the packages beside it, also while it runs.
 
     Raises InvalidOptionError for a file that cannot be read. Raises FaultyMissionError for a file that is not valid
     Python, fails while it is loaded, or defines no mission.
@@ -43,6 +44,7 @@ def load_python_mission(file: Path) -> Mission:
     code = _compiled(file)
     module = ModuleType(f"mission_file_{file.stem}")
     module.__file__ = str(file)
+    make_importable(folder_of_packages(file))
     # msgspec resolves the types of options by the name of their module.
     sys.modules[module.__name__] = module
     try:
