@@ -18,7 +18,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.bt_missions.leaves.pause_gate import HELD, PauseGate, PauseGates
 from skillwing.bt_missions.leaves.reaper import StartRetry
-from skillwing.bt_missions.leaves.skill_inputs import SkillInputs
+from skillwing.bt_missions.leaves.skill_inputs import SkillInputs, plain_inputs
 from skillwing.bt_missions.leaves.source_location import set_caller_location
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidInputError
@@ -43,7 +43,8 @@ class GoalPhase(StrEnum):
 class SkillAction(Behaviour):
     """Runs one skill. Its terminal label decides between SUCCESS and FAILURE, as `outcomes` maps it.
 
-    inputs: value of each input of the skill, or a function that returns it at the start.
+    inputs: value of each input of the skill, or a function that returns it at the start. A structure may be a mapping,
+    or one of the generated interface.
     outcomes: status for each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...). A label without an entry is
     SUCCESS for a success result that held, else FAILURE. `IT` is never SUCCESS: an interrupted skill has not done its
     work. A leaf that was held starts another goal, or, if `outcomes` has `HELD`, ends with that.
@@ -70,7 +71,7 @@ class SkillAction(Behaviour):
         super().__init__(name)
         set_caller_location(self)
         self.skill = skill
-        self.inputs = dict(inputs or {})
+        self.inputs = plain_inputs(inputs or {})
         self.outcomes = dict(outcomes or {})
         self.on_end = on_end
         self.done = dict(done or {})

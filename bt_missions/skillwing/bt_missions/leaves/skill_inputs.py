@@ -5,8 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import msgspec
+
 from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.dsl.model import Skillset
+
+
+def plain_inputs(inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """The inputs, with structures such as those of a generated interface as plain values. Functions stay functions.
+
+    A value without a plain form stays as it is; the check of the mission reports it.
+    """
+    return {name: value if callable(value) else _plain(value) for name, value in inputs.items()}
+
+
+def _plain(value: object) -> object:
+    try:
+        return msgspec.to_builtins(value)
+    except TypeError:
+        return value
 
 
 class SkillInputs:

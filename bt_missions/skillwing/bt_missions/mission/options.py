@@ -4,11 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import msgspec
-from msgspec.inspect import BoolType, FloatType, IntType, NoneType, TupleType, Type, UnionType, VarTupleType
+from msgspec.inspect import (
+    BoolType,
+    EnumType,
+    FloatType,
+    IntType,
+    ListType,
+    LiteralType,
+    NoneType,
+    StrType,
+    StructType,
+    TupleType,
+    Type,
+    UnionType,
+    VarTupleType,
+)
 
+from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError
 
 O = TypeVar("O", bound=msgspec.Struct)  # noqa: E741 - options
@@ -49,7 +64,8 @@ def _values(text: str) -> list[str]:
 
 
 def read_values(given: Mapping[str, Any], options: type[O]) -> O:
-    """Options from plain values. A number may be text, and a list with one list in it may be just that list.
+    """Options from plain values. A number may be text, and a structure the list of its values. A list with one list in
+    it may be just that list.
 
     Raises InvalidOptionError with a sentence about the problem and about the values that the option takes.
     """
@@ -83,24 +99,32 @@ def option_text(value: Any) -> str:
             return "null"
         case bool():
             return str(value).lower()
-        case [[*_], *_]:
-            return "; ".join(option_text(item) for item in value)
+        case {}:
+            return _structure_text(cast("Mapping[str, Any]", value))
         case [*items]:
-            return ",".join(option_text(item) for item in items)
+            between = "; " if items and isinstance(items[0], list | tuple | Mapping) else ","
+            return between.join(option_text(item) for item in items)
         case float():
             return f"{value:g}"
         case _:
             return str(value)
 
 
+def _structure_text(value: Mapping[str, Any]) -> str:
+    """The values of a structure with commas between them, or JSON if one of them has parts itself."""
+    if any(isinstance(each, Mapping | list) for each in value.values()):
+        return msgspec.json.encode(value).decode()
+    return ",".join(option_text(each) for each in value.values())
+
+
 def _read(option: msgspec.structs.FieldInfo, value: Any) -> Any:
     kind = msgspec.inspect.type_info(option.type)
     for form in (value, [value]) if isinstance(value, list) else (value,):
         try:
-            read = msgspec.convert(form, option.type, strict=False)
+            read = msgspec.convert(_shaped(form, kind), option.type, strict=False)
         except msgspec.ValidationError:
             continue
-        if _is_finite(read):
+        if _is_finite(msgspec.to_builtins(read)):
             return read
     sentence = f"`{option.name}` is `{option_text(value)}`; it takes {_type_text(kind)}"
     example = (
@@ -109,8 +133,26 @@ def _read(option: msgspec.structs.FieldInfo, value: Any) -> Any:
     raise InvalidOptionError(option.name, f"{sentence}{example}.")
 
 
+def _shaped(value: Any, kind: Type) -> Any:
+    """A plain value, with mappings in place of the lists that stand for structures."""
+    match kind:
+        case StructType() if not isinstance(value, Mapping):
+            parts = value if isinstance(value, list) else [value]
+            if len(parts) != len(kind.fields):
+                return value
+            return {
+                field.encode_name: _shaped(part, field.type) for field, part in zip(kind.fields, parts, strict=True)
+            }
+        case ListType() | VarTupleType() if isinstance(value, list):
+            return [_shaped(part, kind.item_type) for part in value]
+        case UnionType() if len(others := [each for each in kind.types if not isinstance(each, NoneType)]) == 1:
+            return _shaped(value, others[0])
+        case _:
+            return value
+
+
 def _example(name: str, default: Any) -> str:
-    word = f"{name}={option_text(default)}"
+    word = f"{name}={option_text(msgspec.to_builtins(default))}"
     return f'"{word}"' if " " in word else word
 
 
@@ -120,6 +162,8 @@ def _is_finite(value: Any) -> bool:
             return math.isfinite(value)
         case [*items]:
             return all(_is_finite(item) for item in items)
+        case {**items}:
+            return all(_is_finite(item) for item in items.values())
         case _:
             return True
 
@@ -137,10 +181,18 @@ def _type_text(kind: Type) -> str:
             text = " or ".join(_type_text(each) for each in kind.types)
         case TupleType():
             text = f"{_COUNTS.get(len(kind.item_types), len(kind.item_types))} numbers with commas between them"
-        case VarTupleType():
+        case StructType():
+            text = f"{listed(field.encode_name for field in kind.fields)} with commas between their values, or JSON"
+        case EnumType():
+            text = f"one of {listed(str(each.value) for each in kind.cls)}"
+        case LiteralType():
+            text = f"one of {listed(map(str, kind.values))}"
+        case VarTupleType() | ListType():
             text = f"{_type_text(kind.item_type)}, and semicolons between several of these"
-        case _:
+        case StrType():
             text = "text"
+        case _:
+            text = "JSON"
     return text
 
 

@@ -18,10 +18,13 @@ from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
+from skillwing.bt_missions.xml.node_type import PortError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
 from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
-from skillwing.dsl.suggest import listed
+from skillwing.bt_missions.xml.values import read_option
+from skillwing.dsl.model import ArrayType, Skillset
+from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.errors import InvalidOptionError
 
 NEEDS = "needs"
@@ -36,7 +39,9 @@ OPTION_TYPES: dict[str, Any] = {
     "Position[]": tuple[Position, ...],
     "Area": Area | None,
 }
-"""Types of the ports of the main tree."""
+"""Types of the ports of the main tree on every robot. The skillset's own types, and lists of them, are others."""
+LIST = "[]"
+"""End of the name of a type of lists."""
 
 
 def load_mission(file: Path) -> XmlMission:
@@ -95,14 +100,21 @@ class XmlMission(Mission):
         for port in self._source.main_model.ports:
             # An option that could not be read is reported already.
             blackboard.entry(port.name).allow_empty()
+        problems = list(self.problems)
+        kinds = {port.name: port for port in self._source.main_model.ports if port.kind not in OPTION_TYPES}
         for name in options.__struct_fields__:
-            blackboard.entry(name).set(getattr(options, name))
+            value = getattr(options, name)
+            try:
+                own = kinds.get(name)
+                blackboard.entry(name).set(value if own is None else _own_value(value, own, context.skillset))
+            except PortError as error:
+                problems.append(FileProblem(kinds[name].line, f"Option {error}"))
         root = builder.build(self._source.main, blackboard)
         rescue = builder.build(RESCUE, blackboard)
         unused = tuple(builder.build_unused())
         builder.finish()
         trees = MissionTrees(root, rescue, lambda: _progress(root), unused)
-        return trees, [*self.problems, *builder.problems]
+        return trees, [*problems, *builder.problems]
 
 
 def _progress(root: Behaviour) -> Progress:
@@ -115,9 +127,6 @@ def _options(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[st
         if not port.name.isidentifier() or port.name.startswith("_"):
             text = f"`{port.name}` cannot name an option; write a letter, then letters, digits or `_`."
             problems.append(FileProblem(port.line, text))
-        elif port.kind not in OPTION_TYPES:
-            text = f"Option `{port.name}` is of type `{port.kind}`; it may be {listed(OPTION_TYPES)}."
-            problems.append(FileProblem(port.line, text))
         elif port.default is None:
             problems.append(FileProblem(port.line, f"Option `{port.name}` has no default; give it one."))
         else:
@@ -125,12 +134,25 @@ def _options(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[st
 
 
 def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> Iterator[tuple[str, Any, Any]]:
-    kind = OPTION_TYPES[port.kind]
+    kind = OPTION_TYPES.get(port.kind, Any)
     try:
         plain = default if kind is str else plain_value(port.name, default)
-        yield port.name, kind, msgspec.convert(None if plain == "" else plain, kind, strict=False)
+        value = msgspec.convert(None if plain == "" else plain, kind, strict=False)
+        is_mutable = isinstance(value, list | dict)
+        yield port.name, kind, msgspec.field(default_factory=lambda: value) if is_mutable else value
     except (InvalidOptionError, msgspec.ValidationError) as error:
         problems.append(FileProblem(port.line, f"The default of option `{port.name}` cannot be read: {error}."))
+
+
+def _own_value(value: object, port: DeclaredPort, skillset: Skillset) -> Any:
+    """The value of an option whose type is one of the skillset. Raises PortError."""
+    named = {kind.name: kind for kind in skillset.types}
+    name = port.kind.removesuffix(LIST)
+    if name not in named:
+        known = [*OPTION_TYPES, *named]
+        others = f"; it may be {listed(known, limit=20)}, or a list of a skillset's type as `TYPE{LIST}`."
+        raise PortError(f"`{port.name}` is of type `{port.kind}`{did_you_mean(name, known, others)}")
+    return read_option(value, ArrayType(named[name], None) if port.kind.endswith(LIST) else named[name], port.name)
 
 
 def _needs(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -8,8 +8,9 @@ from typing import Any, cast
 import msgspec
 
 from skillwing.bt_missions.xml.node_type import PortError
-from skillwing.dsl.model import Type
+from skillwing.dsl.model import ArrayType, StructType, Type
 from skillwing.services.client.inputs import MalformedValueError, read_value
+from skillwing.services.core.values import fit
 
 
 def read_attribute(text: str, kind: Type, port: str) -> Any:
@@ -24,6 +25,32 @@ def read_attribute(text: str, kind: Type, port: str) -> Any:
         return read_value(text, kind, port)
     except MalformedValueError as error:
         raise PortError(f"`{port}` is `{text}`; it takes {error}.") from error
+
+
+def read_option(value: object, kind: Type, name: str) -> Any:
+    """The value of an option, from a plain one: text, a list of texts, a list of such lists, or a value of JSON.
+
+    Raises PortError.
+    """
+    fitted, problems = fit(_typed(value, kind, name), kind, name)
+    if problems:
+        raise PortError(" ".join(problem.sentence for problem in problems))
+    return fitted
+
+
+def _typed(value: object, kind: Type, name: str) -> Any:
+    if isinstance(value, str):
+        return read_attribute(value, kind, name)
+    if not isinstance(value, list):
+        return value
+    parts = cast("list[object]", value)
+    if isinstance(kind, ArrayType) and any(isinstance(part, list) for part in parts):
+        return [_typed(part, kind.element, name) for part in parts]
+    if any(isinstance(part, list | dict) for part in parts):
+        return parts
+    if isinstance(kind, ArrayType) and isinstance(kind.element, StructType) and parts:
+        return [_typed(parts, kind.element, name)]
+    return read_attribute(",".join(map(attribute_text, parts)), kind, name)
 
 
 def attribute_text(value: object) -> str:
