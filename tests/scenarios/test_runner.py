@@ -17,6 +17,7 @@ from py_trees.common import Status
 from py_trees.decorators import FailureIsSuccess, SuccessIsFailure
 
 from skillwing.bt_missions.cli.foreground import call_when_stopped
+from skillwing.bt_missions.drone.flight import land_where_it_is
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -25,7 +26,6 @@ from skillwing.bt_missions.mission.mission import Mission, MissionOptions, Missi
 from skillwing.bt_missions.running import mission_run
 from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.flight import land_where_it_is
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork

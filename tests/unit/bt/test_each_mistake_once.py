@@ -16,12 +16,12 @@ from py_trees.common import Status
 from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
+from skillwing.bt_missions.drone.flight import land_where_it_is, unless_the_pilot_flies
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.flight import land_where_it_is, unless_the_pilot_flies
 from skillwing.bt_missions.subtrees.pausing import StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission

@@ -14,13 +14,13 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 
 from skillwing.bt_missions.checking.landing_check import landing_problems
 from skillwing.bt_missions.checking.mission_check import offline_context
+from skillwing.bt_missions.drone.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.takeoff_and_landing import may_land
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
-from skillwing.bt_missions.subtrees.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.dsl import load, parse
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())

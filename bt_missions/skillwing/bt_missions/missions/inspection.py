@@ -13,15 +13,8 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch
-from skillwing.bt_missions.leaves.conditions import ResourceIs
-from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.planning.detour import Position
-from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.depth_map import LIDAR, come_home, flown_with
-from skillwing.bt_missions.subtrees.flight import (
+from skillwing.bt_missions.drone.depth_map import LIDAR, come_home, flown_with
+from skillwing.bt_missions.drone.flight import (
     PILOT_PATIENCE,
     fly_home,
     guarded_flight,
@@ -29,6 +22,13 @@ from skillwing.bt_missions.subtrees.flight import (
     rescue,
     take_off,
 )
+from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch
+from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
+from skillwing.bt_missions.planning.detour import Position
+from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 
 INSPECTED = {"S_COMPLETED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE, "S_ABORTED": Status.FAILURE}
 NO_VIDEO = {"S_FPS_LOST": Status.FAILURE}

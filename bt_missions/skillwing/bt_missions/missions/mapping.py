@@ -15,6 +15,15 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 from py_trees.common import Status
 
+from skillwing.bt_missions.drone.depth_map import CAMERA, LIDAR, Sensor, come_home, flown_with
+from skillwing.bt_missions.drone.flight import (
+    PILOT_PATIENCE,
+    fly_home,
+    guarded_flight,
+    or_pause,
+    rescue,
+    take_off,
+)
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -26,15 +35,6 @@ from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import RepeatUntil
-from skillwing.bt_missions.subtrees.depth_map import CAMERA, LIDAR, Sensor, come_home, flown_with
-from skillwing.bt_missions.subtrees.flight import (
-    PILOT_PATIENCE,
-    fly_home,
-    guarded_flight,
-    or_pause,
-    rescue,
-    take_off,
-)
 
 Speed = Annotated[float, msgspec.Meta(ge=0.1, le=5.0)]
 

@@ -14,13 +14,13 @@ from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
+from skillwing.bt_missions.drone.depth_map import NO_DEPTH_MAP
+from skillwing.bt_missions.drone.flight import fly_home
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.missions.inspection import InspectionMission, InspectionOptions
 from skillwing.bt_missions.subtrees.composites import alongside
-from skillwing.bt_missions.subtrees.depth_map import NO_DEPTH_MAP
-from skillwing.bt_missions.subtrees.flight import fly_home
 
 GIVING_UP = "hover, then land"
 """Name of the library's node for flights without video."""

@@ -13,6 +13,8 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 
+from skillwing.bt_missions.drone.depth_map import LIDAR, flown_with
+from skillwing.bt_missions.drone.flight import fly_home
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -21,8 +23,6 @@ from skillwing.bt_missions.missions.mapping import LEG_FLOWN, MappingMission, Ma
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
 from skillwing.bt_missions.subtrees.decorators import RepeatUntil
-from skillwing.bt_missions.subtrees.depth_map import LIDAR, flown_with
-from skillwing.bt_missions.subtrees.flight import fly_home
 
 TIME_LIMIT = 240.0
 """Robot seconds until one that flies blind lands: a drone that hangs on a wall does not end by itself."""

@@ -8,12 +8,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
+from skillwing.bt_missions.drone.flight import STOPPING_PATIENCE, fly_home
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, in_order
-from skillwing.bt_missions.subtrees.flight import STOPPING_PATIENCE, fly_home
 
 NO_DEPTH_MAP = {"S_NO_DATA": Status.FAILURE}
 DEPTH_MAP_WAIT = 5.0
