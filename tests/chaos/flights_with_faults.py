@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 from signs import BAD_ENDS, Fault, Sign, Signs
 
 from skillwing.bt_missions.missions.mapping import MISSION
+from skillwing.bt_missions.running.process import mission_process
 from skillwing.dsl.model import Skillset
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
@@ -142,14 +143,7 @@ def _robot(run_dir: Path) -> tuple[ProcessSpec, ...]:
 
 
 def _mission() -> ProcessSpec:
-    options = {
-        "mission": MISSION.name,
-        "skillset": str(ROBOT.skillset),
-        "route": ROUTE,
-    }
-    return ProcessSpec(
-        MISSION_PROCESS, "skillwing.bt_missions.running.runner:make_mission", options, essential=False, restart="never"
-    )
+    return replace(mission_process(ROBOT, MISSION.name, {"route": ROUTE}), essential=False)
 
 
 class _Flight:

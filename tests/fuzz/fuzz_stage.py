@@ -42,7 +42,8 @@ def nodes_of_the_m600(run_dir: Path) -> list[Node]:
     """All processes of a flying m600, with the recorder, a mission and observers."""
     options = {"run_dir": str(run_dir), "seed": 1}
     specs = (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
-    return [*(made(spec) for spec in specs), MissionNode(MISSION, SKILLSET, MISSION.read_options({"route": ROUTE}))]
+    route = MISSION.read_options({"route": ROUTE})
+    return [*(made(spec) for spec in specs), MissionNode(MISSION, SKILLSET, route, rescue_goal=ROBOT.rescue_goal)]
 
 
 def nodes_of_the_mocked_m600() -> list[Node]:

@@ -154,8 +154,8 @@ def test_status_shows_processes_goals_and_resources(ready: Command) -> None:
 def test_a_drone_left_in_the_air_is_reported(ready: Command) -> None:
     assert ready("trigger", "flight_status", "IN_AIR").code == OK
     assert "m600 is in the air, and nobody commands it. End that with `skillwing start land`" in ready("status").out
-    (left,) = ready("status", "--json").json["unattended"]
-    assert (left["state"], left["ends_with"]) == ("IN_AIR", ["land"])
+    left = ready("status", "--json").json["unattended"]
+    assert (left["state"], left["ends_with"]) == ("IN_AIR", "land")
     found = {finding["about"]: finding for finding in ready("doctor", "--json").json["findings"]}
     assert "nobody commands it" in found["unattended"]["what"]
 
@@ -236,7 +236,7 @@ def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: 
     """A mission that still waits for the robot counts too, as here. It counts no more when its process has ended."""
     assert ready("trigger", "SDK_authority", "UNAVAILABLE").code == OK
     mission = find_mission("mapping")
-    first = MissionNode(mission, load(ROBOT.skillset), mission.read_options({}))
+    first = MissionNode(mission, load(ROBOT.skillset), mission.read_options({}), rescue_goal=ROBOT.rescue_goal)
     bus = ZenohBus("first", "m600", system.endpoint)
     try:
         first.attach(bus)

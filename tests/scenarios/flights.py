@@ -12,6 +12,7 @@ from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
+from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Bus
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.causal_feed import follow_records
@@ -76,7 +77,9 @@ class Flight:
         for node in (*managers, *make_toy_drone(M600, self.drone)):
             self.buses[node.name] = self.network.attach(node)
         given = {"route": ROUTE, **options} if mission is MISSION else options
-        self.node = MissionNode(mission, M600, mission.read_options(given), ready_timeout=ready_timeout)
+        self.node = MissionNode(
+            mission, M600, mission.read_options(given), rescue_goal=ROBOT.rescue_goal, ready_timeout=ready_timeout
+        )
         self.buses[self.node.name] = self.network.attach(self.node)
 
     def _watch(self, key: str, kind: Any, take: Callable[[Any], None]) -> None:

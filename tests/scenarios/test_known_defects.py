@@ -39,7 +39,7 @@ class MockFlight:
         follow_records(self.observer, KEYS, self.records.append, self._note)
         for node in (*make_mock_managers(M600, script), MockWorld(M600, script)):
             self.network.attach(node)
-        self.node = MissionNode(mission, M600, mission.read_options({}))
+        self.node = MissionNode(mission, M600, mission.read_options({}), rescue_goal=ROBOT.rescue_goal)
         self.network.attach(self.node)
 
     def _note(self, status: GoalStatus) -> None:

@@ -36,7 +36,7 @@ class MockFlight:
         played = load_scripts(scripts_for(SKILLSET, script), M600)
         for node in (*make_mock_managers(M600, played), MockWorld(M600, played)):
             self.network.attach(node)
-        self.node = MissionNode(mission, M600, mission.read_options({}))
+        self.node = MissionNode(mission, M600, mission.read_options({}), rescue_goal=ROBOT.rescue_goal)
 
     def _follow(self, status: GoalStatus) -> None:
         self.goals[status.goal_id] = status

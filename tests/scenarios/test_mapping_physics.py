@@ -39,7 +39,9 @@ class Flight:
         observer.subscribe(
             Keys(skillset.name).status("*"), lambda sample: self._note(decode(sample.payload, GoalStatus)), events=True
         )
-        self._mission = MissionNode(MISSION, skillset, MISSION.read_options({"route": ROUTE}))
+        self._mission = MissionNode(
+            MISSION, skillset, MISSION.read_options({"route": ROUTE}), rescue_goal=ROBOT.rescue_goal
+        )
         self.network.attach(self._mission)
 
     def _note(self, status: GoalStatus) -> None:

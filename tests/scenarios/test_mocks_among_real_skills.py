@@ -36,7 +36,7 @@ def test_real_skills_fly_the_drone_while_others_are_mocked() -> None:
     observer = network.bus("observer")
     observer.subscribe(TRUTH, message_reader(Truth, truths.append))
     observer.subscribe(Keys(skillset.name).status("*"), message_reader(GoalStatus, note), events=True)
-    node = MissionNode(MISSION, skillset, MISSION.read_options({"route": ROUTE}))
+    node = MissionNode(MISSION, skillset, MISSION.read_options({"route": ROUTE}), rescue_goal=ROBOT.rescue_goal)
     network.attach(node)
 
     assert network.run_until(lambda: node.over, 120.0)

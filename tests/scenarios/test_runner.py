@@ -24,9 +24,10 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.running import mission_run
-from skillwing.bt_missions.running.runner import LANDING_TIMEOUT, MissionNode, make_mission
+from skillwing.bt_missions.running.runner import AWAY_TIMEOUT, MissionNode, make_mission
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, guarded, in_order
 from skillwing.dsl.model import UnknownNameError
+from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
@@ -168,7 +169,7 @@ def test_a_mission_begins_when_it_knows_the_time() -> None:
     flight = hop()
     flight.fly()
     begun = flight.network.now()
-    node = MissionNode(ShortHop(), M600, MissionOptions())
+    node = MissionNode(ShortHop(), M600, MissionOptions(), rescue_goal=ROBOT.rescue_goal)
     node.attach(LateBus(flight.network.bus("late"), at=begun + 5.0))
     flight.network.run_for(4.0)
     assert (node.status.phase, node.status.text) == ("IDLE", "waiting for the robot's clock")
@@ -209,9 +210,9 @@ def in_the_air(**options: Any) -> Flight:
 
 def test_a_drone_in_the_air_that_nobody_flies_is_not_waited_for() -> None:
     flight = in_the_air()
-    status = flight.fly(timeout=LANDING_TIMEOUT + 1.0)
+    status = flight.fly(timeout=AWAY_TIMEOUT + 1.0)
     assert status.phase == "FAILED"
-    assert status.text.endswith("nobody flies it. Land it with `skillwing start land`.")
+    assert status.text.endswith("nobody commands it. Use `skillwing start land`.")
     assert flight.started == []
     assert not flight.node.tree_shows_end
 
@@ -284,7 +285,7 @@ def test_an_abort_is_answered_and_a_malformed_one_refused() -> None:
     assert isinstance(answers[0], Answered)
     told = decode(answers[0].payload, MissionStatus)
     assert (told.mission, told.phase, told.text) == ("hop", "RUNNING", "the wind gets up; landing")
-    assert flight.fly().text == "the wind gets up; the drone is on the ground"
+    assert flight.fly().text == "the wind gets up; the robot is on the ground"
 
 
 def test_an_abort_before_the_flight_starts_nothing() -> None:
@@ -306,7 +307,7 @@ def test_a_process_that_is_stopped_says_its_last_words_and_interrupts() -> None:
     assert flight.ends("lidar_mapping") == ["IT"]
 
 
-@pytest.mark.parametrize(("moment", "where"), [(0.05, ""), (10.0, ", with the drone in the air")])
+@pytest.mark.parametrize(("moment", "where"), [(0.05, ""), (10.0, ", with the robot in the air")])
 def test_a_mission_ends_at_once_when_the_system_under_it_is_stopped(moment: float, where: str) -> None:
     flight = hop(hold)
     flight.network.run_for(moment)
@@ -410,7 +411,7 @@ def test_a_paused_mission_can_be_aborted() -> None:
     pause(flight)
     flight.network.run_for(3.0)
     call_off(flight)
-    assert flight.fly().text == "the wind gets up; the drone is on the ground"
+    assert flight.fly().text == "the wind gets up; the robot is on the ground"
     assert flight.on_ground
 
 
@@ -439,7 +440,7 @@ def test_a_mission_that_ends_in_the_air_after_all_is_landed_by_its_rescue(then: 
     flight = Flight(mission=ShortHop(whole=lambda context: Closed(in_order("hidden", take_off(context), then))))
     status = flight.fly()
     assert status.phase == phase
-    assert status.text.endswith("; it ended in the air; the drone is on the ground")
+    assert status.text.endswith("; it ended in the air; the robot is on the ground")
     assert flight.started == ["takeoff", "land"]
     assert flight.on_ground
     assert flight.idle
@@ -475,7 +476,7 @@ def test_reasons_of_whole_sentences_make_one_sentence() -> None:
 
     sentence = "ended ERROR: Nobody answers. Check that it runs"
     status = Flight(mission=ShortHop(whole=whole)).fly()
-    ended = "it ended in the air; the drone is on the ground"
+    ended = "it ended in the air; the robot is on the ground"
     assert status.text == f"goto {sentence}; then land {sentence}; {ended}"
 
 
@@ -486,7 +487,7 @@ def test_a_leaf_that_raises_fails_the_mission_and_the_drone_lands() -> None:
     flight = hop(raising)
     status = flight.fly()
     assert status.phase == "FAILED"
-    assert status.text == "the tree raised ZeroDivisionError: division by zero; the drone is on the ground"
+    assert status.text == "the tree raised ZeroDivisionError: division by zero; the robot is on the ground"
     assert flight.ends("land") == ["S_LANDED"]
     assert flight.idle
     assert flight.on_ground
@@ -496,7 +497,7 @@ def test_a_rescue_that_raises_as_well_still_ends_the_mission() -> None:
     flight = hop(raising, rescue=False)
     status = flight.fly()
     assert status.phase == "FAILED"
-    assert "while landing the tree raised" in status.text
+    assert "during landing the tree raised" in status.text
     assert flight.idle
 
 
@@ -520,7 +521,7 @@ def test_the_end_does_not_wait_for_ever_and_names_what_did_not_stop(monkeypatch:
 
 def test_a_robot_clock_that_stands_still_ends_the_flight() -> None:
     flight = hop(hold)
-    node = MissionNode(ShortHop(hold), M600, MissionOptions())
+    node = MissionNode(ShortHop(hold), M600, MissionOptions(), rescue_goal=ROBOT.rescue_goal)
     flight.network.run_for(10.0)
     flight.node.abort("make room")
     flight.fly()

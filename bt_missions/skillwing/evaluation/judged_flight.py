@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from skillwing.bt_missions.running.process import mission_process
 from skillwing.evaluation.flights.conditions import Condition
 from skillwing.evaluation.flights.cost import CostMeter
 from skillwing.evaluation.flights.coverage import judge_map
@@ -68,13 +69,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
 
 def processes(plan: FlightPlan, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """Processes of the robot and the mission: observers first, the mission last."""
-    mission = ProcessSpec(
-        "mission",
-        "skillwing.bt_missions.running.runner:make_mission",
-        {"mission": plan.flown, "skillset": str(ROBOT.skillset), **plan.mission_options()},
-        extra="missions",
-        restart="never",
-    )
+    mission = mission_process(ROBOT, plan.flown, plan.mission_options())
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.m600.generated.processes import HOOKS, SKILLSET
+from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.robot import ProcessSpec, Robot
 
 SIMULATION = "skillwing.sim_mujoco"
@@ -101,5 +102,13 @@ ROBOT = Robot(
         "map_statistics": ("lidar_mapping",),
         "video_quality": ("stream",),
     },
-    not_to_be_left={"flight_status": {"IN_AIR": "in the air"}},
+    rescue_goal=RescueGoal(
+        resource="flight_status",
+        state="ON_GROUND",
+        away={"IN_AIR": "in the air"},
+        skill="land",
+        left_by=("takeoff",),
+        reached="on the ground",
+        action="landing",
+    ),
 )

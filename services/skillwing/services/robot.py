@@ -21,6 +21,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import DATA_MANAGER, JOURNAL_FILE, RESOURCE_MANAGER, skill_process
 from skillwing.services.options import imported
 from skillwing.services.python_path import make_importable
+from skillwing.services.rescue_goal import RescueGoal
 
 ROBOTS = "skillwing.robots"
 MANAGERS = "skillwing.services.managers"
@@ -85,15 +86,15 @@ class Robot:
     clock: `robot` if a process of the functional layer owns the time, `wall` for a robot in wall time.
     recorder: from run options to this robot's options of the recorder: the `scene` of its dashboard with its
     `scene_options`, and the `collectors` of further files (docs/recordings.md).
-    judge: `package.module:function` that adds facts from the robot's true world to the report of a flight
+    judge: `package.module:function` that adds facts from the robot's true world to the report of a mission
     (`report/mission_report.py`); None without one.
     mission_context: `package.module:function` from run options to facts about the site: options of missions, by
     mission. It is a name, because managers do not have the packages that it needs; None for an unknown site.
     checker: `package.module:function` that raises InvalidOptionError for run options which the functional layer cannot
     use, before anything starts; None without one.
     published_by: skills without which a datum is not published, by datum.
-    not_to_be_left: states of resources in which nobody should leave the robot alone, each with words that follow
-    `the robot is`, such as `in the air`.
+    rescue_goal: the state to which the robot is brought before anybody leaves it alone. None for a robot that may be
+    left anywhere.
     """
 
     name: str
@@ -106,7 +107,7 @@ class Robot:
     judge: str | None = None
     checker: str | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
-    not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
+    rescue_goal: RescueGoal | None = None
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with all its problems."""
@@ -160,7 +161,10 @@ class Robot:
         return imported({"mission_context": self.mission_context}, "mission_context")(run)
 
     def check(self, run: dict[str, Any]) -> None:
-        """Raise InvalidOptionError for options of a run that the robot's checker rejects."""
+        """Raise InvalidOptionError for options of a run that the robot's checker rejects, and for a wrong table."""
+        skillset = self.load_skillset()
+        for problem in () if self.rescue_goal is None else self.rescue_goal.problems(skillset):
+            raise InvalidOptionError("robot", f"The rescue goal of `{self.name}` does not fit its skillset: {problem}")
         if self.checker is not None:
             imported({"checker": self.checker}, "checker")(run)
 

@@ -26,10 +26,9 @@ from skillwing.bt_missions.subtrees.pausing import StateChange, WhileGranted
 from skillwing.bt_missions.xml.document import parse_document
 from skillwing.bt_missions.xml.mission import XmlMission
 from skillwing.bt_missions.xml.tree_file import tree_file
-from skillwing.dsl import load
+from skillwing.m600.robot import ROBOT
 
-ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
-M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
+M600 = ROBOT.load_skillset()
 DRONE = offline_context(M600)
 FILE = Path("mission.xml")
 
@@ -89,7 +88,7 @@ def misspelt(text: str, *chosen: Slot) -> str:
 def problems_of(text: str) -> list[str]:
     """Problems of a tree file for the drone."""
     mission = XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
-    return [str(problem) for problem in check_mission(mission, M600, mission.Options())]
+    return [str(problem) for problem in check_mission(mission, M600, mission.Options(), ROBOT.rescue_goal)]
 
 
 def test_any_typing_error_in_a_file_is_one_problem() -> None:
@@ -238,7 +237,7 @@ def landed_unless(*states: str, resource: str = "flight_status") -> Behaviour:
     ],
 )
 def test_an_error_in_python_is_one_problem(tree: Callable[[], Behaviour], told: str) -> None:
-    found = check_mission(Flight(tree()), M600, MissionOptions())
+    found = check_mission(Flight(tree()), M600, MissionOptions(), ROBOT.rescue_goal)
     assert len(found) == 1, list(map(str, found))
     assert told in found[0].text
 
@@ -246,6 +245,6 @@ def test_an_error_in_python_is_one_problem(tree: Callable[[], Behaviour], told: 
 def test_other_problems_are_reported_with_a_typing_error() -> None:
     charged = ResourceIs("charged?", DRONE, "battery_status", "NORML")
     tree = unless_the_pilot_flies(DRONE, 9.0, guarded("all", charged, in_order("up", takeoff(), skill("goto"))))
-    found = [problem.text for problem in check_mission(Flight(tree), M600, MissionOptions())]
+    found = [problem.text for problem in check_mission(Flight(tree), M600, MissionOptions(), ROBOT.rescue_goal)]
     assert sum("no state `NORML`" in each for each in found) == 1
     assert any("may end in the air" in each for each in found)

@@ -205,11 +205,11 @@ def test_problems_of_the_file_are_reported_without_a_system(tmp_path: Path, monk
     assert isinstance(CliRunner().invoke(commands.mission, ["run", str(file)]).exception, NoSystemError)
     faulty = tmp_path / "faulty"
     faulty.mkdir()
-    file = template(faulty, ".xml", '<BehaviorTree ID="rescue">', '<BehaviorTree ID="help">')
+    file = template(faulty, ".xml", '<BehaviorTree ID="rescue">', '<BehaviorTree ID="there and back">')
     error = CliRunner().invoke(commands.mission, ["run", str(file)]).exception
     assert isinstance(error, FaultyMissionError)
     assert exit_code_of(error) == USAGE
-    assert 'Add a `<BehaviorTree ID="rescue">`' in str(error)
+    assert "There are two trees `there and back`" in str(error)
 
 
 @pytest.mark.parametrize(("suffix", "skill"), [(".xml", "<return_home"), (".py", '"return_home", height')])
@@ -220,7 +220,7 @@ def test_a_mission_that_does_not_fit_is_not_begun(
 
     @contextmanager
     def connect(robot: str | None) -> Iterator[SimpleNamespace]:
-        yield SimpleNamespace(skillset=M600, target=None, alive=tuple)
+        yield SimpleNamespace(skillset=M600, target=SimpleNamespace(rescue_goal=None), alive=tuple)
 
     monkeypatch.setattr(commands, "connect", connect)
     monkeypatch.setattr(commands, "mission_context", lambda target, mission: {})

@@ -279,11 +279,11 @@ def test_all_problems_are_reported_at_once_without_those_that_follow() -> None:
 
 
 def test_problems_of_frame_options_and_trees_are_reported_together() -> None:
-    """A missing rescue and a broken option do not hide the problems of the trees."""
+    """A misspelt rescue and a broken option do not hide the problems of the trees."""
     model = MODEL.format(name="speed", kind="double", rest='default="much"', needs="camera: BLIND; axes")
-    text = with_tree('<go speed="{speed}" sped="1"/>', model).replace(RESCUE, "")
+    text = with_tree('<go speed="{speed}" sped="1"/>', model).replace('"rescue"', '"resque"')
     assert sorted(problems_of(text)) == [
-        '1: Add a `<BehaviorTree ID="rescue">`: what to do when somebody aborts the mission.',
+        "1: There is no tree `rescue`, which runs when somebody aborts the mission; did you mean `resque` to be it?",
         "2: `go` has no port `sped`; did you mean `speed`?",
         "5: The default of option `speed` cannot be read: Expected `float`, got `str`.",
         "6: The mission's needs: There is no state `BLIND` of `camera`. What exists: `OK` and `FAILED`.",
@@ -308,8 +308,7 @@ def test_a_tree_that_nobody_calls_is_checked_too_but_for_what_a_caller_would_giv
         ("", "1:1: There is no tag"),
         ("<tree/>", '1: Begin with `<root BTCPP_format="4">`.'),
         ('<root main_tree_to_execute="a"/>', '1: Begin with `<root BTCPP_format="4">`.'),
-        ('<root BTCPP_format="4"/>', "1: Name the tree to fly"),
-        ('<root BTCPP_format="4"><BehaviorTree ID="a"><go/></BehaviorTree></root>', "1: Add a `<BehaviorTree"),
+        ('<root BTCPP_format="4"/>', "1: Name the main tree"),
         (with_tree("<go/>", RESCUE), "4: There are two trees `rescue`"),
         (with_tree("<go/>", '<include path="x"/>'), "4: Files are not included"),
         (with_tree("<go/>", "<go/>"), "4: `go` does not belong here"),
@@ -397,7 +396,7 @@ def test_the_command_checks_a_file_and_says_where(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "code", "place", "problem"),
     [
-        (with_tree("<takeof/>").replace(RESCUE, ""), 1, ":1", "Add a `<BehaviorTree"),
+        (with_tree("<takeoff/>").replace(RESCUE, ""), 1, ":2", "The mission has no rescue"),
         (with_tree("<takeof/>"), 1, ":2", "There is no node `takeof`"),
         (with_tree("<stream/>"), 0, "", None),
     ],
@@ -441,5 +440,5 @@ def test_a_mission_with_two_routes_is_not_written_as_one() -> None:
     routes = [Route(context, RoutePlanner([(x, 0.0, 4.0)])) for x in (5.0, 9.0)]
     legs = [RepeatUntil("legs", route.is_done, WaypointWriter("writer", context, route)) for route in routes]
     trees = MissionTrees(Sequence("both", memory=True, children=legs), Success("rescue"), Progress)
-    with pytest.raises(NotWritableError, match="`both` flies 2 routes, and a tree file holds one"):
+    with pytest.raises(NotWritableError, match="`both` has 2 routes, and a tree file holds one"):
         write_mission("both", trees, M600)

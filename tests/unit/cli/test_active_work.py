@@ -20,7 +20,7 @@ class System:
 
     def __init__(self, *, simulated: bool = True) -> None:
         self.network = InProcessNetwork()
-        self.work = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.not_to_be_left, simulated=simulated)
+        self.work = ActiveWork(ROBOT.name, ROBOT.load_skillset(), ROBOT.rescue_goal, simulated=simulated)
         self.told: list[str] = []
         self.work.attach(self.network.bus("supervisor"), on_change=lambda: self.told.append(self.work.text))
         self.bus = self.network.bus("robot")
@@ -84,8 +84,3 @@ def test_it_is_known_to_other_commands(tmp_path: Path, monkeypatch: pytest.Monke
         state = read_run_state("m600")
         assert state is not None
         assert state.active_work == "Cut short: goto."
-
-
-def test_what_is_not_to_be_left_are_states_of_the_skillset() -> None:
-    states = {resource.name: set(resource.states) for resource in ROBOT.load_skillset().resources}
-    assert all(set(told) <= states[resource] for resource, told in ROBOT.not_to_be_left.items())

@@ -25,7 +25,7 @@ WHOLE = SystemOverview(
     # What a hook has done once is told, and over.
     blocked={"goto": "`on_dispatch` blocks."},
     states=ResourceStates(step=1, t=1.0, states={}),
-    unattended=(),
+    unattended=None,
 )
 
 

@@ -35,9 +35,7 @@ WELL = SystemSeen(
     clients=frozenset({"client/mission-1"}),
     disk=Disk(Path("runs/x"), 10 * LITTLE_ROOM, writable=True),
 )
-IN_AIR = Unattended(
-    robot="m600", resource="flight_status", state="IN_AIR", where="in the air", ends_with=("land", "return_home")
-)
+IN_AIR = Unattended(robot="m600", resource="flight_status", state="IN_AIR", where="in the air", ends_with="land")
 
 
 def process(
@@ -127,7 +125,7 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
         ),
         (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),
         (
-            replace(WELL, unattended=(IN_AIR,)),
+            replace(WELL, unattended=IN_AIR),
             "unattended",
             True,
             "m600 is in the air, and nobody commands it. End that with `skillwing start land`",

@@ -12,6 +12,7 @@ from skillwing.bt_missions.mission.mission import Mission, MissionOptions, Missi
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import DataReading
+from skillwing.services.rescue_goal import RescueGoal
 
 
 class OfflineInterface:
@@ -39,13 +40,13 @@ class OfflineInterface:
         raise RuntimeError(f"The mission wants to {what} while it is built; do that in a leaf.")
 
 
-def offline_context(skillset: Skillset) -> MissionContext:
-    """Context with which trees can be built, but not flown."""
+def offline_context(skillset: Skillset, goal: RescueGoal | None = None) -> MissionContext:
+    """Context with which trees can be built, but not run."""
 
     def write_nothing(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return ""
 
-    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing)
+    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing, goal)
 
 
 def draft_and_check(
@@ -53,33 +54,39 @@ def draft_and_check(
 ) -> tuple[MissionTrees, list[MissionProblem]]:
     """The trees of a mission, and all problems with the robot of this context, by place."""
     trees, problems = mission.draft(context, options)
-    return trees, _all_problems(mission, trees, problems, context.skillset)
+    return trees, _all_problems(mission, trees, problems, context)
 
 
-def check_mission(mission: Mission, skillset: Skillset, options: MissionOptions) -> list[MissionProblem]:
-    """All problems of a mission with this skillset and these options, by place. An exception is a problem as well."""
-    context = offline_context(skillset)
+def check_mission(
+    mission: Mission, skillset: Skillset, options: MissionOptions, goal: RescueGoal | None = None
+) -> list[MissionProblem]:
+    """All problems of a mission with these options and this robot, by place. An exception is a problem as well.
+
+    goal: rescue goal of the robot, if it has one.
+    """
+    context = offline_context(skillset, goal)
     when = "while it is built"
     try:
         trees, problems = mission.draft(context, options)
         when = "while it is checked"
-        return _all_problems(mission, trees, problems, skillset)
+        return _all_problems(mission, trees, problems, context)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - code of users may raise anything
         return [problem_of_exception(mission.file, error, when)]
 
 
-def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions) -> None:
+def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions, goal: RescueGoal | None = None) -> None:
     """Raise FaultyMissionError with all problems of a mission with the robot that runs, if there are any."""
-    problems = check_mission(mission, skillset, options)
+    problems = check_mission(mission, skillset, options, goal)
     if problems:
         heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
         raise FaultyMissionError(problems, heading=heading)
 
 
 def _all_problems(
-    mission: Mission, trees: MissionTrees, found: list[MissionProblem], skillset: Skillset
+    mission: Mission, trees: MissionTrees, found: list[MissionProblem], context: MissionContext
 ) -> list[MissionProblem]:
-    return sorted(dict.fromkeys([*found, *preflight(mission, trees, skillset)]), key=_place)
+    ours = preflight(mission, trees, context.skillset, context.rescue_goal)
+    return sorted(dict.fromkeys([*found, *ours]), key=_place)
 
 
 def _place(problem: MissionProblem) -> tuple[str, int]:

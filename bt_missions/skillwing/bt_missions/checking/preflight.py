@@ -1,4 +1,4 @@
-"""Check of a mission's trees against the skillset, before the flight: it lists all problems."""
+"""Check of a mission's trees against the skillset, before its run: it lists all problems."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.intended_names import missing_names
-from skillwing.bt_missions.checking.landing_check import landing_problems
+from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.pause_gate import HELD
@@ -22,19 +22,25 @@ from skillwing.dsl.model import ArrayType, EnumType, ScalarType, Skill, Skillset
 from skillwing.dsl.suggest import listed
 from skillwing.services.core.values import fit_fields, type_text
 from skillwing.services.protocol import Ending
+from skillwing.services.rescue_goal import RescueGoal
 
 _EQUALITY = ("==", "!=")
 
 
-def preflight(mission: Mission, trees: MissionTrees, skillset: Skillset) -> list[MissionProblem]:
-    """All problems of a mission with this robot: of its needs, of its trees, and of the landing."""
+def preflight(
+    mission: Mission, trees: MissionTrees, skillset: Skillset, goal: RescueGoal | None = None
+) -> list[MissionProblem]:
+    """All problems of a mission with this robot: of its needs, of its trees, and of its way to the rescue goal."""
     found: list[MissionProblem] = []
     for resource, states in mission.needs.items():
         problems = _resource_problems(skillset, resource, states)
         found.extend(MissionProblem(f"The mission's needs: {problem}", mission.needs_location) for problem in problems)
-    found.extend(tree_problems([trees.root, trees.rescue, *trees.unused], skillset))
-    landing = landing_problems(trees.root, trees.rescue, skillset)
-    found.extend(MissionProblem(problem, source_location(node)) for node, problem in landing)
+    found.extend(tree_problems(trees.all, skillset))
+    wrong = [] if goal is None else list(goal.problems(skillset))
+    found.extend(MissionProblem(f"The robot's rescue goal: {problem}") for problem in wrong)
+    if goal is not None and not wrong:
+        unsafe = rescue_problems(trees.root, trees.rescue, skillset, goal)
+        found.extend(MissionProblem(problem, source_location(node)) for node, problem in unsafe)
     return list(dict.fromkeys(found))
 
 
@@ -78,7 +84,7 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
 
 
 def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
-    """Problems of the inputs, as far as their values are known before the flight."""
+    """Problems of the inputs, as far as their values are known before the run."""
     known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
     problems = fit_fields(skill.inputs, known)[1]
     named = [field.name for field in skill.inputs]

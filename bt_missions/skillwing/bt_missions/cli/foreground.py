@@ -38,9 +38,9 @@ def run_in_foreground(system: System, node: MissionNode, console: Console | None
 
 @contextmanager
 def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) -> Iterator[None]:
-    """Let Ctrl-C, `kill` and a closed terminal abort the mission, so that it lands. The body runs the bus until then.
+    """Let Ctrl-C, `kill` and a closed terminal abort the mission, with its rescue. The body runs the bus until then.
 
-    After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without a landing. A
+    After that only another Ctrl-C by a person raises KeyboardInterrupt, and ends the process without the rescue. A
     repetition of the first signal does not. Under `nohup` a closed terminal aborts nothing.
     """
     stop = StopSignal(bus.wall)
@@ -54,9 +54,8 @@ def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) 
 
     def abort(number: signal.Signals) -> None:
         again = " again" if number is signal.SIGINT else ""
-        print_if_open(
-            console, f"Aborting: the drone lands where it is. Ctrl-C{again} ends this command without a landing."
-        )
+        then = "" if node.rescue_action is None else f", then {node.rescue_action}"
+        print_if_open(console, f"Aborting: goals are interrupted{then}. Ctrl-C{again} ends this command without that.")
         node.abort(ABORTING[number])
 
     numbers = [number for number in ABORTING if signal.getsignal(number) is not signal.SIG_IGN]
@@ -69,7 +68,7 @@ def aborted_by_signals(bus: Timers, node: MissionNode, console: Console | None) 
 
 
 def print_if_open(console: Console | None, text: RenderableType) -> None:
-    """Print, and ignore a terminal that is gone: the drone has to land all the same."""
+    """Print, and ignore a terminal that is gone: the rescue has to run all the same."""
     if console is None:
         return
     try:

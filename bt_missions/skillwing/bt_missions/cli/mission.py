@@ -1,4 +1,4 @@
-"""`skillwing mission`: list, write, check and fly missions, and control the one that flies."""
+"""`skillwing mission`: list, write, check and run missions, and control the one that runs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rich.console import Console
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
+from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
@@ -20,7 +21,7 @@ from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.xml.writer import write_mission, write_models
-from skillwing.dsl import load
+from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
 from skillwing.services.protocol import (
     AbortMission,
@@ -31,7 +32,6 @@ from skillwing.services.protocol import (
     PauseMission,
     ResumeMission,
 )
-from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import missions
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
 from skillwing.services.terminal.exit_codes import FAILED, OK
@@ -49,7 +49,14 @@ OutputOption = Annotated[
     Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write there instead of to the terminal.")
 ]
 RobotTableOption = Annotated[
-    str, typer.Option("--robot", "-r", metavar="NAME", help="Robot to check against: name, or folder of its package.")
+    str | None,
+    typer.Option(
+        "--robot",
+        "-r",
+        metavar="NAME",
+        help="Robot: name, or folder of its package. By default the one that runs, else the m600.",
+        show_default=False,
+    ),
 ]
 SkillsetOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Skillset to check against, instead of a robot's.")
@@ -63,16 +70,19 @@ SKILLS_WAIT = 0.5
 TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
 """Template of a mission by suffix. The one in Python has the suffix .txt, as it is not a module of this package."""
 mission = typer.Typer(
-    no_args_is_help=True, add_completion=False, help="List, write, check, fly, pause and watch missions."
+    no_args_is_help=True, add_completion=False, help="List, write, check, run, pause and watch missions."
 )
 
 
 @mission.command("list")
-def list_missions(as_json: JsonOption = False) -> None:
+def list_missions(robot: RobotTableOption = None, as_json: JsonOption = False) -> None:
     """List the installed missions with their options. With --json, `options` holds those with a default.
+
+    For a robot that runs, or that is named, it lists those that fit its skillset.
 
     Exit codes: 0; 1 a mission cannot be loaded.
     """
+    chosen = choose_robot(robot)
     found: list[Mission] = []
     broken: list[str] = []
     for name in installed_missions():
@@ -80,12 +90,25 @@ def list_missions(as_json: JsonOption = False) -> None:
             found.append(find_mission(name))
         except InvalidOptionError as error:
             broken.append(str(error))
+    fitting = [each for each in found if not chosen.is_chosen or _fits(each, chosen)]
     if as_json:
-        print_json([{"mission": each.name, "summary": each.summary, "options": each.describe()} for each in found])
+        print_json([{"mission": each.name, "summary": each.summary, "options": each.describe()} for each in fitting])
     else:
-        _print_missions(found, make_console())
+        _print_missions(fitting, make_console())
+        if len(fitting) < len(found):
+            others = listed(each.name for each in found if each not in fitting)
+            make_console().print(f"Other installed missions do not fit {chosen.skillset.name}: {others}.")
     if broken:
         raise SkillwingError(" ".join(broken))
+
+
+def _fits(mission: Mission, robot: ChosenRobot) -> bool:
+    """True if the mission fits the robot with the defaults of its options; those without a default are not checked."""
+    try:
+        options = mission.read_options({})
+    except InvalidOptionError:
+        return set(mission.needs) <= {resource.name for resource in robot.skillset.resources}
+    return not check_mission(mission, robot.skillset, options, robot.rescue_goal)
 
 
 def _print_missions(missions: list[Mission], console: Console) -> None:
@@ -103,29 +126,30 @@ def run(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Fly a mission on the running system, and show its progress until it is over. See docs/missions.md.
+    """Run a mission on the running system, and show its progress until it is over. See docs/missions.md.
 
-    Ctrl-C, `kill` and a closed terminal abort the mission: the drone lands where it is. A second Ctrl-C ends the
-    command at once, without a landing.
+    Ctrl-C, `kill` and a closed terminal abort the mission: its goals are interrupted, and its tree `rescue` runs. A
+    second Ctrl-C ends the command at once, without the rescue.
 
     If the system runs in a chosen world (`up --world KIND`), options of the site are set as a planner would set them.
     Options on the command line have priority.
 
-    Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it was not flown (unknown name, malformed value, or it
-    does not fit the robot); 3 no system is running; 4 another mission flies.
+    Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it did not run (unknown name, malformed value, or it
+    does not fit the robot); 3 no system is running; 4 another mission runs.
     """
     chosen = find_draft(name)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
-    with _connected_to_fly(chosen, robot) as system:
+    with _connected_to_run(chosen, robot) as system:
         _refuse_second_mission(system)
         given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
             print_if_open(console, status_line(status))
 
-        node = MissionNode(chosen, system.skillset, given, on_status=show)
+        goal = system.target.rescue_goal
+        node = MissionNode(chosen, system.skillset, given, rescue_goal=goal, on_status=show)
         run_in_foreground(system, node, console)
     if console is None:
         print_json(node.status)
@@ -136,7 +160,7 @@ def run(
 
 @mission.command()
 def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the mission that flies: its tree, its skills, and the reasons of its branch switches. q ends the command.
+    """Show the mission that runs: its tree, its skills, and the reasons of its branch switches. q ends the command.
     See docs/missions.md.
 
     The view is live until the mission is over. With --json, or without a terminal, it is printed once.
@@ -159,10 +183,9 @@ def watch(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 @mission.command()
 def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Hold the position of the drone until `skillwing mission resume`. Battery and geofence are watched meanwhile. See
-    docs/missions.md.
+    """Hold the mission until `skillwing mission resume`. Its guards are active meanwhile. See docs/missions.md.
 
-    Exit codes: 0 it is paused; 1 no mission flies; 3 no system is running; 4 it cannot be paused now.
+    Exit codes: 0 it is paused; 1 no mission runs; 3 no system is running; 4 it cannot be paused now.
     """
     _send(robot, lambda keys: keys.mission_pause, PauseMission, reason, as_json=as_json)
 
@@ -171,16 +194,17 @@ def pause(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 def resume(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
     """Continue a paused mission where it was. See docs/missions.md.
 
-    Exit codes: 0 it continues; 1 no mission flies; 3 no system is running; 4 it was not paused.
+    Exit codes: 0 it continues; 1 no mission runs; 3 no system is running; 4 it was not paused.
     """
     _send(robot, lambda keys: keys.mission_resume, ResumeMission, reason, as_json=as_json)
 
 
 @mission.command()
 def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Abort the mission: the drone stops and lands where it is. A second request has no effect. See docs/missions.md.
+    """Abort the mission: its goals are interrupted, and its tree `rescue` runs. A second request has no effect. See
+    docs/missions.md.
 
-    Exit codes: 0 the request was accepted; 1 no mission flies; 3 no system is running.
+    Exit codes: 0 the request was accepted; 1 no mission runs; 3 no system is running.
     """
     _send(robot, lambda keys: keys.mission_abort, AbortMission, reason, as_json=as_json)
 
@@ -189,7 +213,7 @@ def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 def check(
     name: MissionName,
     options: OptionWords = None,
-    robot: RobotTableOption = "m600",
+    robot: RobotTableOption = None,
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -200,10 +224,11 @@ def check(
     Exit codes: 0 it fits; 1 there are problems; 2 it was not checked (unknown name, malformed value, or a file that
     cannot be read).
     """
-    model = load(skillset or find_robot(robot).skillset)
+    model = choose_robot(robot, skillset)
     try:
         chosen = find_draft(name)
-        problems = check_mission(chosen, model, chosen.read_options(parse_options(options or [])))
+        given = chosen.read_options(parse_options(options or []))
+        problems = check_mission(chosen, model.skillset, given, model.rescue_goal)
         called = chosen.name
     except FaultyMissionError as error:
         problems, called = list(error.problems), name
@@ -213,7 +238,7 @@ def check(
         console = make_console()
         for problem in problems:
             console.print(str(problem), soft_wrap=True, markup=False)
-        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.name}"
+        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.skillset.name}"
         console.print(f"{called}: {verdict}", markup=False)
     raise typer.Exit(FAILED if problems else OK)
 
@@ -236,7 +261,7 @@ def export(
     name: MissionName,
     options: OptionWords = None,
     output: OutputOption = None,
-    robot: RobotTableOption = "m600",
+    robot: RobotTableOption = None,
     skillset: SkillsetOption = None,
 ) -> None:
     """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values. See docs/own_mission.md.
@@ -245,15 +270,15 @@ def export(
     value.
     """
     chosen = find_mission(name)
-    model = load(skillset or find_robot(robot).skillset)
+    model = choose_robot(robot, skillset).skillset
     trees = chosen.build(offline_context(model), chosen.read_options(parse_options(options or [])))
     _put(write_mission(chosen.name, trees, model), output)
 
 
 @mission.command()
-def nodes(output: OutputOption = None, robot: RobotTableOption = "m600", skillset: SkillsetOption = None) -> None:
+def nodes(output: OutputOption = None, robot: RobotTableOption = None, skillset: SkillsetOption = None) -> None:
     """Write the models of all nodes of tree files: the palette that Groot2 imports. See docs/own_mission.md."""
-    _put(write_models(load(skillset or find_robot(robot).skillset)), output)
+    _put(write_models(choose_robot(robot, skillset).skillset), output)
 
 
 def _send(
@@ -264,13 +289,13 @@ def _send(
     *,
     as_json: bool,
 ) -> None:
-    """Send a request to the mission that flies, and print its status after it."""
+    """Send a request to the mission that runs, and print its status after it."""
     message = kind() if reason is None else kind(reason=reason)
     with connect(robot) as system:
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
         except NoReplyError as error:
-            raise SkillwingError("No mission flies here. Fly one with `skillwing mission run`.") from error
+            raise SkillwingError("No mission runs here. Start one with `skillwing mission run`.") from error
     if as_json:
         print_json(status)
     else:
@@ -285,7 +310,7 @@ def _put(text: str, output: Path | None) -> None:
 
 
 @contextmanager
-def _connected_to_fly(chosen: Mission, robot: str | None) -> Iterator[System]:
+def _connected_to_run(chosen: Mission, robot: str | None) -> Iterator[System]:
     """The system for a mission. If none runs, problems of the mission's file are reported first."""
     try:
         with connect(robot) as system:
@@ -302,7 +327,7 @@ def _options_with_site(
     known = mission_context(system.target, chosen.name)
     site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
     given = chosen.read_options(site | asked)
-    require_fit(chosen, system.skillset, given)
+    require_fit(chosen, system.skillset, given, system.target.rescue_goal)
     if console is not None and site:
         text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
         console.print(f"Options of the site: {text}", highlight=False)
@@ -310,9 +335,9 @@ def _options_with_site(
 
 
 def _refuse_second_mission(system: System) -> None:
-    """Raise RefusedError if a mission flies or waits for the robot.
+    """Raise RefusedError if a mission runs or waits for the robot.
 
-    A second mission would wait for the same resources, and take off when nobody expects it.
+    A second mission would wait for the same resources, and begin when nobody expects it.
     """
     if MissionNode.name not in system.alive():
         return
@@ -321,7 +346,7 @@ def _refuse_second_mission(system: System) -> None:
     name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
     raise RefusedError(
         ErrorCode.NOT_ALLOWED,
-        f"{name} flies here already.",
+        f"{name} runs here already.",
         help="Wait until it has ended, or abort it with `skillwing mission abort`.",
     )
 

@@ -1,4 +1,4 @@
-"""`skillwing mission watch`: live view of the mission that flies: status, tree, skills and branch switches."""
+"""`skillwing mission watch`: live view of the mission that runs: status, tree, skills and branch switches."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class MissionWatch:
         return self.status is not None and self.tree is not None
 
     def view(self, height: int | None = None) -> RenderableType:
-        """All that is known, or the result of the last mission if none flies. height: lines of the terminal."""
+        """All that is known, or the result of the last mission if none runs. height: lines of the terminal."""
         if self.status is None:
             return Text(_last_flown(self._system.target.run_dir), overflow="fold")
         parts: list[RenderableType] = [status_line(self.status), Text()]
@@ -158,13 +158,11 @@ def _last_flown(run_dir: Path | None) -> str:
     """Sentence for a system without a mission: the result of the last one, from its report."""
     reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
     if not reports:
-        return "No mission flies now, and none has left a report here. Fly one with `skillwing mission run`."
+        return "No mission runs now, and none has left a report here. Start one with `skillwing mission run`."
     folder = reports[-1].parent
     report = read_report(folder)
     became = RESULTS.get(report.result, report.result)
-    return (
-        f"No mission flies now. The last one, `{report.mission}`, {became}; its report is in {relative_path(folder)}."
-    )
+    return f"No mission runs now. The last one, `{report.mission}`, {became}; its report is in {relative_path(folder)}."
 
 
 def status_line(status: MissionStatus) -> Text:

@@ -11,12 +11,13 @@ from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettle
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, ON_GROUND, TAKEOFF
 from skillwing.bt_missions.planning.waypoints import PointAbove
 from skillwing.bt_missions.subtrees.composites import OnEnding, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 
+TAKEOFF, LAND = "takeoff", "land"
+FLIGHT_STATUS, ON_GROUND, IN_AIR = "flight_status", "ON_GROUND", "IN_AIR"
 LANDED = {"S_LANDED": Status.SUCCESS, "S_BLOCKED": Status.FAILURE}
 STOPPING_PATIENCE = 10.0
 """Longest wait for cancelled motions before a landing, in seconds of robot time."""

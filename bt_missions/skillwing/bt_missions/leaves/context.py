@@ -14,6 +14,7 @@ from typing import Any, Protocol
 from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.bt_missions.leaves.reaper import Reaper
 from skillwing.dsl.model import Skillset
+from skillwing.services.rescue_goal import RescueGoal
 
 
 class RecordWriter(Protocol):
@@ -43,14 +44,20 @@ class BranchSwitch:
 
 
 class MissionContext:
-    """Shared by all leaves of one mission. now: robot time in seconds."""
+    """Shared by all leaves of one mission. now: robot time in seconds. rescue_goal: of the robot, if it has one."""
 
     def __init__(
-        self, interface: RobotInterface, skillset: Skillset, now: Callable[[], float], write_record: RecordWriter
+        self,
+        interface: RobotInterface,
+        skillset: Skillset,
+        now: Callable[[], float],
+        write_record: RecordWriter,
+        rescue_goal: RescueGoal | None = None,
     ) -> None:
         self.interface = interface
         self.skillset = skillset
         self.now = now
+        self.rescue_goal = rescue_goal
         self.reaper = Reaper(interface, skillset)
         self.switches: list[BranchSwitch] = []
         self.failure: LeafFailure | None = None

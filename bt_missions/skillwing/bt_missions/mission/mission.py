@@ -1,4 +1,4 @@
-"""Definition of a mission: name, options, needs, and the trees that fly it."""
+"""Definition of a mission: name, options, needs, and the trees that carry it out."""
 
 from __future__ import annotations
 
@@ -42,13 +42,21 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class MissionTrees:
-    """Trees of a mission. root: flies it. rescue: brings the drone to safety after an abort, an exception in a leaf, or
-    an end of `root` in the air. unused: other trees of the same file, which are checked but not flown."""
+    """Trees of a mission.
+
+    root: carries it out. rescue: brings the robot to its rescue goal after an abort, an exception in a leaf, or an end
+    of `root` away from that goal. A robot without a rescue goal needs none. unused: other trees of the same file,
+    which are checked but not run.
+    """
 
     root: Behaviour
-    rescue: Behaviour
-    progress: Callable[[], Progress]
+    rescue: Behaviour | None = None
+    progress: Callable[[], Progress] = Progress
     unused: tuple[Behaviour, ...] = ()
+
+    @property
+    def all(self) -> tuple[Behaviour, ...]:
+        return (self.root, *(() if self.rescue is None else (self.rescue,)), *self.unused)
 
 
 class Mission(ABC):
@@ -80,14 +88,14 @@ class Mission(ABC):
             return None
 
     def require_usable(self) -> None:  # noqa: B027 - a mission in Python has loaded, so it is usable
-        """Raise FaultyMissionError if the mission cannot be flown on any robot, as its file is written."""
+        """Raise FaultyMissionError if the mission cannot run on any robot, as its file is written."""
 
     @abstractmethod
     def build(self, context: MissionContext, options: Any) -> MissionTrees:
         """Build the trees. Called once, before the robot is ready: read nothing from the robot here."""
 
     def draft(self, context: MissionContext, options: Any) -> tuple[MissionTrees, list[MissionProblem]]:
-        """Build the trees as far as possible, and list the problems that prevent a flight."""
+        """Build the trees as far as possible, and list the problems that prevent a run."""
         trees: object = self.build(context, options)
         if not isinstance(trees, MissionTrees):
             raise TypeError(f"`build` returns {type(trees).__name__} instead of MissionTrees")

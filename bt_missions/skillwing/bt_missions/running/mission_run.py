@@ -3,9 +3,9 @@
 Stages in this order:
 
 - WAITING until the robot is ready
-- FLYING the first tree
-- CHECKING for a drone in the air, after the end of that tree
-- RESCUING with the second tree, if the first one stopped or left the drone in the air
+- RUNNING the first tree
+- CHECKING for a robot away from its rescue goal, after the end of that tree
+- RESCUING with the second tree, if the first one stopped or left the robot away from its goal
 - STOPPING until every goal has ended
 - OVER
 """
@@ -23,22 +23,22 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.publisher import MissionPublisher
-from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, AirborneCheck, ClockWatchdog, Readiness
+from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog, Readiness, RescueCheck
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.protocol import MissionPhase
 
 SETTLED_TICK = 0.01
 """Time from a tick that changed something to the next one, in seconds of robot time."""
-TOUCHDOWN_REPORT = 0.2
-"""Longest wait for the flight status after the end of a landing, in seconds of robot time. The robot reports it by
-itself, so that no step tells when it comes."""
+ARRIVAL_REPORT = 0.2
+"""Longest wait for the state of the rescue goal after the end of its skill, in seconds of robot time. The robot reports
+it by itself, so that no step tells when it comes."""
 SETTLE_TIMEOUT = 15.0
 """Longest wait at the end for goals that do not stop, in seconds of wall time."""
 
 
 class RunStage(StrEnum):
     WAITING = "waiting"
-    FLYING = "flying"
+    RUNNING = "running"
     CHECKING = "checking"
     RESCUING = "rescuing"
     STOPPING = "stopping"
@@ -46,7 +46,7 @@ class RunStage(StrEnum):
 
 
 class MissionRun:
-    """Flies `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes."""
+    """Runs `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes."""
 
     def __init__(
         self,
@@ -63,23 +63,30 @@ class MissionRun:
         self._publisher = publisher
         self._wake = wake
         self._readiness = Readiness(context.interface, mission.needs)
-        self._airborne = AirborneCheck(context.interface, context.skillset)
+        goal = context.rescue_goal
+        self._goal_words = ("safe", "the rescue") if goal is None else (goal.reached, goal.action)
+        self._safety = RescueCheck(context.interface, context.skillset, goal, mission.needs)
         self._stage = RunStage.WAITING
         self._outcome = MissionPhase.IDLE, ""
         self._abort_reason: str | None = None
-        self._has_flown = False
+        self._has_run = False
         self._system_is_there = True
         self._ended_at = 0.0
         self._looks_again = False
-        """A drone that is the mission's to land again, before the end, is landed."""
+        """True if a robot that becomes the mission's to rescue again, before the end, is rescued."""
         self._settle_timer: Handle | None = None
         self._at_end: list[Handle] = []
         self._show(trees.root)
 
     @property
     def tree_shows_end(self) -> bool:
-        """True if the tree shows why the mission ended: it was flown, and the system was there until its end."""
-        return self._has_flown and self._system_is_there
+        """True if the tree shows why the mission ended: it has run, and the system was there until its end."""
+        return self._has_run and self._system_is_there
+
+    @property
+    def rescue_action(self) -> str | None:
+        """Noun for the second tree; None without one."""
+        return None if self._trees.rescue is None else self._goal_words[1]
 
     def cancel_at_end(self, *handles: Handle) -> None:
         """Cancel these when the run is over."""
@@ -94,17 +101,17 @@ class MissionRun:
         match self._stage:
             case RunStage.WAITING:
                 self._start_when_ready()
-            case RunStage.FLYING:
-                self._fly()
+            case RunStage.RUNNING:
+                self._tick_root()
             case RunStage.CHECKING:
-                self._check_for_drone_in_air()
+                self._check_place()
             case RunStage.RESCUING:
                 self._rescue()
             case RunStage.STOPPING | RunStage.OVER:
                 pass
         if self._stage is RunStage.STOPPING:
             self._finish_when_stopped()
-        if self._stage in (RunStage.FLYING, RunStage.RESCUING) and self._publisher.publish_tree():
+        if self._stage in (RunStage.RUNNING, RunStage.RESCUING) and self._publisher.publish_tree():
             self._publish_progress()
             # The next tick may continue from what this one changed, such as the end of a round.
             self._bus.after(SETTLED_TICK, self._wake)
@@ -112,11 +119,11 @@ class MissionRun:
     # --- requests of the operator
 
     def abort(self, reason: str) -> None:
-        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
-        if self._stage not in (RunStage.WAITING, RunStage.FLYING):
+        """Interrupt everything, rescue the robot, and end as ABORTED. A second call has no effect."""
+        if self._stage not in (RunStage.WAITING, RunStage.RUNNING):
             return
         self._abort_reason = reason
-        self._end(MissionPhase.ABORTED, reason, rescue=self._stage is RunStage.FLYING)
+        self._end(MissionPhase.ABORTED, reason, rescue=self._stage is RunStage.RUNNING)
         # At once, as the reply to the request carries this status.
         if self._stage is RunStage.RESCUING:
             self._publisher.publish(MissionPhase.RUNNING, self._rescue_text)
@@ -125,12 +132,12 @@ class MissionRun:
         self._wake()
 
     def pause(self, reason: str) -> str | None:
-        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible.
+        """Hold the mission until `resume`. Returns a sentence if that is not possible.
 
-        Guards stay active: they may still bring the drone home or land it.
+        Guards stay active: they may still end the mission.
         """
-        if self._stage is not RunStage.FLYING:
-            return f"The mission is {self._stage}; only a flight can be paused."
+        if self._stage is not RunStage.RUNNING:
+            return f"The mission is {self._stage}; only one that runs can be paused."
         refusal = self._pause.pause(reason)
         if refusal is None:
             self._publish_pause_state()
@@ -138,7 +145,7 @@ class MissionRun:
         return refusal
 
     def resume(self, reason: str) -> str | None:
-        """Continue where the flight was paused. Returns a sentence if that is not possible."""
+        """Continue where the mission was paused. Returns a sentence if that is not possible."""
         refusal = self._pause.resume()
         if refusal is None:
             self._publish_pause_state(reason)
@@ -150,12 +157,12 @@ class MissionRun:
     def _start_when_ready(self) -> None:
         missing = self._readiness.missing
         if not missing:
-            self._stage = RunStage.FLYING
-            self._has_flown = True
-            self._airborne.begin()
+            self._stage = RunStage.RUNNING
+            self._has_run = True
+            self._safety.begin()
             self._publisher.enter(MissionPhase.RUNNING, "the robot is ready")
             self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock))
-            self._fly()
+            self._tick_root()
         elif self._publisher.status.text != missing:
             self._publisher.publish(MissionPhase.IDLE, missing)
 
@@ -164,14 +171,15 @@ class MissionRun:
         if self._stage is RunStage.WAITING:
             self.give_up(f"The robot did not get ready within {waited:g} s ({self._readiness.missing}).")
 
-    def give_up_in_air(self) -> None:
-        """End the mission if it waits for a drone to land that nobody flies."""
-        if self._stage is RunStage.WAITING and not self._readiness.starts_in_air and self._airborne.nobody_flies:
-            self.give_up("The drone is in the air already, and nobody flies it. Land it with `skillwing start land`.")
+    def give_up_away(self) -> None:
+        """End the mission if it waits for a robot that is away from its rescue goal, and that nobody commands."""
+        refusal = self._safety.refusal
+        if self._stage is RunStage.WAITING and refusal is not None:
+            self.give_up(refusal)
 
-    # --- flight
+    # --- run of the trees
 
-    def _fly(self) -> None:
+    def _tick_root(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
             self._tree_ended(MissionPhase.SUCCEEDED, self._trees.progress().text or "done")
@@ -179,24 +187,25 @@ class MissionRun:
             self._tree_ended(MissionPhase.FAILED, self._failure_text())
 
     def _rescue(self) -> None:
-        status = self._tick_tree(self._trees.rescue)
+        status = self._tick_tree(self._tree)
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
-            landed = "the drone is on the ground"
-            landed = landed if status is Status.SUCCESS else f"no landing: {self._failure_text()}"
-            # A landing that the pilot prevents may become possible again. One that fails by itself is not repeated.
-            self._looks_again = not self._airborne.has_to_land
-            self._end(phase, _joined(text, landed), rescue=False)
+            reached, action = self._goal_words
+            done = status is Status.SUCCESS
+            rescued = f"the robot is {reached}" if done else f"{action} failed: {self._failure_text()}"
+            # A rescue that a person prevents may become possible again. One that fails by itself is not repeated.
+            self._looks_again = not self._safety.is_due
+            self._end(phase, _joined(text, rescued), rescue=False)
 
     def _tick_tree(self, tree: Behaviour) -> Status:
-        """Tick once. If a leaf of the first tree raises, the second one lands the drone."""
+        """Tick once. If a leaf of the first tree raises, the second one rescues the robot."""
         try:
             tree.tick_once()
-        except Exception as error:  # noqa: BLE001 - the drone is in the air, so no exception may end the process
+        except Exception as error:  # noqa: BLE001 - the robot may need its rescue, so no exception may end the process
             text = f"the tree raised {type(error).__name__}: {error}"
             if self._stage is RunStage.RESCUING:
                 phase, reason = self._outcome
-                self._end(phase, _joined(reason, f"while landing {text}"), rescue=False)
+                self._end(phase, _joined(reason, f"during {self._goal_words[1]} {text}"), rescue=False)
             else:
                 self._end(MissionPhase.FAILED, text, rescue=True)
             return Status.INVALID
@@ -219,7 +228,7 @@ class MissionRun:
         return self._context.failure.record if self._context.failure else None
 
     def _show(self, tree: Behaviour) -> None:
-        """Fly and publish this tree from now on."""
+        """Run and publish this tree from now on."""
         self._tree = tree
         self._pause = PauseControl(tree, self._context.interface)
         self._publisher.show(tree, self._trees.progress)
@@ -243,17 +252,17 @@ class MissionRun:
 
     @property
     def _rescue_text(self) -> str:
-        return _joined(self._outcome[1], "landing")
+        return _joined(self._outcome[1], self._goal_words[1])
 
     # --- end
 
     def give_up(self, text: str) -> None:
-        """End as FAILED without a landing."""
+        """End as FAILED without a rescue."""
         self._end(MissionPhase.FAILED, text, rescue=False)
         self._wake()
 
     def _give_up_for_clock(self) -> None:
-        if self._stage in (RunStage.FLYING, RunStage.CHECKING, RunStage.RESCUING):
+        if self._stage in (RunStage.RUNNING, RunStage.CHECKING, RunStage.RESCUING):
             text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
             self.give_up(_joined(self._failure_text(), f"then {text}") if self._context.failure else text)
 
@@ -264,11 +273,11 @@ class MissionRun:
             self._finish()
 
     def system_stopped(self) -> None:
-        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
+        """End at once: the system was stopped, so that nothing can be interrupted."""
         if self._stage is RunStage.OVER:
             return
         phase, before = self._outcome
-        where = ", with the drone in the air" if self._airborne.is_in_air else ""
+        where = f", with the robot {self._safety.where}" if self._safety.is_away else ""
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
         text = f"the system was stopped under it{where}{after}"
@@ -276,29 +285,33 @@ class MissionRun:
         self._conclude(*self._outcome)
 
     def _end(self, phase: MissionPhase, text: str, *, rescue: bool) -> None:
-        """Halt the tree. Then land the drone with the second tree, or wait for the goals to stop."""
+        """Halt the tree. Then rescue the robot with the second tree, or wait for the goals to stop."""
         self._stop_tree(phase, text)
-        self._begin_rescue() if rescue else self._settle()
+        if rescue and self._trees.rescue is not None:
+            self._begin_rescue(self._trees.rescue)
+        else:
+            self._settle()
 
     def _tree_ended(self, phase: MissionPhase, text: str) -> None:
-        """Note the end of the first tree, and check that it has not left the drone in the air."""
+        """Note the end of the first tree, and check that it has not left the robot away from its goal."""
         self._stop_tree(phase, text)
         self._looks_again = True
         self._stage = RunStage.CHECKING
         self._ended_at = self._bus.now()
-        self._check_for_drone_in_air()
+        self._check_place()
 
-    def _check_for_drone_in_air(self) -> None:
-        """Land a drone that stays in the air. The end of a landing may arrive before the new flight status."""
-        if not self._airborne.has_to_land:
+    def _check_place(self) -> None:
+        """Rescue a robot that stays away. The end of the skill may arrive before the robot reports its new state."""
+        rescue = self._trees.rescue
+        if rescue is None or not self._safety.is_due:
             self._settle()
-        elif self._bus.now() - self._ended_at >= TOUCHDOWN_REPORT:
-            self._land_after_all()
+        elif self._bus.now() - self._ended_at >= ARRIVAL_REPORT:
+            self._rescue_after_all(rescue)
 
-    def _land_after_all(self) -> None:
+    def _rescue_after_all(self, rescue: Behaviour) -> None:
         phase, text = self._outcome
-        self._outcome = phase, _joined(text, "it ended in the air")
-        self._begin_rescue()
+        self._outcome = phase, _joined(text, f"it ended {self._safety.where}")
+        self._begin_rescue(rescue)
 
     def _stop_tree(self, phase: MissionPhase, text: str) -> None:
         self._outcome = phase, text
@@ -309,11 +322,11 @@ class MissionRun:
             self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
         self._context.cancel_all()
 
-    def _begin_rescue(self) -> None:
+    def _begin_rescue(self, rescue: Behaviour) -> None:
         if self._settle_timer is not None:
             self._settle_timer.cancel()
         self._stage = RunStage.RESCUING
-        self._show(self._trees.rescue)
+        self._show(rescue)
 
     def _settle(self) -> None:
         self._stage = RunStage.STOPPING
@@ -321,10 +334,11 @@ class MissionRun:
         self._at_end.append(self._settle_timer)
 
     def _finish_when_stopped(self) -> None:
-        """Finish when every goal has stopped. If the pilot gives the drone back meanwhile, land it first."""
-        if self._looks_again and self._airborne.has_to_land:
+        """Finish when every goal has stopped. If a person gives the robot back meanwhile, rescue it first."""
+        rescue = self._trees.rescue
+        if self._looks_again and rescue is not None and self._safety.is_due:
             self._looks_again = False
-            self._land_after_all()
+            self._rescue_after_all(rescue)
         elif not self._context.reaper.unfinished:
             self._finish()
 

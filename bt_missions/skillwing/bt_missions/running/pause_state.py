@@ -1,4 +1,4 @@
-"""Pause state of a flight: running, paused by the operator, or held for the safety pilot."""
+"""Pause state of a mission: running, paused by the operator, or held while a person has the robot."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PauseControl:
 
     @property
     def state(self) -> PauseState:
-        """State of a flight that has begun and is not over. HELD comes before PAUSED."""
+        """State of a mission that has begun and is not over. HELD comes before PAUSED."""
         for grant in self._grants:
             if grant.status is Status.RUNNING and grant.reason is not None:
                 cause = self._interface.change_record(grant.resource)

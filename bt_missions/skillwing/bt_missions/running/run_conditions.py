@@ -1,17 +1,16 @@
-"""Conditions that a run watches: the robot is ready, the drone is in the air, robot time advances."""
+"""Conditions that a run watches: the robot is ready, it is away from its rescue goal, robot time advances."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 from skillwing.bt_missions.leaves.interface import RobotInterface
-from skillwing.bt_missions.leaves.takeoff_and_landing import FLIGHT_STATUS, IN_AIR, LAND, flies, may_land
 from skillwing.dsl.model import Skillset
-from skillwing.dsl.queries import taken_by
 from skillwing.services.bus import Handle, Timers
+from skillwing.services.rescue_goal import RescueGoal
 
 CLOCK_TIMEOUT = 15.0
-"""Longest time for which robot time may stand still during a flight, in seconds of wall time."""
+"""Longest time for which robot time may stand still during a run, in seconds of wall time."""
 
 
 class Readiness:
@@ -37,42 +36,65 @@ class Readiness:
         ]
         return "waiting: " + "; ".join(lacks) if lacks else ""
 
-    @property
-    def starts_in_air(self) -> bool:
-        """True if the mission may start with the drone in the air."""
-        return IN_AIR in self._needs.get(FLIGHT_STATUS, (IN_AIR,))
 
+class RescueCheck:
+    """Check for a robot away from its rescue goal, at the start and at the end of a mission.
 
-class AirborneCheck:
-    """Check for a drone in the air at the start and at the end of a mission. Robots without skills to fly never are."""
+    goal: None for a robot that nobody has to bring anywhere; it never is away. needs: of the mission.
+    """
 
-    def __init__(self, interface: RobotInterface, skillset: Skillset) -> None:
+    def __init__(
+        self,
+        interface: RobotInterface,
+        skillset: Skillset,
+        goal: RescueGoal | None,
+        needs: Mapping[str, tuple[str, ...]],
+    ) -> None:
         self._interface = interface
         self._skillset = skillset
-        self._began_in_air = False
+        self._goal = goal
+        self._needs = needs
+        self._began_away = False
 
     def begin(self) -> None:
-        """Note the start of the mission. A drone that is in the air now may be left there."""
-        self._began_in_air = self.is_in_air
+        """Note the start of the mission. A robot that is away now may be left there."""
+        self._began_away = self.is_away
 
     @property
-    def is_in_air(self) -> bool:
-        return flies(self._skillset) and self._interface.state(FLIGHT_STATUS) == IN_AIR
+    def is_away(self) -> bool:
+        return bool(self.where)
 
     @property
-    def has_to_land(self) -> bool:
-        """True if the mission has brought the drone up, has not landed it, and may: no safety pilot has it."""
-        return self.is_in_air and not self._began_in_air and may_land(self._skillset, self._interface.states)
+    def where(self) -> str:
+        """Words for the place of a robot that is away, such as `in the air`; empty at the goal."""
+        if self._goal is None:
+            return ""
+        return self._goal.away.get(self._interface.state(self._goal.resource) or "", "")
 
     @property
-    def nobody_flies(self) -> bool:
-        """True if the drone is in the air, no skill controls it, and it may be landed."""
-        states = self._interface.states
-        if not self.is_in_air or not may_land(self._skillset, states):
-            return False
-        return not any(
-            states.get(resource) == state for resource, state in taken_by(self._skillset.skill(LAND)).items()
-        )
+    def is_due(self) -> bool:
+        """True if the mission has to bring the robot to its goal: it has brought it away, and may bring it back.
+
+        A person who has taken the robot decides alone.
+        """
+        return self.is_away and not self._began_away and self._is_possible
+
+    @property
+    def refusal(self) -> str | None:
+        """Reason why a mission that waits cannot start: the robot is away, and nobody commands it."""
+        goal, states = self._goal, self._interface.states
+        if goal is None or not self.is_away or self._may_start_away(goal) or not self._is_possible:
+            return None
+        if goal.is_under_way(self._skillset, states):
+            return None
+        return f"The robot is {self.where} already, and nobody commands it. Use `skillwing start {goal.skill}`."
+
+    def _may_start_away(self, goal: RescueGoal) -> bool:
+        return not goal.away.keys().isdisjoint(self._needs.get(goal.resource, goal.away))
+
+    @property
+    def _is_possible(self) -> bool:
+        return self._goal is not None and self._goal.is_possible(self._skillset, self._interface.states)
 
 
 class ClockWatchdog:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from skillwing.bt_missions.checking.mission_check import draft_and_check
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.library import find_mission
@@ -21,32 +23,38 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import MISSION
 from skillwing.services.options import required
 from skillwing.services.protocol import AbortMission, Keys, MissionStatus, PauseMission, ResumeMission, TreeSnapshot
+from skillwing.services.rescue_goal import RescueGoal
 
 TICK_PERIOD = 0.2
 """Longest time between two ticks, in seconds of robot time; after a change a tick follows at once."""
+_OF_THE_PROCESS = ("mission", "skillset", "rescue_goal", "ready_timeout")
+"""Options of the process; all others are the mission's."""
 READY_TIMEOUT = 30.0
 """Longest wait for the robot to get ready, in seconds of wall time."""
-LANDING_TIMEOUT = 3.0
-"""Wait before giving up for a drone in the air that nobody flies, in seconds of wall time. It may be about to land."""
+AWAY_TIMEOUT = 3.0
+"""Wait before giving up for a robot away from its rescue goal that nobody commands, in seconds of wall time. It may be
+about to get there."""
 
 
 def make_mission(options: dict[str, Any]) -> MissionNode:
-    """A node that flies one mission.
+    """A node that runs one mission.
 
-    options: "mission" (name or file), "skillset" (path of the file), optionally "ready_timeout" (seconds of wall time).
-    All others are options of the mission. Raises UnknownNameError, InvalidOptionError or SkillsetError.
+    options: "mission" (name or file), "skillset" (path of the file), optionally "rescue_goal" (of the robot, as a
+    mapping) and "ready_timeout" (seconds of wall time). All others are options of the mission.
+    Raises UnknownNameError, InvalidOptionError or SkillsetError.
     """
     mission = find_mission(required(options, "mission"))
     skillset = load(Path(required(options, "skillset")))
-    own = {name: value for name, value in options.items() if name not in ("mission", "skillset", "ready_timeout")}
+    own = {name: value for name, value in options.items() if name not in _OF_THE_PROCESS}
     timeout = options.get("ready_timeout", READY_TIMEOUT)
     if not isinstance(timeout, (int, float)):
         raise InvalidOptionError("ready_timeout", f"`ready_timeout` is {timeout!r}; give a number of seconds.")
-    return MissionNode(mission, skillset, mission.read_options(own), ready_timeout=timeout)
+    goal = msgspec.convert(options.get("rescue_goal"), RescueGoal | None)
+    return MissionNode(mission, skillset, mission.read_options(own), rescue_goal=goal, ready_timeout=timeout)
 
 
 class MissionNode:
-    """Flies `mission` on the robot with this `skillset`.
+    """Runs `mission` on the robot with this `skillset` and this rescue goal.
 
     `status` is the latest MissionStatus, which also goes to `on_status`. It is the final one when `over` is True.
     Then every goal has ended, or had its time to end, unless the system was stopped.
@@ -61,6 +69,7 @@ class MissionNode:
         skillset: Skillset,
         options: MissionOptions,
         *,
+        rescue_goal: RescueGoal | None = None,
         ready_timeout: float = READY_TIMEOUT,
         on_status: Callable[[MissionStatus], None] = lambda status: None,
     ) -> None:
@@ -68,6 +77,7 @@ class MissionNode:
         self._skillset = skillset
         self._keys = Keys(skillset.name)
         self._options = options
+        self._rescue_goal = rescue_goal
         self._ready_timeout = ready_timeout
         self._publisher = MissionPublisher(mission.name, self._keys, on_status)
         self._awake = False
@@ -86,6 +96,11 @@ class MissionNode:
         return self._run.tree_shows_end
 
     @property
+    def rescue_action(self) -> str | None:
+        """Noun for what an abort does after it has interrupted the goals, such as `landing`; None for nothing."""
+        return self._run.rescue_action
+
+    @property
     def snapshot(self) -> TreeSnapshot:
         """The latest tree that was published; at the end, the tree before its halt."""
         return self._publisher.snapshot
@@ -94,7 +109,7 @@ class MissionNode:
         self._bus = bus
         self._publisher.attach(bus)
         interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
-        context = MissionContext(interface, self._skillset, bus.now, self._publisher.record)
+        context = MissionContext(interface, self._skillset, bus.now, self._publisher.record, self._rescue_goal)
         trees, problems = draft_and_check(self.mission, context, self._options)
         self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake)
         self._run.cancel_at_end(
@@ -103,7 +118,7 @@ class MissionNode:
             *serve_operator_requests(bus, self._keys, self),
             interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
-            bus.after(LANDING_TIMEOUT, self._run.give_up_in_air, wall=True),
+            bus.after(AWAY_TIMEOUT, self._run.give_up_away, wall=True),
             bus.after(self._ready_timeout, lambda: self._run.give_up_waiting(self._ready_timeout), wall=True),
             bus.declare_alive(self._keys.alive(self.name)),
         )
@@ -117,20 +132,20 @@ class MissionNode:
         self._run.stop()
 
     def abort(self, reason: str = AbortMission().reason) -> str | None:
-        """Interrupt everything, land, and end as ABORTED. A second call, or one at the end, has no effect."""
+        """Interrupt everything, rescue the robot, and end as ABORTED. A second call has no effect."""
         self._run.abort(reason)
         return None
 
     def pause(self, reason: str = PauseMission().reason) -> str | None:
-        """Stop the motion and hold the position until `resume`. Returns a sentence if that is not possible."""
+        """Hold the mission until `resume`. Returns a sentence if that is not possible."""
         return self._run.pause(reason)
 
     def resume(self, reason: str = ResumeMission().reason) -> str | None:
-        """Continue where the flight was paused. Returns a sentence if that is not possible."""
+        """Continue where the mission was paused. Returns a sentence if that is not possible."""
         return self._run.resume(reason)
 
     def system_stopped(self) -> None:
-        """End at once: the system was stopped, so that nothing can be interrupted or landed."""
+        """End at once: the system was stopped, so that nothing can be interrupted."""
         self._run.system_stopped()
 
     def _wake(self) -> None:

@@ -47,7 +47,7 @@ LIST = "[]"
 def load_mission(file: Path) -> XmlMission:
     """The mission in a tree file. Raises TreeFileError for other files.
 
-    A mission with `problems` cannot be flown, but it can be checked, to list the problems of its trees as well.
+    A mission with `problems` cannot run, but it can be checked, to list the problems of its trees as well.
     """
     return XmlMission(read_tree_file(file))
 
@@ -110,7 +110,7 @@ class XmlMission(Mission):
             except PortError as error:
                 problems.append(FileProblem(kinds[name].line, f"Option {error}"))
         root = builder.build(self._source.main, blackboard)
-        rescue = builder.build(RESCUE, blackboard)
+        rescue = builder.build(RESCUE, blackboard) if RESCUE in self._source.trees else None
         unused = tuple(builder.build_unused())
         builder.finish()
         trees = MissionTrees(root, rescue, lambda: _progress(root), unused)

@@ -43,7 +43,7 @@ class TreeModel:
 class TreeFile:
     """A file of format 4. main: ID of the main tree; trees: the top element of each tree by ID; models: declarations.
 
-    problems: of the frame around the trees. A file with problems cannot be flown, but its trees can be checked, each
+    problems: of the frame around the trees. A file with problems cannot run, but its trees can be checked, each
     under the name that is most likely intended. `main` may then be unknown. An element without a tag replaces the top
     of a tree that cannot be read.
     """
@@ -82,7 +82,7 @@ def tree_file(root: Element, file: Path) -> TreeFile:
             case _:
                 pass
     main = _main(root, trees, nameless, problems)
-    _require_rescue(root, main, trees, nameless, problems)
+    _find_rescue(root, main, trees, nameless, problems)
     for each in (_as_meant(model, trees, problems) for model in described):
         models[_described(each, root, main, trees, models, problems)] = _model(each, problems)
     return TreeFile(file, main, trees, models, tuple(problems))
@@ -128,19 +128,18 @@ def _attributes(element: Element, known: Sequence[str], problems: list[FileProbl
     return found
 
 
-def _require_rescue(
+def _find_rescue(
     root: Element, main: str, trees: dict[str, Element], nameless: list[Element], problems: list[FileProblem]
 ) -> None:
+    """Find the rescue under another name. Only the robot's table tells whether there has to be one."""
     if RESCUE not in trees and nameless:
         trees[RESCUE] = nameless.pop()
-    if RESCUE in trees:
-        return
     near = closest(RESCUE, (name for name in trees if name != main))
-    hint = f"; did you mean `{near}` to be it?" if near else "."
-    text = f'Add a `<BehaviorTree ID="{RESCUE}">`: what to do when somebody aborts the mission{hint}'
+    if RESCUE in trees or near is None:
+        return
+    text = f"There is no tree `{RESCUE}`, which runs when somebody aborts the mission; did you mean `{near}` to be it?"
     problems.append(FileProblem(root.line, text))
-    if near is not None:
-        trees[RESCUE] = trees.pop(near)
+    trees[RESCUE] = trees.pop(near)
 
 
 def _as_meant(model: Element, trees: Mapping[str, Element], problems: list[FileProblem]) -> Element:
@@ -208,6 +207,6 @@ def _main(root: Element, trees: dict[str, Element], nameless: list[Element], pro
         trees[main] = nameless.pop(0)
     if main is None or main not in trees:
         known = listed(others)
-        problems.append(FileProblem(root.line, f"Name the tree to fly by `{MAIN}`; there is {known}."))
+        problems.append(FileProblem(root.line, f"Name the main tree by `{MAIN}`; there is {known}."))
         return closest(main or "", others) or main or ""
     return main

@@ -34,6 +34,8 @@ def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
     root = _document(name)
     problems: list[str] = []
     for tree, top in ((name, _with_plan(trees.root)), (RESCUE, trees.rescue)):
+        if top is None:
+            continue
         element = ElementTree.SubElement(root, "BehaviorTree", ID=tree)
         _append(element, top, types, problems)
     if problems:
@@ -62,7 +64,7 @@ def _with_plan(top: Behaviour) -> Behaviour:
     nodes = list(top.iterate())
     routes = {node.route for node in nodes if isinstance(node, WaypointWriter | PlanRoute)}
     if len(routes) > 1:
-        raise NotWritableError([f"`{top.name}` flies {len(routes)} routes, and a tree file holds one."])
+        raise NotWritableError([f"`{top.name}` has {len(routes)} routes, and a tree file holds one."])
     if not routes or any(isinstance(node, PlanRoute) for node in nodes):
         return top
     return in_order("with a plan", PlanRoute("plan", routes.pop()), top)

@@ -18,6 +18,7 @@ import zenoh
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.bt_missions.running.process import mission_process
 from skillwing.dsl.model import Skillset
 from skillwing.evaluation.demo.flight_deck import FlightDeck
 from skillwing.evaluation.demo.flight_watch import FlightWatch
@@ -210,14 +211,7 @@ def _facts(story: Story, seed: int) -> RunFacts:
 
 def _processes(story: Story, options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     """All processes but the router: observers first, the mission last."""
-    mission = ProcessSpec(
-        "mission",
-        "skillwing.bt_missions.running.runner:make_mission",
-        {"mission": story.mission, "skillset": str(ROBOT.skillset), **story.options},
-        extra="missions",
-        # A restarted mission would begin with a takeoff, although the drone is in the air.
-        restart="never",
-    )
+    mission = mission_process(ROBOT, story.mission, story.options)
     return (*ROBOT.observers(options), *ROBOT.functional_layer(options), *ROBOT.managers(options), mission)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import count
@@ -21,6 +21,7 @@ from skillwing.services.errors import NoReplyError, NoSystemError, SkillwingErro
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
+from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.robot import ClockKind, find_robot
 
 CONNECT_TIMEOUT = 3.0
@@ -34,7 +35,7 @@ class Target:
     """A system to connect to. pid, run_dir: None if it was not found by its run state.
 
     topology: how its processes meet; a process from outside is always a client of the router. processes: the started
-    ones with their state; empty if only the robot's table is known. not_to_be_left: as in that table.
+    ones with their state; empty if only the robot's table is known. rescue_goal: as in that table.
     """
 
     robot: str
@@ -46,7 +47,7 @@ class Target:
     mock: bool = False
     topology: Topology = "router"
     processes: tuple[ProcessState, ...] = ()
-    not_to_be_left: Mapping[str, Mapping[str, str]] = field(default_factory=dict[str, Mapping[str, str]])
+    rescue_goal: RescueGoal | None = None
 
 
 def find_target(
@@ -62,7 +63,7 @@ def find_target(
     if endpoint:
         known = find_robot(table or robot or os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
         name = robot if table and robot else known.name
-        return Target(name, endpoint, known.skillset, known.clock, not_to_be_left=known.not_to_be_left)
+        return Target(name, endpoint, known.skillset, known.clock, rescue_goal=known.rescue_goal)
     systems = running_systems() if robot is None else tuple(filter(None, [read_run_state(robot)]))
     match systems:
         case ():
@@ -99,7 +100,7 @@ def _target(state: RunState) -> Target:
         mock=state.mock,
         topology=state.topology,
         processes=state.processes,
-        not_to_be_left=state.not_to_be_left,
+        rescue_goal=state.rescue_goal,
     )
 
 

@@ -12,7 +12,7 @@ from rich.text import Text
 
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
-from skillwing.services.diagnosis.unattended import Unattended, unattended_states
+from skillwing.services.diagnosis.unattended import Unattended, unattended_state
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.launcher import ROUTER
@@ -38,8 +38,8 @@ class SystemOverview:
     """Overview of a system.
 
     goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
-    blocked: managers' reports on hooks that block them, by skill. states: None if unknown. unattended: states in which
-    nobody should leave the robot, and in which nobody commands it.
+    blocked: managers' reports on hooks that block them, by skill. states: None if unknown. unattended: set if the robot
+    is away from its rescue goal, and nobody commands it.
     """
 
     target: Target
@@ -48,7 +48,7 @@ class SystemOverview:
     silent: list[str]
     blocked: Mapping[str, str]
     states: ResourceStates | None
-    unattended: tuple[Unattended, ...]
+    unattended: Unattended | None
 
     @property
     def is_whole(self) -> bool:
@@ -104,7 +104,7 @@ def _overview(system: System) -> SystemOverview:
         silent=silent,
         blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
-        unattended=unattended_states(system.target, system.skillset, states.states if states else {}, alive, running),
+        unattended=unattended_state(system.target, system.skillset, states.states if states else {}, alive, running),
     )
 
 
@@ -147,8 +147,8 @@ def _print(console: Console, seen: SystemOverview) -> None:
     for entry in seen.processes:
         if entry.condition is not ProcessCondition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))
-    for each in seen.unattended:
-        console.print(Text(f"{each.what} {each.remedy}", style="red"))
+    if seen.unattended is not None:
+        console.print(Text(f"{seen.unattended.what} {seen.unattended.remedy}", style="red"))
     console.print()
     console.print(process_table(seen.processes))
     if seen.goals or not seen.troubles:

@@ -62,8 +62,8 @@ class SystemSeen:
     local: it runs on this machine, and has a run state. router: a router answers. listener: process at its port, None
     if unknown. Without a router the rest is empty.
     states: of the resources, None if unknown. resources: their names in the skillset file. clients: owners of goals.
-    published_by: skills without which a datum is not published, by datum. unattended: states in which nobody should
-    leave the robot, and in which nobody commands it.
+    published_by: skills without which a datum is not published, by datum. unattended: the robot is away from its rescue
+    goal, and nobody commands it.
     """
 
     robot: str
@@ -83,7 +83,7 @@ class SystemSeen:
     clients: frozenset[str] = frozenset()
     disk: Disk | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
-    unattended: tuple[Unattended, ...] = ()
+    unattended: Unattended | None = None
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_cl
 from skillwing.services.client.connection import Target, find_target
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, probe, watch_clock
-from skillwing.services.diagnosis.unattended import unattended_states
+from skillwing.services.diagnosis.unattended import unattended_state
 from skillwing.services.errors import NoSystemError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -119,7 +119,7 @@ def examine_system(target: Target) -> SystemSeen:
         clients=frozenset(name for name in held if name.startswith(CLIENT)),
         disk=disk,
         published_by={} if (table := _table(target)) is None else table.published_by,
-        unattended=unattended_states(target, skillset, states or {}, held, running),
+        unattended=unattended_state(target, skillset, states or {}, held, running),
     )
 
 

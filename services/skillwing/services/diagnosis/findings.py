@@ -279,8 +279,8 @@ def goals_of_nobody(system: SystemSeen) -> Iterator[Finding]:
 
 
 def unattended(system: SystemSeen) -> Iterator[Finding]:
-    for each in system.unattended:
-        yield Finding(about="unattended", what=each.what, remedy=each.remedy)
+    if system.unattended is not None:
+        yield Finding(about="unattended", what=system.unattended.what, remedy=system.unattended.remedy)
 
 
 def disk(system: SystemSeen) -> Iterator[Finding]:

@@ -23,6 +23,7 @@ from skillwing.services.bus import Topology
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.proc_files import started
 from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.robot import ClockKind, Robot
 
 
@@ -33,7 +34,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     robot time. pid, pid_started: the process that runs it. run_dir: directory of its logs. mock: nothing in it is real.
     topology: way in which processes meet. processes: state of those that were started. mission_context: facts about the
     site for missions, by mission. viewer: page for browsers, None for none. active_work: sentences on what its end
-    would cut short, empty for nothing. not_to_be_left: as in the robot's table.
+    would cut short, empty for nothing. rescue_goal: as in the robot's table.
     """
 
     robot: str
@@ -49,7 +50,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     mission_context: dict[str, dict[str, Any]] = {}
     viewer: str | None = None
     active_work: str = ""
-    not_to_be_left: dict[str, dict[str, str]] = {}
+    rescue_goal: RescueGoal | None = None
 
 
 def runtime_dir() -> Path:
@@ -155,7 +156,7 @@ def announced(
             processes=tuple(processes),
             mission_context=dict(mission_context),
             viewer=viewer,
-            not_to_be_left={resource: dict(states) for resource, states in robot.not_to_be_left.items()},
+            rescue_goal=robot.rescue_goal,
         )
     )
     try:

@@ -1,8 +1,8 @@
-"""Active work, which the end of a system cuts short: a mission, goals, and a robot that is not to be left."""
+"""Active work, which the end of a system cuts short: a mission, goals, and a robot away from its rescue goal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
@@ -10,6 +10,7 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind
+from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.terminal.live_state import LiveState
 
 SIMULATED = "It was simulated, and is gone with its simulator."
@@ -19,15 +20,13 @@ REAL = "Nobody commands it any more."
 class ActiveWork:
     """Follows goals and missions on the bus. `text` may be read on any thread.
 
-    robot: its name. not_to_be_left: as in its table. simulated: the robot ends with its processes.
+    robot: its name. rescue_goal: as in its table. simulated: the robot ends with its processes.
     """
 
-    def __init__(
-        self, robot: str, skillset: Skillset, not_to_be_left: Mapping[str, Mapping[str, str]], *, simulated: bool
-    ) -> None:
+    def __init__(self, robot: str, skillset: Skillset, rescue_goal: RescueGoal | None, *, simulated: bool) -> None:
         self._robot = robot
         self._skillset = skillset
-        self._not_to_be_left = not_to_be_left
+        self._rescue_goal = rescue_goal
         self._fate = SIMULATED if simulated else REAL
         self._live_state = LiveState()
         self._changes: dict[str, Record] = {}
@@ -49,13 +48,16 @@ class ActiveWork:
         live = self._live_state
         running = [skill.name for skill in self._skillset.skills if live.skill(skill.name).goal_id is not None]
         cut_short = [*([] if self._mission is None else [f"mission {self._mission}"]), *running]
-        warnings = [
-            f"{self._robot} was {states[change.after]}."
-            for resource, states in self._not_to_be_left.items()
-            if (change := self._changes.get(resource)) is not None and change.after in states
-        ]
+        warnings = [f"{self._robot} was {self._where}."] if self._where else []
         sentences = [f"Cut short: {', '.join(cut_short)}."] if cut_short else []
         return " ".join([*sentences, *warnings, *([self._fate] if warnings else [])])
+
+    @property
+    def _where(self) -> str:
+        """Words for the place of a robot that is away from its rescue goal; empty at the goal."""
+        goal = self._rescue_goal
+        change = None if goal is None else self._changes.get(goal.resource)
+        return "" if goal is None or change is None else goal.away.get(change.after, "")
 
     def _on_record(self, record: Record) -> None:
         self._live_state.add_record(record)

@@ -79,7 +79,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
     console = make_console()
     exits: SimpleQueue[ProcessExit] = SimpleQueue()
     skillset = robot.load_skillset()
-    active_work = ActiveWork(robot.name, skillset, robot.not_to_be_left, simulated=settings.clock == "robot")
+    active_work = ActiveWork(robot.name, skillset, robot.rescue_goal, simulated=settings.clock == "robot")
     launcher = Launcher(
         robot.name,
         skillset.name,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,19 +13,21 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
-from skillwing.bt_missions.checking.landing_check import landing_problems
 from skillwing.bt_missions.checking.mission_check import offline_context
+from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.drone.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.takeoff_and_landing import may_land
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
-from skillwing.dsl import load, parse
+from skillwing.dsl import parse
+from skillwing.m600.robot import ROBOT
+from skillwing.services.rescue_goal import RescueGoal
 
-ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
-M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
+M600 = ROBOT.load_skillset()
+assert ROBOT.rescue_goal is not None
+GROUND = ROBOT.rescue_goal
 DRONE = offline_context(M600)
 
 
@@ -49,7 +52,7 @@ def granted() -> Behaviour:
 
 
 def problems(tree: Behaviour, safe: Behaviour | None = None) -> list[str]:
-    return [text for _, text in landing_problems(tree, safe or rescue(DRONE), M600)]
+    return [text for _, text in rescue_problems(tree, safe or rescue(DRONE), M600, GROUND)]
 
 
 @pytest.mark.parametrize(
@@ -103,17 +106,84 @@ def test_a_mission_that_may_end_in_the_air_is_reported_with_the_reason(tree: Beh
 
 def test_a_rescue_has_to_land_whatever_fails_of_it() -> None:
     tree = handled(flight(skill("land")))
-    assert problems(tree, Success("safe")) == ["The rescue may end in the air after `safe`. Let it land the drone."]
+    assert problems(tree, Success("safe")) == ["The rescue may end in the air after `safe`. Let it run `land`."]
     slow = in_order("first home", skill("return_home"), land_where_it_is(DRONE))
     assert "when `return_home` fails" in problems(tree, slow)[0]
     assert problems(tree, PlaceholderNode("rescue")) == []
     assert problems(in_order("ground", skill("stream")), Success("safe")) == [], "it is never needed in the air"
 
 
-def test_a_robot_that_does_not_fly_is_not_asked() -> None:
-    rover = parse("skillset rover { skill takeoff { result { DONE: } } }", "rover.skillset")
-    leaf = SkillAction("takeoff", offline_context(rover), "takeoff")
-    assert list(landing_problems(leaf, Success("safe"), rover)) == []
+CRANE = parse(
+    """
+    skillset crane {
+        resource load { initial LOWERED  extern LOWERED -> RAISED  extern RAISED -> SWINGING  extern SWINGING -> RAISED
+                        extern RAISED -> LOWERED }
+        skill lift { precondition { low: resource=(load == LOWERED) } result { success UP } }
+        skill swing { precondition { high: resource=(load != LOWERED) } result { success DONE } }
+        skill lower { result { success DOWN } }
+    }
+    """,
+    "crane.skillset",
+)
+LOWERED = RescueGoal(
+    resource="load",
+    state="LOWERED",
+    away={"RAISED": "under load", "SWINGING": "swinging"},
+    skill="lower",
+    left_by=("lift",),
+    reached="without load",
+    action="lowering",
+)
+YARD = offline_context(CRANE)
+
+
+def crane(*skills: str, safe: Behaviour | None = None) -> list[str]:
+    tree = in_order("lift it", *(SkillAction(name, YARD, name) for name in skills))
+    return [text for _, text in rescue_problems(tree, safe, CRANE, LOWERED)]
+
+
+def test_another_robot_is_asked_in_its_own_words() -> None:
+    assert crane("lift", "swing", safe=SkillAction("lower", YARD, "lower")) == [
+        "The mission may end under load or swinging when one of `lift` and `swing` fails. "
+        "Put it into a Fallback that runs `lower` then.",
+        "The mission may end under load or swinging after `swing`. Let it run `lower`.",
+    ]
+    assert crane("lower") == []
+
+
+def test_a_mission_that_leaves_the_rescue_goal_needs_a_rescue() -> None:
+    (text,) = (each for each in crane("lift", "lower") if "rescue" in each)
+    assert text == (
+        "The mission has no rescue, and `lift` brings the robot away from its rescue goal (`load` LOWERED). "
+        "Add a tree `rescue`, which runs when somebody aborts."
+    )
+
+
+@pytest.mark.parametrize(("states", "ends"), [(("RAISED",), 2), (("RAISED", "SWINGING"), 1), (("LOWERED",), 1)])
+def test_a_condition_decides_by_the_place_only_if_it_names_all_states_away(states: tuple[str, ...], ends: int) -> None:
+    asked = in_order("up", SkillAction("lift", YARD, "lift"), ResourceIs("where?", YARD, "load", *states))
+    found = [text for _, text in rescue_problems(asked, None, CRANE, LOWERED)]
+    assert sum("`where?`" in text for text in found) == ends, found
+
+
+@pytest.mark.parametrize(
+    ("changed", "problem"),
+    [
+        ({"resource": "lode"}, "There is no resource `lode`"),
+        ({"skill": "drop"}, "There is no skill `drop`"),
+        ({"left_by": ("lifft",)}, "There is no skill `lifft`; did you mean `lift`?"),
+        ({"away": {"UP": "up"}}, "There is no state `UP` of `load`"),
+        ({}, None),
+    ],
+)
+def test_a_goal_that_the_skillset_does_not_have_is_a_problem(changed: dict[str, Any], problem: str | None) -> None:
+    found = list(msgspec.structs.replace(LOWERED, **changed).problems(CRANE))
+    assert len(found) == (problem is not None)
+    assert problem is None or found[0].startswith(problem[:20]), found
+
+
+def test_the_goal_of_the_m600_fits_its_skillset() -> None:
+    assert list(GROUND.problems(M600)) == []
 
 
 SKILLS = st.builds(skill, st.sampled_from(["takeoff", "land", "goto", "hover", "stream"]))
@@ -141,4 +211,4 @@ def test_whatever_a_mission_does_a_landing_in_the_end_settles_it(tree: Behaviour
 
 @pytest.mark.parametrize(("state", "may"), [("AVAILABLE", True), ("UNAVAILABLE", False), (None, False)])
 def test_who_has_not_the_authority_cannot_land(state: str | None, may: bool) -> None:
-    assert may_land(M600, {} if state is None else {"SDK_authority": state}) is may
+    assert GROUND.is_possible(M600, {} if state is None else {"SDK_authority": state}) is may

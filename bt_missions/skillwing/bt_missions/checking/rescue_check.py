@@ -1,7 +1,7 @@
-"""Check that a mission cannot end with its drone in the air, by the shape of its trees.
+"""Check that a mission cannot end with its robot away from the rescue goal, by the shape of its trees.
 
-The check walks through a tree without a robot. Its only state is the place of the drone. For each node it computes
-from which places the node is reached, how it can end from there, and where the drone is then. Every end that a node
+The check walks through a tree without a robot. Its only state is the place of the robot. For each node it computes
+from which places the node is reached, how it can end from there, and where the robot is then. Every end that a node
 does not exclude is possible. There are few places, so a loop is walked until it yields no new one.
 
 For a node that cannot be read, no end is possible: its own problem is reported already.
@@ -24,33 +24,25 @@ from skillwing.bt_missions.checking.tree_check import ends_of, skill_of
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.leaves.takeoff_and_landing import (
-    FLIGHT_STATUS,
-    IN_AIR,
-    LAND,
-    ON_GROUND,
-    TAKEOFF,
-    flies,
-    holds_landing,
-)
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import needed_by
 from skillwing.dsl.suggest import listed
+from skillwing.services.rescue_goal import RescueGoal
 
 
-class DronePlace(Enum):
-    """Place of the drone. RELEASED: in the air, but this tree no longer has to land it. The safety pilot has it, or a
-    landing has failed."""
+class Place(Enum):
+    """Place of the robot. GOAL: at its rescue goal. RELEASED: away, but this tree no longer has to bring it there. A
+    person has taken the robot, or the skill that leads to the goal has failed."""
 
-    GROUND = auto()
-    AIR = auto()
+    GOAL = auto()
+    AWAY = auto()
     RELEASED = auto()
 
 
-DronePlaces: TypeAlias = frozenset[DronePlace]
+Places: TypeAlias = frozenset[Place]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,54 +50,66 @@ class NodeEnd:
     """A possible end of a node, and the node below it that is the reason."""
 
     status: Status
-    place: DronePlace
+    place: Place
     by: Behaviour
 
 
 @dataclass(frozen=True, slots=True)
 class NodeOutcome:
-    """Possible ends of a node. during: places where the drone may be while it runs."""
+    """Possible ends of a node. during: places where the robot may be while it runs."""
 
     ends: frozenset[NodeEnd]
-    during: DronePlaces
+    during: Places
 
-    def places_after(self, *statuses: Status) -> DronePlaces:
-        """Places where the drone may be after an end with one of these statuses."""
+    def places_after(self, *statuses: Status) -> Places:
+        """Places where the robot may be after an end with one of these statuses."""
         return frozenset(end.place for end in self.ends if end.status in statuses)
 
 
-def landing_problems(root: Behaviour, rescue: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
-    """Each problem as a sentence, with the first node that it is about. No problem on a robot that does not fly."""
-    if not flies(skillset):
+def rescue_problems(
+    root: Behaviour, rescue: Behaviour | None, skillset: Skillset, goal: RescueGoal
+) -> Iterator[tuple[Behaviour, str]]:
+    """Each problem as a sentence, with the first node that it is about."""
+    walker = _TreeWalker(skillset, goal)
+    run = walker.walk(root, frozenset({Place.GOAL}))
+    yield from _sentences(root, run, "The mission", goal)
+    if Place.AWAY not in run.during or isinstance(rescue, PlaceholderNode):
         return
-    walker = _TreeWalker(skillset)
-    flight = walker.walk(root, frozenset({DronePlace.GROUND}))
-    yield from _landing_sentences(root, flight, "The mission")
-    if DronePlace.AIR in flight.during and not isinstance(rescue, PlaceholderNode):
-        yield from _landing_sentences(rescue, walker.walk(rescue, frozenset({DronePlace.AIR})), "The rescue")
+    if rescue is None:
+        text = f"The mission has no rescue, and `{_first_away(root, goal)}` brings the robot away from its rescue goal"
+        yield root, f"{text} (`{goal.resource}` {goal.state}). Add a tree `rescue`, which runs when somebody aborts."
+    else:
+        yield from _sentences(rescue, walker.walk(rescue, frozenset({Place.AWAY})), "The rescue", goal)
 
 
-def _landing_sentences(root: Behaviour, walk: NodeOutcome, what: str) -> Iterator[tuple[Behaviour, str]]:
+def _first_away(root: Behaviour, goal: RescueGoal) -> str:
+    leaves = (leaf.skill for leaf in root.iterate() if isinstance(leaf, SkillAction))
+    return next((skill for skill in leaves if intended_name(skill, goal.left_by)), root.name)
+
+
+def _sentences(root: Behaviour, walk: NodeOutcome, what: str, goal: RescueGoal) -> Iterator[tuple[Behaviour, str]]:
+    where = " or ".join(goal.away.values())
     for status in (Status.FAILURE, Status.SUCCESS):
-        reasons = {end.by.id for end in walk.ends if (end.status, end.place) == (status, DronePlace.AIR)}
+        reasons = {end.by.id for end in walk.ends if (end.status, end.place) == (status, Place.AWAY)}
         named = [node for node in root.iterate() if node.id in reasons]
         if not named:
             continue
         names = listed(dict.fromkeys(node.name for node in named))
         if status is Status.FAILURE:
             when = f"when {names} fails" if len(named) == 1 else f"when one of {names} fails"
-            yield named[0], f"{what} may end in the air {when}. Put it into a Fallback that lands the drone then."
+            yield named[0], f"{what} may end {where} {when}. Put it into a Fallback that runs `{goal.skill}` then."
         else:
-            yield named[0], f"{what} may end in the air after {names}. Let it land the drone."
+            yield named[0], f"{what} may end {where} after {names}. Let it run `{goal.skill}`."
 
 
 class _TreeWalker:
-    def __init__(self, skillset: Skillset) -> None:
+    def __init__(self, skillset: Skillset, goal: RescueGoal) -> None:
         self._skillset = skillset
-        self._holds_landing = holds_landing(skillset)
+        self._goal = goal
+        self._needed = goal.needed_resources(skillset)
 
-    def walk(self, node: Behaviour, places: DronePlaces) -> NodeOutcome:
-        """Outcome of a node that is reached with the drone at any of these places."""
+    def walk(self, node: Behaviour, places: Places) -> NodeOutcome:
+        """Outcome of a node that is reached with the robot at any of these places."""
         match node:
             case PlaceholderNode():
                 below = [self.walk(child, places) for child in node.children]
@@ -122,8 +126,8 @@ class _TreeWalker:
                 walk = _either(first, self.walk(then, first.places_after(Status.FAILURE)))
             case Pausable():
                 _, meanwhile, body = node.children
-                flight = self.walk(body, places)
-                walk = NodeOutcome(flight.ends, flight.during | self.walk(meanwhile, flight.during).during)
+                run = self.walk(body, places)
+                walk = NodeOutcome(run.ends, run.during | self.walk(meanwhile, run.during).during)
             case _ if len(node.children) == 1:
                 walk = self._decorated(node, node.children[0], places)
             case _ if node.children:
@@ -132,7 +136,7 @@ class _TreeWalker:
                 walk = self._leaf(node, places)
         return walk
 
-    def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: DronePlaces) -> NodeOutcome:
+    def _in_turn(self, node: Sequence | Selector, goes_on: Status, places: Places) -> NodeOutcome:
         """Children one after the other, as long as each ends with `goes_on`."""
         ends, during, reached = set[NodeEnd](), set(places), places
         last = frozenset(NodeEnd(goes_on, place, node) for place in places)
@@ -150,8 +154,8 @@ class _TreeWalker:
                 break
         return NodeOutcome(frozenset(ends) | last, frozenset(during))
 
-    def _at_once(self, node: Parallel, places: DronePlaces) -> NodeOutcome:
-        """Children at the same time. One that does not move the drone may end wherever the others bring it."""
+    def _at_once(self, node: Parallel, places: Places) -> NodeOutcome:
+        """Children at the same time. One that does not move the robot may end wherever the others bring it."""
         walks = {child.id: self.walk(child, places) for child in node.children}
         everywhere = places.union(*(walk.during | walk.places_after(*Status) for walk in walks.values()))
         moving = {key for key, walk in walks.items() if not walk.during | walk.places_after(*Status) <= places}
@@ -165,7 +169,7 @@ class _TreeWalker:
         done = {end for child in deciding for end in walks[child.id].ends if end.status is Status.SUCCESS}
         return NodeOutcome(frozenset(failed | done), everywhere)
 
-    def _decorated(self, node: Behaviour, child: Behaviour, places: DronePlaces) -> NodeOutcome:
+    def _decorated(self, node: Behaviour, child: Behaviour, places: Places) -> NodeOutcome:
         """A decorator. One of an unknown type ends as its child does."""
         if isinstance(node, Retry | Repeat | SuccessIsRunning | RepeatUntil):
             return self._repeated(node, child, places)
@@ -186,7 +190,7 @@ class _TreeWalker:
         return NodeOutcome(ends, walk.during)
 
     def _repeated(
-        self, node: Retry | Repeat | SuccessIsRunning | RepeatUntil, child: Behaviour, places: DronePlaces
+        self, node: Retry | Repeat | SuccessIsRunning | RepeatUntil, child: Behaviour, places: Places
     ) -> NodeOutcome:
         walk = self._looped(child, places, Status.FAILURE if isinstance(node, Retry) else Status.SUCCESS)
         if isinstance(node, Retry) or (isinstance(node, Repeat) and node.num_success >= 0 and not is_incomplete(node)):
@@ -196,7 +200,7 @@ class _TreeWalker:
             ends |= {NodeEnd(Status.SUCCESS, place, node) for place in places | walk.places_after(*Status)}
         return NodeOutcome(frozenset(ends), walk.during)
 
-    def _looped(self, child: Behaviour, places: DronePlaces, again: Status) -> NodeOutcome:
+    def _looped(self, child: Behaviour, places: Places, again: Status) -> NodeOutcome:
         """A child that is repeated after each end with `again`."""
         while True:
             walk = self.walk(child, places)
@@ -205,23 +209,24 @@ class _TreeWalker:
                 return walk
             places = reached
 
-    def _failures(self, node: Behaviour, places: DronePlaces, of: str | None = None) -> frozenset[NodeEnd]:
+    def _failures(self, node: Behaviour, places: Places, of: str | None = None) -> frozenset[NodeEnd]:
         """Failures of a node at each of these places. of: the resource whose state is the reason."""
-        given_away = of in self._holds_landing
+        given_away = of in self._needed
         return frozenset(
-            NodeEnd(Status.FAILURE, DronePlace.RELEASED if given_away and place is DronePlace.AIR else place, node)
+            NodeEnd(Status.FAILURE, Place.RELEASED if given_away and place is Place.AWAY else place, node)
             for place in places
         )
 
     # --- leaves ------------------------------------------------------------------------------------------------------
 
-    def _leaf(self, leaf: Behaviour, places: DronePlaces) -> NodeOutcome:
+    def _leaf(self, leaf: Behaviour, places: Places) -> NodeOutcome:
         possible = ends_of(leaf, self._skillset)
         ends = {end for place in places for end in self._ends_of_leaf(leaf, place) if end.status in possible}
-        rises = isinstance(leaf, SkillAction) and (skill := skill_of(leaf, self._skillset)) and skill.name == TAKEOFF
-        return NodeOutcome(frozenset(ends), places | {DronePlace.AIR} if rises else places)
+        skill = skill_of(leaf, self._skillset) if isinstance(leaf, SkillAction) else None
+        leaves = skill is not None and skill.name in self._goal.left_by
+        return NodeOutcome(frozenset(ends), places | {Place.AWAY} if leaves else places)
 
-    def _ends_of_leaf(self, leaf: Behaviour, place: DronePlace) -> Iterator[NodeEnd]:
+    def _ends_of_leaf(self, leaf: Behaviour, place: Place) -> Iterator[NodeEnd]:
         match leaf:
             case SkillAction():
                 skill = skill_of(leaf, self._skillset)
@@ -233,42 +238,43 @@ class _TreeWalker:
             case _:
                 yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
 
-    def _ends_of_skill(self, leaf: SkillAction, skill: str, place: DronePlace) -> Iterator[NodeEnd]:
-        in_air, flying = place is not DronePlace.GROUND, FLIGHT_STATUS in needed_by(self._skillset.skill(skill))
-        if skill == TAKEOFF:
+    def _ends_of_skill(self, leaf: SkillAction, skill: str, place: Place) -> Iterator[NodeEnd]:
+        away, moving = place is not Place.GOAL, self._goal.resource in needed_by(self._skillset.skill(skill))
+        if skill in self._goal.left_by:
             yield NodeEnd(Status.FAILURE, place, leaf)
-            if not in_air:
-                yield from (NodeEnd(status, DronePlace.AIR, leaf) for status in (Status.SUCCESS, Status.FAILURE))
-        elif skill == LAND:
-            yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
-            yield NodeEnd(Status.FAILURE, DronePlace.RELEASED if in_air else place, leaf)
+            if not away:
+                yield from (NodeEnd(status, Place.AWAY, leaf) for status in (Status.SUCCESS, Status.FAILURE))
+        elif skill == self._goal.skill:
+            yield NodeEnd(Status.SUCCESS, Place.GOAL, leaf)
+            yield NodeEnd(Status.FAILURE, Place.RELEASED if away else place, leaf)
         else:
-            if in_air or not flying:
-                # A skill that flies controls the drone again.
-                yield NodeEnd(Status.SUCCESS, DronePlace.AIR if flying else place, leaf)
+            if away or not moving:
+                # A skill that depends on the place controls the robot again.
+                yield NodeEnd(Status.SUCCESS, Place.AWAY if moving else place, leaf)
             yield NodeEnd(Status.FAILURE, place, leaf)
 
-    def _ends_of_condition(self, leaf: ResourceIs, place: DronePlace) -> Iterator[NodeEnd]:
-        """Ends of a condition. One on the flight status decides by the place, unless it waits for another state."""
+    def _ends_of_condition(self, leaf: ResourceIs, place: Place) -> Iterator[NodeEnd]:
+        """Ends of a condition. One on the goal's resource decides by the place, unless it waits for another state."""
         resource = self._meant_resource(leaf.resource)
-        states = [intended_name(state, (ON_GROUND, IN_AIR)) for state in leaf.states]
-        here = ON_GROUND if place is DronePlace.GROUND else IN_AIR
+        states = [intended_name(state, (self._goal.state, *self._goal.away)) for state in leaf.states]
+        here = {self._goal.state} if place is Place.GOAL else set(self._goal.away)
         if resource is None or is_guessed(leaf) or not states:
             return
-        if resource != FLIGHT_STATUS:
+        if resource != self._goal.resource:
             yield NodeEnd(Status.SUCCESS, place, leaf)
             yield from self._failures(leaf, frozenset({place}), of=resource)
-        elif here in states:
+            return
+        if not here.isdisjoint(states):
             yield NodeEnd(Status.SUCCESS, place, leaf)
-        elif None not in states:
+        if None not in states and not here <= set(states):
             yield NodeEnd(Status.FAILURE, place, leaf)
-            if leaf.wait and states == [ON_GROUND]:
-                yield NodeEnd(Status.SUCCESS, DronePlace.GROUND, leaf)
+            if leaf.wait and states == [self._goal.state]:
+                yield NodeEnd(Status.SUCCESS, Place.GOAL, leaf)
 
     def _meant_resource(self, name: str) -> str | None:
         return intended_name(name, (resource.name for resource in self._skillset.resources))
 
 
 def _either(*walks: NodeOutcome) -> NodeOutcome:
-    ends, during = frozenset[NodeEnd](), frozenset[DronePlace]()
+    ends, during = frozenset[NodeEnd](), frozenset[Place]()
     return NodeOutcome(ends.union(*(walk.ends for walk in walks)), during.union(*(walk.during for walk in walks)))

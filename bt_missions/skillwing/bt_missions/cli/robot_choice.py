@@ -1,0 +1,44 @@
+"""Robot that a command of missions is about: the one that is named, or that runs, or the default one."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.dsl.suggest import listed
+from skillwing.services.client.connection import DEFAULT_ROBOT
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.processes.run_state import read_run_state, running_systems
+from skillwing.services.rescue_goal import RescueGoal
+from skillwing.services.robot import find_robot
+
+
+@dataclass(frozen=True)
+class ChosenRobot:
+    """A robot, as far as missions are checked against it. is_chosen: it was named, or it runs."""
+
+    skillset: Skillset
+    rescue_goal: RescueGoal | None
+    is_chosen: bool = True
+
+
+def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
+    """The robot of that name, running or installed, or of that package folder. skillset: its file alone, instead.
+
+    Without a name it is the one that runs, else that of SKILLWING_ROBOT, else the default one. Raises
+    InvalidOptionError if several run, and as `find_robot` and `load` do.
+    """
+    if skillset is not None:
+        return ChosenRobot(load(skillset), None)
+    systems = running_systems() if name is None else tuple(filter(None, [read_run_state(name)]))
+    if len(systems) > 1:
+        names = listed(system.robot for system in systems)
+        raise InvalidOptionError("robot", f"Several systems are running: {names}. Choose one with `--robot`.")
+    if systems:
+        return ChosenRobot(load(Path(systems[0].skillset)), systems[0].rescue_goal)
+    known = name or os.environ.get("SKILLWING_ROBOT")
+    table = find_robot(known or DEFAULT_ROBOT)
+    return ChosenRobot(table.load_skillset(), table.rescue_goal, is_chosen=known is not None)

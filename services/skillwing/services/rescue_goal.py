@@ -1,0 +1,60 @@
+"""Rescue goal of a robot: the state to which it is brought before anybody leaves it alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import msgspec
+
+from skillwing.dsl.expressions import names_used
+from skillwing.dsl.model import Invariant, Skillset, UnknownNameError
+from skillwing.dsl.queries import holds, taken_by
+
+
+class RescueGoal(msgspec.Struct, frozen=True, kw_only=True):
+    """State of a resource, and the skill that leads there.
+
+    resource, state: the goal is reached while the resource is in this state. away: its other states, in which nobody
+    leaves the robot alone, each with words that follow `the robot is`: `in the air`. skill: leads to the goal.
+    left_by: skills that lead away from it. reached: words that follow `the robot is`: `on the ground`. action: noun for
+    the way there: `landing`.
+    """
+
+    resource: str
+    state: str
+    away: Mapping[str, str]
+    skill: str
+    left_by: tuple[str, ...]
+    reached: str
+    action: str
+
+    def problems(self, skillset: Skillset) -> Iterator[str]:
+        """The reasons why a robot with this skillset cannot have this goal, each as a sentence."""
+        try:
+            states = skillset.resource(self.resource).states
+            for name in (self.skill, *self.left_by):
+                skillset.skill(name)
+        except UnknownNameError as error:
+            yield str(error)
+            return
+        for state in (self.state, *self.away):
+            if state not in states:
+                yield str(UnknownNameError(f"state of {self.resource}", state, states))
+
+    def needed_resources(self, skillset: Skillset) -> frozenset[str]:
+        """The resources on which the skill depends until its end. While one is in another state, it cannot start."""
+        return frozenset[str]().union(*(names_used(each.expression, "resource") for each in self._demands(skillset)))
+
+    def is_possible(self, skillset: Skillset, states: Mapping[str, str]) -> bool:
+        """True if these states allow the skill to run: for a drone, if the safety pilot does not have it."""
+        demands = self._demands(skillset)
+        known = all(names_used(each.expression, "resource") <= states.keys() for each in demands)
+        return known and all(holds(each.expression, states) for each in demands)
+
+    def is_under_way(self, skillset: Skillset, states: Mapping[str, str]) -> bool:
+        """True if a skill has taken a resource that the skill of this goal takes: this one, or one that excludes it."""
+        taken = taken_by(skillset.skill(self.skill))
+        return any(states.get(resource) == state for resource, state in taken.items())
+
+    def _demands(self, skillset: Skillset) -> list[Invariant]:
+        return [each for each in skillset.skill(self.skill).invariants if each.kind == "resource"]
