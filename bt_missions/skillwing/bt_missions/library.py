@@ -34,7 +34,7 @@ def find_mission(name: str) -> Mission:
     """The mission of that name, of a tree file (`.xml`), or `MISSION` of a Python file (`.py`).
 
     Raises UnknownMissionError, InvalidOptionError for a file that cannot be read, and FaultyMissionError for a mission
-    that cannot be flown on any robot.
+    that cannot run on any robot.
     """
     mission = find_draft(name)
     mission.require_usable()

@@ -84,7 +84,7 @@ def _coverage(plan: FlightPlan, observer: FlightObserver, run_dir: Path | None) 
         way = planned_way(plan.site(), plan.mission)
         skillset = ROBOT.load_skillset()
         report = evaluate(run_dir, skillset, mission=plan.mission, seed=plan.seed, world=plan.world, route=way)
-        return report.coverage.all if plan.mission == MAPPING else None
+        return report.judged_value("coverage") if plan.mission == MAPPING else None
     if plan.mission != MAPPING or observer.map is None or not observer.over:
         return None
     world = make_world(plan.seed, plan.world)

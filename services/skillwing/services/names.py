@@ -19,5 +19,5 @@ STEPS_FOLDER = "steps"
 
 
 def skill_process(skill: str) -> str:
-    """`skill/takeoff` for `takeoff`."""
+    """`skill/drive` for `drive`."""
     return f"skill/{skill}"

@@ -595,7 +595,7 @@ class TreeSnapshot(Message, frozen=True, kw_only=True):
 
 
 class MissionPhase(StrEnum):
-    """Phases of a mission. PAUSED: by the operator, who resumes it. HELD: the safety pilot has the robot."""
+    """Phases of a mission. PAUSED: by the operator, who resumes it. HELD: a person has the robot."""
 
     IDLE = "IDLE"
     RUNNING = "RUNNING"
@@ -624,7 +624,7 @@ class MissionStatus(Message, frozen=True, kw_only=True):
 
 
 class AbortMission(Message, frozen=True, kw_only=True):
-    """Interrupt everything, land, and end the mission as ABORTED. Idempotent."""
+    """Interrupt everything, rescue the robot, and end the mission as ABORTED. Idempotent."""
 
     reason: str = "aborted by the operator"
 

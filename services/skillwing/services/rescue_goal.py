@@ -15,9 +15,9 @@ class RescueGoal(msgspec.Struct, frozen=True, kw_only=True):
     """State of a resource, and the skill that leads there.
 
     resource, state: the goal is reached while the resource is in this state. away: its other states, in which nobody
-    leaves the robot alone, each with words that follow `the robot is`: `in the air`. skill: leads to the goal.
-    left_by: skills that lead away from it. reached: words that follow `the robot is`: `on the ground`. action: noun for
-    the way there: `landing`.
+    leaves the robot alone, each with words that follow `the robot is`: `under load`. skill: leads to the goal.
+    left_by: skills that lead away from it. reached: words that follow `the robot is`: `without load`. action: noun for
+    the way there: `lowering`.
     """
 
     resource: str
@@ -46,7 +46,7 @@ class RescueGoal(msgspec.Struct, frozen=True, kw_only=True):
         return frozenset[str]().union(*(names_used(each.expression, "resource") for each in self._demands(skillset)))
 
     def is_possible(self, skillset: Skillset, states: Mapping[str, str]) -> bool:
-        """True if these states allow the skill to run: for a drone, if the safety pilot does not have it."""
+        """True if these states allow the skill to run: not while a person has the robot."""
         demands = self._demands(skillset)
         known = all(names_used(each.expression, "resource") <= states.keys() for each in demands)
         return known and all(holds(each.expression, states) for each in demands)

@@ -194,7 +194,7 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<go leg_of="{plan}"/>', ["2: `leg_of` reads `{plan}`"]),
         (
             '<Sequence><PointAbove height="3" target="{up}"/><go patience="{up}"/></Sequence>',
-            ["2: `patience` is `{up}`, but it has to be known before the flight."],
+            ["2: `patience` is `{up}`, but it has to be known before the run."],
         ),
         ("<Sequence/>", ["2: `Sequence` has no children"]),
         ("<Inverter><go/><go/></Inverter>", ["2: `Inverter` has 2 children; it takes one."]),

@@ -173,7 +173,7 @@ def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:
 
 @pytest.mark.parametrize(
     ("content", "sentence"),
-    [(None, "holds no `run.json`"), (b"{", "cannot be read"), (b'{"robot":"r","skillset":"%s"}', "No mission was")],
+    [(None, "holds no `run.json`"), (b"{", "cannot be read"), (b'{"robot":"r","skillset":"%s"}', "No mission ran")],
 )
 def test_a_run_that_cannot_be_reported_gets_a_sentence(
     tmp_path: Path,

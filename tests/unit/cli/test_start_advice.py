@@ -172,7 +172,7 @@ def test_the_holder_of_a_resource_is_named_with_a_remedy() -> None:
         "free: `wait` holds `burner`; `skillwing interrupt wait` ends it."
     ]
     assert in_balloon("sink", "free", "UP USED", running={"wait": "patrol"}) == [
-        "free: `wait` holds `burner` for mission `patrol`; `skillwing mission abort` calls it off, which lands a drone."
+        "free: `wait` holds `burner` for mission `patrol`; `skillwing mission abort` calls it off and runs its rescue."
     ]
     assert in_balloon("sink", "free", "UP USED") == [
         "free: `burner` has to become FREE; so it does by effects of `rise`, `sink` and `wait`."
@@ -199,5 +199,5 @@ def test_a_datum_that_never_came_leads_on() -> None:
 def test_what_keeps_a_skill_busy_can_be_ended() -> None:
     assert busy_advice("wait", None) == "`wait` runs; `skillwing interrupt wait` ends it."
     assert busy_advice("wait", "patrol") == (
-        "`wait` runs for mission `patrol`; `skillwing mission abort` calls it off, which lands a drone."
+        "`wait` runs for mission `patrol`; `skillwing mission abort` calls it off and runs its rescue."
     )

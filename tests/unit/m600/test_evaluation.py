@@ -16,7 +16,7 @@ from skillwing.m600.geofence import HOME
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.topics.truth import Truth
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
-from skillwing.services.history.report import REPORT_FILE, MapCoverage
+from skillwing.services.history.report import REPORT_FILE, MissionReport
 from skillwing.services.protocol import GoalStatus, Record, RecordKind
 from skillwing.services.report.mission_report import TIMELINE_PICTURE
 from skillwing.sim_mujoco.world.world import make_world
@@ -52,6 +52,10 @@ RECORDS = [
 ]
 
 
+def judged(report: MissionReport) -> tuple[float | None, float | None]:
+    return report.judged_value("collisions"), report.judged_value("min_clearance_m")
+
+
 def write_run(run_dir: Path) -> None:
     with JsonLines[Record](run_dir / TIMELINE_FILE) as file:
         for record in RECORDS:
@@ -66,8 +70,8 @@ def write_run(run_dir: Path) -> None:
 def test_a_flight_without_a_map_is_judged_by_what_there_is(tmp_path: Path) -> None:
     write_run(tmp_path)
     report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, wall_time_s=5.0)
-    assert (report.result, report.collisions, report.min_clearance_m) == ("success", 1, 2.05)
-    assert report.coverage == MapCoverage()
+    assert (report.result, *judged(report)) == ("success", 1, 2.05)
+    assert report.judged_value("coverage") is None
     assert report.real_time_factor == 2.0
     for picture in (TIMELINE_PICTURE, MAP_PICTURE):
         assert imread(tmp_path / picture).std() > 0.0
@@ -75,7 +79,7 @@ def test_a_flight_without_a_map_is_judged_by_what_there_is(tmp_path: Path) -> No
 
 def test_a_run_that_left_nothing_has_a_report(tmp_path: Path) -> None:
     report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3)
-    assert (report.result, report.collisions) == ("unfinished", None)
+    assert (report.result, *judged(report)) == ("unfinished", None, None)
     assert json.loads((tmp_path / REPORT_FILE).read_text())["skills"] == []
     assert not (tmp_path / MAP_PICTURE).exists()
 
@@ -85,16 +89,17 @@ def test_a_flight_whose_end_nobody_saw_is_not_called_free_of_collisions(tmp_path
     lines = (tmp_path / FLIGHT_FILE).read_bytes().splitlines(keepends=True)
     (tmp_path / FLIGHT_FILE).write_bytes(b"".join(lines[:10]))
     report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3)
-    assert (report.result, report.collisions, report.min_clearance_m) == ("success", None, None)
+    assert (report.result, *judged(report)) == ("success", None, None)
 
 
 def test_a_map_is_judged_against_the_world(tmp_path: Path) -> None:
     write_run(tmp_path)
     ground = np.mgrid[0:25, -12:13, 0:1].reshape(3, -1).T * 0.4 + 0.2
     np.savez(tmp_path / MAP_FILE, centres=ground.astype(np.float32), voxel_size=0.4, pose_source="simulated")
-    coverage = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, route=ROUTE).coverage
-    assert coverage.terrain is not None
-    assert 0.0 < coverage.terrain < 1.0
+    report = evaluate(tmp_path, SKILLSET, mission="mapping", seed=3, route=ROUTE)
+    terrain = report.judged_value("coverage_terrain")
+    assert terrain is not None
+    assert 0.0 < terrain < 1.0
     assert "simulated" in (tmp_path / "report.md").read_text()
     assert (tmp_path / MAP_CLOUD).read_bytes().endswith(ground.astype("<f4").tobytes())
 

@@ -14,7 +14,7 @@ from synthetic_mission import MISSION, SKILLSET, tell
 from skillwing.services.history.history import History
 from skillwing.services.history.report import (
     REPORT_FILE,
-    MapCoverage,
+    JudgedFigure,
     MissionReport,
     ProcessEntry,
     make_report,
@@ -30,9 +30,7 @@ KEYS = {
     "sim_time_s",
     "wall_time_s",
     "real_time_factor",
-    "collisions",
-    "min_clearance_m",
-    "coverage",
+    "judged",
     "switches",
     "skills",
     "processes",
@@ -50,9 +48,10 @@ def full_report() -> MissionReport:
         mission=MISSION,
         seed=7,
         wall_time_s=20.0,
-        collisions=0,
-        min_clearance_m=2.345678,
-        coverage=MapCoverage(all=0.871, buildings=0.9, terrain=0.8),
+        judged=[
+            JudgedFigure(key="pallets", name="pallets", value=3, text="3 of 4", is_problem=True),
+            JudgedFigure(key="min_distance_m", name="least distance", value=2.35, text="2.35 m"),
+        ],
         processes=[ProcessEntry(name="sim", state="stopped"), ProcessEntry(name="guidance", state="died", detail="-9")],
     )
 
@@ -68,7 +67,7 @@ def test_the_file_has_exactly_the_promised_keys(tmp_path: Path) -> None:
     write_report(full_report(), history(), tmp_path)
     content = json.loads((tmp_path / REPORT_FILE).read_text())
     assert set(content) == KEYS
-    assert set(content["coverage"]) == {"all", "buildings", "terrain"}
+    assert [set(figure) for figure in content["judged"]] == [{"key", "name", "value", "text", "is_problem"}] * 2
     assert all(
         set(skill) == {"skill", "goal_id", "t_start", "t_end", "terminal", "reason"} for skill in content["skills"]
     )
@@ -91,7 +90,7 @@ def test_it_reads_back_as_it_was(tmp_path: Path) -> None:
 def test_figures_come_from_the_history() -> None:
     report = full_report()
     assert (report.result, report.sim_time_s, report.real_time_factor) == ("success", 36.1, 1.805)
-    assert report.min_clearance_m == 2.346
+    assert (report.judged_value("min_distance_m"), report.judged_value("unknown")) == (2.35, None)
     assert dict(figures(report))["robot time"] == "36.1 s", "it is not the time in the air"
     assert len(report.skills) == len(history().bars)
 
@@ -119,14 +118,13 @@ def test_the_last_phase_is_the_result(phase: str, result: str) -> None:
 def test_a_run_that_left_nothing_is_unfinished_and_claims_no_figures() -> None:
     report = make_report(History(), mission=MISSION)
     assert report.result == "unfinished"
-    assert (report.collisions, report.min_clearance_m, report.real_time_factor) == (None, None, None)
-    assert report.coverage == MapCoverage(all=None, buildings=None, terrain=None)
-    assert on_terminal(report).count("not known") == 7
+    assert (report.judged, report.real_time_factor) == ((), None)
+    assert on_terminal(report).count("not known") == 2
 
 
 def test_the_table_tells_result_switch_and_deaths() -> None:
     text = on_terminal(full_report())
-    for part in ("success", "87.1 %", "2.35 m", "switch at 20.5 s", "zed_depthmap RI", "guidance died", "seed 7"):
+    for part in ("success", "3 of 4", "2.35 m", "switch at 20.5 s", "zed_depthmap RI", "guidance died", "seed 7"):
         assert part in text
 
 

@@ -12,7 +12,7 @@ from synthetic_mission import MISSION, SKILLSET, tell
 from skillwing.services.history.history import History
 from skillwing.services.recording import palette
 from skillwing.services.report import mission_report as flight_report
-from skillwing.services.report.mission_report import FlownMission, report_flight
+from skillwing.services.report.mission_report import ReportedMission, report_mission
 from skillwing.services.report.timeline_picture import HEIGHT, MISSION_TIME, ROBOT_TIME, WIDTH, draw_timeline
 
 
@@ -63,8 +63,8 @@ def test_the_axis_says_from_when_its_time_counts(
         said.append(clock)
 
     monkeypatch.setattr(flight_report, "draw_timeline", draw)
-    flown = FlownMission(mission=MISSION, run_dir=tmp_path, folder=tmp_path, begin=begin)
-    report_flight(flown, SKILLSET, history=History.of(story.records, story.statuses, SKILLSET))
+    flown = ReportedMission(mission=MISSION, run_dir=tmp_path, folder=tmp_path, begin=begin)
+    report_mission(flown, SKILLSET, history=History.of(story.records, story.statuses, SKILLSET))
     assert said == [clock]
 
 

@@ -1,1 +1,1 @@
-"""Checks of a mission before its flight: does it fit the robot, can every branch run, does the drone land."""
+"""Checks of a mission before its run: fit with the robot, branches that are reached, way to the rescue goal."""

@@ -45,7 +45,7 @@ class NeverSwitched(Behaviour):
 class WaitForSettled(Behaviour):
     """RUNNING while cancelled goals are stopping; then SUCCESS.
 
-    After `patience` seconds of robot time it is SUCCESS in any case: the next step may be urgent, such as a landing.
+    After `patience` seconds of robot time it is SUCCESS in any case: the next step may be urgent.
     """
 
     def __init__(self, name: str, context: MissionContext, patience: float) -> None:

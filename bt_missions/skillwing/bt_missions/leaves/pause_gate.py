@@ -11,7 +11,7 @@ HELD = "HELD"
 
 
 class PauseGate(Protocol):
-    """A node above a leaf that may hold it: the safety pilot has the drone, or the operator has paused the mission."""
+    """A node above a leaf that may hold it: a person has the robot, or the operator has paused the mission."""
 
     def blocks(self, skill: str) -> str | None:
         """Reason why `skill` must not run now; None if it may run."""

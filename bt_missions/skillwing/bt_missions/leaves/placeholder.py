@@ -12,7 +12,7 @@ _INCOMPLETE = "_is_incomplete"
 
 
 class PlaceholderNode(Behaviour):
-    """Keeps a place in a draft, so that all around and below it can be checked. It is never flown.
+    """Keeps a place in a draft, so that all around and below it can be checked. It never runs.
 
     Its behaviour is unknown: no further problem is derived from it, as its own problem is reported already.
     """

@@ -23,7 +23,7 @@ class MissionProblem:
 
 
 class FaultyMissionError(InvalidOptionError):
-    """A mission that cannot be flown as it is written. problems: all that was found, by place; heading: a line before
+    """A mission that cannot run as it is written. problems: all that was found, by place; heading: a line before
     them."""
 
     def __init__(self, problems: Iterable[MissionProblem], *, heading: str | None = None) -> None:

@@ -1,6 +1,6 @@
 """Planner for a route of waypoints, with detours round obstacles found on the way. Pure: no bus, no clock, no tree.
 
-After each blocked motion the planner stores where the obstacle was seen, and plans from the position of the drone.
+After each blocked motion the planner stores where the obstacle was seen, and plans from the position of the robot.
 A path keeps a wide margin if it can. Otherwise it leads through narrower openings. A waypoint that cannot be reached is
 given up, so every route comes to an end.
 """
@@ -21,7 +21,7 @@ STOPPING_DISTANCE_LIMIT = 15.0
 ARRIVED_WITHIN = 0.5
 """A waypoint nearer than this counts as reached, in metres."""
 NARROWER = (1.4, 0.7, 0.5)
-"""Distances between the drone's centre and places where it was stopped, tried in this order, in metres.
+"""Distances between the robot's centre and places where it was stopped, tried in this order, in metres.
 
 They apply when the margin leaves no path. The obstacle is within 1.44 m of such a place, ahead or aside. An opening of
 4 m leaves 1.12 m for the centre: the smallest distance keeps it open, and the larger ones prefer wide openings.
@@ -43,7 +43,7 @@ class GivenUp:
 class RoutePlanner:
     """Plans the legs to the waypoints of a route, until each is reached or given up.
 
-    Call `next_target`, fly there, report with `arrived` or `blocked`, and repeat. route: waypoints (x, y, z) in ENU
+    Call `next_target`, go there, report with `arrived` or `blocked`, and repeat. route: waypoints (x, y, z) in ENU
     metres. max_detours: blocked legs to one waypoint before narrower openings are tried. max_narrow: blocked legs after
     that before the waypoint is given up. area: border of detours; None for no border.
     """
@@ -104,7 +104,7 @@ class RoutePlanner:
 
     @property
     def target(self) -> Position | None:
-        """End of the current straight leg; None if it is flown."""
+        """End of the current straight leg; None after its end."""
         return self._legs[0] if self._legs else None
 
     def next_target(self, position: Position) -> Position | None:
@@ -127,7 +127,7 @@ class RoutePlanner:
         return self.target
 
     def arrived(self) -> None:
-        """Report that the current leg was flown to its end."""
+        """Report that the current leg was done to its end."""
         if not self._legs:
             return
         del self._legs[0]
@@ -135,7 +135,7 @@ class RoutePlanner:
             self._reach()
 
     def moved(self) -> None:
-        """Report that someone else may have moved the drone: the next leg to the same waypoint starts where it is."""
+        """Report that someone else may have moved the robot: the next leg to the same waypoint starts where it is."""
         self._legs = []
 
     def blocked(self, position: Position, distance: float) -> None:
@@ -224,10 +224,10 @@ def _at_heights(start: Position, corners: list[Point], end: Position) -> list[Po
     lengths = [math.dist(a, b) for a, b in zip([start[:2], *corners], corners, strict=False)]
     total = sum(lengths)
     legs: list[Position] = []
-    flown = 0.0
+    done = 0.0
     for corner, length in zip(corners, lengths, strict=True):
-        flown += length
-        share = flown / total if total > 0 else 1.0
+        done += length
+        share = done / total if total > 0 else 1.0
         legs.append((corner[0], corner[1], start[2] + share * (end[2] - start[2])))
     legs[-1] = end
     return legs

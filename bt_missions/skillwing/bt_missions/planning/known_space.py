@@ -18,11 +18,11 @@ Area: TypeAlias = tuple[float, float, float, float]
 """West, south, east and north border in metres."""
 
 TIP_RADIUS = 0.84
-"""Distance from the drone's centre to the tips of its blades, in metres."""
+"""Distance from the robot's centre to its outermost point, in metres."""
 MARGIN = 2.0
 """Distance to keep between the tips and an obstacle, in metres."""
 STOPPED_BEFORE = 2.0
-"""Assumed distance from the drone's centre to an obstacle that stopped it, if it was not measured, in metres."""
+"""Assumed distance from the robot's centre to an obstacle that stopped it, if it was not measured, in metres."""
 OBSTACLE_RADIUS = 0.3
 """Assumed radius of an obstacle that was seen as one point, in metres."""
 SAME_OBSTACLE = 0.75
@@ -30,7 +30,7 @@ SAME_OBSTACLE = 0.75
 SAME_PLACE = 0.25
 """Largest distance between two stops that count as the same place, in metres."""
 GROWTH = 0.5
-"""Growth of the radius of a disc that stops the drone again, in metres: it is larger than assumed."""
+"""Growth of the radius of a disc that stops the robot again, in metres: it is larger than assumed."""
 CELL = 1.0
 """Distance between neighbours of the lattice, in metres."""
 NARROW_CELL = 0.5
@@ -51,7 +51,7 @@ class Disc:
 class KnownSpace:
     """Known discs, and the straight motions and paths that keep clear of them.
 
-    clearance: metres between a disc and the drone's centre. area: border of detours; None for no border. cell: metres
+    clearance: metres between a disc and the robot's centre. area: border of detours; None for no border. cell: metres
     between neighbours of the lattice.
     """
 
@@ -63,7 +63,7 @@ class KnownSpace:
         self._closed: list[Disc] = []
 
     def narrowed(self, room: float) -> KnownSpace:
-        """The same obstacles, as places that the drone's centre may approach to `room` metres.
+        """The same obstacles, as places that the robot's centre may approach to `room` metres.
 
         Assumed sizes do not count here, so they close no opening beside an obstacle.
         """
@@ -75,7 +75,7 @@ class KnownSpace:
         """Store an obstacle at `place`; a known one grows.
 
         before: end of the blocked motion, if the obstacle is beyond it. After a second stop at the same place, the
-        drone's centre cannot reach this end either.
+        robot's centre cannot reach this end either.
         """
         again = any(math.dist(closed.centre, place) < SAME_PLACE for closed in self._closed)
         self._closed.append(Disc(before if again and before is not None else place, 0.0, seen))
@@ -98,7 +98,7 @@ class KnownSpace:
     def is_open(self, a: Point, b: Point) -> bool:
         """True if the segment from `a` to `b` keeps clear of all discs.
 
-        If `a` or `b` is too near to a disc, the motion may come as near as that, but not nearer. So a drone can leave
+        If `a` or `b` is too near to a disc, the motion may come as near as that, but not nearer. So a robot can leave
         an obstacle that stopped it, and reach a waypoint beside one.
         """
         for disc in self.discs:

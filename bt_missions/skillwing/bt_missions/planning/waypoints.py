@@ -1,4 +1,4 @@
-"""Route of a mission: one leaf writes its legs, others fly them, and all branches share it."""
+"""Route of a mission: one leaf writes its legs, others follow them, and all branches share it."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class WaypointWriter(Behaviour):
 
 
 class PointAbove(Behaviour):
-    """Writes the point at `height` (m, ENU) straight above the drone, or its own position if that is higher.
+    """Writes the point at `height` (m, ENU) straight above the robot, or its own position if that is higher.
 
     FAILURE if the position stays unknown.
     """
@@ -137,7 +137,7 @@ class PointAbove(Behaviour):
 
 
 class RouteFulfilled(Behaviour):
-    """SUCCESS if the route counts as flown; else FAILURE, with the summary of its waypoints."""
+    """SUCCESS if the route counts as done; else FAILURE, with the summary of its waypoints."""
 
     def __init__(self, name: str, context: MissionContext, route: Route) -> None:
         super().__init__(name)

@@ -1,1 +1,1 @@
-"""The process that flies a mission: node, run, operator requests, published status and tree."""
+"""The process that runs a mission: node, run, operator requests, published status and tree."""

@@ -66,7 +66,7 @@ class RescueCheck:
 
     @property
     def where(self) -> str:
-        """Words for the place of a robot that is away, such as `in the air`; empty at the goal."""
+        """Words for the place of a robot that is away, such as `under load`; empty at the goal."""
         if self._goal is None:
             return ""
         return self._goal.away.get(self._interface.state(self._goal.resource) or "", "")

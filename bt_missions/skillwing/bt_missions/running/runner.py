@@ -97,7 +97,7 @@ class MissionNode:
 
     @property
     def rescue_action(self) -> str | None:
-        """Noun for what an abort does after it has interrupted the goals, such as `landing`; None for nothing."""
+        """Noun for what an abort does after it has interrupted the goals, such as `lowering`; None for nothing."""
         return self._run.rescue_action
 
     @property

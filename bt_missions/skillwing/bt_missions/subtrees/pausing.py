@@ -1,4 +1,4 @@
-"""Nodes that hold a flight for a while, and let it continue where it was.
+"""Nodes that hold a mission for a while, and let it continue where it was.
 
 Neither node halts its children. It holds only those leaves that need what is not available: their goals are
 interrupted, and start again later. All other nodes are ticked as always. So guards stay active, mapping continues, and
@@ -35,8 +35,8 @@ class StateChange(NamedTuple):
 class WhileGranted(Decorator):
     """Runs its child while `resource` is in one of `states`. At other times it holds the skills that need the resource.
 
-    FAILURE when that lasts for more than `patience` seconds of robot time, or when `ended_by` happens meanwhile. For a
-    drone: when the safety pilot keeps it, or lands it.
+    FAILURE when that lasts for more than `patience` seconds of robot time, or when `ended_by` happens meanwhile. For
+    example: a person keeps the robot, or has put it away.
     """
 
     def __init__(

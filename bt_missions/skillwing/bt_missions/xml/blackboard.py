@@ -20,12 +20,12 @@ class BlackboardEntry:
 
     @property
     def is_constant(self) -> bool:
-        """True if the value is known before the flight, and stays."""
+        """True if the value is known before the run, and stays."""
         return self.source is None and self._value is not _NOTHING
 
     @property
     def is_filled(self) -> bool:
-        """True if it has a value, or gets one in flight."""
+        """True if it has a value, or gets one in the run."""
         return self.source is not None or self._value is not _NOTHING
 
     def allow_empty(self) -> BlackboardEntry:

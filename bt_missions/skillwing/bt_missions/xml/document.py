@@ -26,7 +26,7 @@ class FileProblem:
 
 
 class TreeFileError(FaultyMissionError):
-    """A tree file that cannot be flown. problems: all that were found, by line."""
+    """A tree file that cannot run. problems: all that were found, by line."""
 
     def __init__(self, file: Path, problems: Iterable[FileProblem]) -> None:
         self.file = file

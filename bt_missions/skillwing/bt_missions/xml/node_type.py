@@ -69,8 +69,8 @@ class NodeConfig:
     A port that cannot be used is noted in `problems` and read as some value of its type. So all problems of a tag are
     found at once, and the caller of `make` refuses the node then.
     absent: missing ports that are reported already. unread: ports without a readable text.
-    early: entries that are read before the flight and have no value yet, each with the problem to report if they get
-    one in flight.
+    early: entries that are read before the run and have no value yet, each with the problem to report if they get
+    one in the run.
     """
 
     name: str
@@ -98,7 +98,7 @@ class NodeConfig:
         return entry or BlackboardEntry(port)
 
     def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
-        """The result of `use` on the value of a port before the flight: the value of an option, or the text itself.
+        """The result of `use` on the value of a port before the run: the value of an option, or the text itself.
 
         use: may raise PortError. instead: result for a port that cannot be used.
         """
@@ -107,7 +107,7 @@ class NodeConfig:
             return instead
         try:
             if entry is not None and not entry.is_constant:
-                text = f"`{port}` is `{self.ports[port]}`, but it has to be known before the flight."
+                text = f"`{port}` is `{self.ports[port]}`, but it has to be known before the run."
                 self.early.append((entry, text))
                 return instead
             return use(self.ports[port] if entry is None else entry())

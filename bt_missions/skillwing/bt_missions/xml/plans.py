@@ -22,7 +22,7 @@ _PLAN_PORT = Port("plan", "the current route", "Route")
 
 
 class PlanRoute(Behaviour):
-    """Marks the start of a route, which is planned when the tree is built. SUCCESS in flight."""
+    """Marks the start of a route, which is planned when the tree is built. SUCCESS in the run."""
 
     def __init__(self, name: str, route: Route) -> None:
         super().__init__(name)
@@ -150,8 +150,8 @@ PLANNING = (
         _make_point_above,
         _describe_point_above,
         (
-            Port("height", "height of a point straight above the drone, in m", "double"),
-            Port("target", "that point, or the drone's position if it is higher", "Position", UP, output=True),
+            Port("height", "height of a point straight above the robot, in m", "double"),
+            Port("target", "that point, or the robot's position if it is higher", "Position", UP, output=True),
         ),
     ),
     NodeType("UntilRouteDone", Category.DECORATOR, _make_until, _describe_until, (_PLAN_PORT,)),

@@ -149,7 +149,7 @@ def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
 def _make_retry(config: NodeConfig) -> Behaviour:
     attempts = config.count("num_attempts")
     if attempts < 1:
-        # BehaviorTree.CPP would try for ever, so that a landing after it would never start.
+        # BehaviorTree.CPP would try for ever, so that a node after it would never start.
         config.problems.append(f"`num_attempts` is {attempts}; a mission has to end: it takes 1 or more.")
     return Retry(config.name, config.children[0], num_failures=attempts)
 

@@ -10,13 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from skillwing.onboard.frames.vectors import Vector
-from skillwing.services.history.report import MapCoverage
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import BUILDING, TERRAIN, World
@@ -119,6 +119,14 @@ def _viewpoints(route: Sequence[Vector]) -> NDArray[np.float32]:
 
 def _share(mapped: NDArray[np.bool_]) -> float | None:
     return float(mapped.mean()) if len(mapped) else None
+
+
+class MapCoverage(NamedTuple):
+    """Mapped shares of the observable surface, 0 to 1; None without a map or without truth."""
+
+    all: float | None = None
+    buildings: float | None = None
+    terrain: float | None = None
 
 
 def judge_map(world: World, route: Sequence[Vector], saved: SavedMap | None) -> MapCoverage:

@@ -12,7 +12,7 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.evaluation.flights.coverage import SavedMap, judge_map
+from skillwing.evaluation.flights.coverage import MapCoverage, SavedMap, judge_map
 from skillwing.evaluation.flights.plan import planned_way
 from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
@@ -21,8 +21,8 @@ from skillwing.evaluation.judge.ply import write_ply
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.truth import Truth
 from skillwing.services.history.history import History
-from skillwing.services.history.report import MapCoverage, MissionReport, ProcessEntry
-from skillwing.services.report.mission_report import FlownMission, Verdict, report_flight
+from skillwing.services.history.report import JudgedFigure, MissionReport, ProcessEntry
+from skillwing.services.report.mission_report import ReportedMission, Verdict, report_mission
 from skillwing.sim_mujoco.world.world import make_world
 
 MAP_PICTURE = "map.png"
@@ -35,6 +35,7 @@ COURTYARD = "courtyard"
 """Default world."""
 TRUTHFUL = "Collisions and clearance come from the simulator's ground truth, which the robot never sees."
 NOT_MAPPED = f"Nothing was to be mapped. {TRUTHFUL}"
+UNKNOWN = "not known"
 TRUTH_GAP = 2.0
 """Robot seconds without ground truth before the end of a flight, by which it is not known whether anything was hit."""
 
@@ -54,9 +55,9 @@ def evaluate(
     """Report the one flight of `run_dir` there, with `map.png` and `map.ply`.
 
     world: its kind. route: planned waypoints, by which coverage is judged; by default those of the world. The others
-    are as in `FlownMission`.
+    are as in `ReportedMission`.
     """
-    flown = FlownMission(
+    flown = ReportedMission(
         mission=mission,
         run_dir=run_dir,
         folder=run_dir,
@@ -65,10 +66,10 @@ def evaluate(
         processes=tuple(processes),
         notes=tuple(notes),
     )
-    return report_flight(flown, skillset, judge)
+    return report_mission(flown, skillset, judge)
 
 
-def judge(flown: FlownMission, history: History, title: str) -> Verdict:
+def judge(flown: ReportedMission, history: History, title: str) -> Verdict:
     """Judge a flight by ground truth and draw its map.
 
     Of the run's options it takes `seed`, `world` and `route`, planned waypoints, by default those of the mission there.
@@ -88,10 +89,35 @@ def judge(flown: FlownMission, history: History, title: str) -> Verdict:
         picture = map_scene(scene, planned if has_plan else (), history, flight, saved)
         draw_map(flown.folder / MAP_PICTURE, picture, title + _share(coverage))
     return Verdict(
-        collisions=collisions if collisions or seen_to_the_end else None,
-        min_clearance_m=min(truth.clearance for truth in flight) if seen_to_the_end else None,
-        coverage=coverage,
+        figures=_figures(
+            collisions if collisions or seen_to_the_end else None,
+            min(truth.clearance for truth in flight) if seen_to_the_end else None,
+            coverage,
+        ),
         notes=tuple(_notes(saved) if was_mapped else [NOT_MAPPED]),
+    )
+
+
+def _figures(collisions: int | None, clearance: float | None, coverage: MapCoverage) -> tuple[JudgedFigure, ...]:
+    """Figures of a flight. clearance: least distance from an obstacle to the sphere around the vehicle, in metres.
+
+    Clearance and collisions are None without recorded truth, coverage is without a map.
+    """
+    least = None if clearance is None else round(clearance, 3)
+    shares = {
+        "coverage": ("coverage", coverage.all),
+        "coverage_buildings": ("  of buildings", coverage.buildings),
+        "coverage_terrain": ("  of terrain", coverage.terrain),
+    }
+    hits = UNKNOWN if collisions is None else str(collisions)
+    distance = UNKNOWN if least is None else f"{least:.2f} m"
+    return (
+        JudgedFigure(key="collisions", name="collisions", value=collisions, text=hits, is_problem=bool(collisions)),
+        JudgedFigure(key="min_clearance_m", name="least clearance", value=least, text=distance),
+        *(
+            JudgedFigure(key=key, name=name, value=share, text=UNKNOWN if share is None else f"{100 * share:.1f} %")
+            for key, (name, share) in shares.items()
+        ),
     )
 
 

@@ -1,7 +1,7 @@
 """Base of a generated `aio.py`: skills, resources and data for asyncio.
 
 async with connect("m600") as client:
-    outcome = await client.start(TAKEOFF, {"height": 3.0})
+    outcome = await client.start(DRIVE, {"distance": 3.0})
 
 The network has a thread of its own. Requests are posted to that thread. Messages come back with
 `call_soon_threadsafe`, and wake all waiters. Everything here is for the thread of the event loop.

@@ -16,13 +16,13 @@ from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json
 from skillwing.services.viewer_extra import viewer_module
 
-NO_MISSION = "No mission was flown in this run. `skillwing timeline RUN` shows what was."
+NO_MISSION = "No mission ran in this run. `skillwing timeline RUN` shows what was."
 TABLE_WIDTH = 100
 
 
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's directory.", show_default=False)],
-    last: Annotated[bool, typer.Option("--last", help="Only of the mission that was flown last.")] = False,
+    last: Annotated[bool, typer.Option("--last", help="Only of the mission that ran last.")] = False,
     facts: Annotated[Path | None, typer.Option(hidden=True)] = None,
     until: Annotated[float, typer.Option(hidden=True)] = math.inf,
     as_json: JsonOption = False,

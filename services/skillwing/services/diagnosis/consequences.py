@@ -1,6 +1,6 @@
 """Skills that bring a robot into a state which only the robot itself reports.
 
-Effects of skills change only the resources that skills own. That a drone is on the ground after `land` follows from a
+Effects of skills change only the resources that skills own. That a forklift has a pallet after `pick` follows from a
 postcondition, or from the script of the robot's mock.
 """
 

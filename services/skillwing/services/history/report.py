@@ -20,12 +20,15 @@ RESULTS: dict[str, str] = {
 """Result of a mission by its last phase; any other phase is `unfinished`."""
 
 
-class MapCoverage(msgspec.Struct, frozen=True, kw_only=True):
-    """Mapped shares of the observable surface, 0 to 1; None without a map or without truth."""
+class JudgedFigure(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure of the robot's judge. key: for programs. name, text: for people; a part of the figure before it begins
+    with spaces. value: None if unknown. is_problem: shown in red."""
 
-    all: float | None = None
-    buildings: float | None = None
-    terrain: float | None = None
+    key: str
+    name: str
+    value: float | None
+    text: str
+    is_problem: bool = False
 
 
 class SwitchEntry(msgspec.Struct, frozen=True, kw_only=True):
@@ -64,8 +67,7 @@ class OperatorFacts(msgspec.Struct, frozen=True, kw_only=True):
 class MissionReport(msgspec.Struct, frozen=True, kw_only=True):
     """The report. result: success, failure, aborted or unfinished.
 
-    Clearance is the distance from the nearest obstacle to the sphere around the vehicle. Clearance and collisions are
-    None without recorded truth.
+    judged: figures of the robot's judge; none for a robot without one.
     """
 
     mission: str
@@ -74,12 +76,14 @@ class MissionReport(msgspec.Struct, frozen=True, kw_only=True):
     sim_time_s: float
     wall_time_s: float | None
     real_time_factor: float | None
-    collisions: int | None
-    min_clearance_m: float | None
-    coverage: MapCoverage
+    judged: tuple[JudgedFigure, ...]
     switches: tuple[SwitchEntry, ...]
     skills: tuple[SkillEntry, ...]
     processes: tuple[ProcessEntry, ...]
+
+    def judged_value(self, key: str) -> float | None:
+        """The value of a judged figure; None if it is unknown."""
+        return next((figure.value for figure in self.judged if figure.key == key), None)
 
 
 def make_report(
@@ -88,9 +92,7 @@ def make_report(
     mission: str,
     seed: int | None = None,
     wall_time_s: float | None = None,
-    collisions: int | None = None,
-    min_clearance_m: float | None = None,
-    coverage: MapCoverage | None = None,
+    judged: Iterable[JudgedFigure] = (),
     processes: Iterable[ProcessEntry] = (),
 ) -> MissionReport:
     """The report of `history`, with facts from outside of it. Times are rounded to milliseconds.
@@ -106,9 +108,7 @@ def make_report(
         sim_time_s=round(sim_time, 3),
         wall_time_s=None if wall_time_s is None else round(wall_time_s, 3),
         real_time_factor=round(sim_time / wall_time_s, 3) if wall_time_s else None,
-        collisions=collisions,
-        min_clearance_m=None if min_clearance_m is None else round(min_clearance_m, 3),
-        coverage=coverage or MapCoverage(),
+        judged=tuple(judged),
         switches=tuple(SwitchEntry(t=round(switch.t, 3), cause=switch.chain) for switch in history.switches),
         skills=tuple(
             SkillEntry(

@@ -376,7 +376,7 @@ class SkillManagerNode:
         feedback, problems = fit_fields(self._model.feedback, given)
         wrong = [problem.sentence for problem in problems if problem.kind != "range"]
         if wrong:
-            # Wrong feedback is no reason to end a flight.
+            # Wrong feedback is no reason to end a goal.
             log.warning("dropped a feedback of %s: %s", self.name, " ".join(wrong))
             return None
         return feedback

@@ -8,7 +8,7 @@
     [resources]
     SDK_authority = "AVAILABLE"
     [[reaction]]
-    when = {ends = "takeoff", with = "AT_ALTITUDE"}
+    when = {ends = "lift", with = "RAISED"}
     trigger = {flight_status = "IN_AIR"}
 
 All problems of a file are reported at once.

@@ -1,6 +1,6 @@
 """Host process of one node or several: buses, liveliness, signals, log.
 
-    python -m skillwing.services.processes.node_host --process skill/takeoff --robot m600 --connect tcp/127.0.0.1:7447
+    python -m skillwing.services.processes.node_host --process skill/drive --robot forklift --connect tcp/127.0.0.1:7447
     python -m skillwing.services.processes.node_host --name echo --factory package.module:function --options '{}' ...
 
 The first form takes a process from the robot's table, the second describes it. Repeat `--process`, or `--name` with

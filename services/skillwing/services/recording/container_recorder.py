@@ -4,7 +4,7 @@
 
 Each life of the system gets a directory in `runs/`, named after its start time. A recorder that restarts after a crash
 finds the name in a file, and continues there. A recorder that is told to end removes that file: the next life is
-another flight, from time 0.
+another run, from time 0.
 
 All else, options and exit codes included, is as in node_host.py.
 """

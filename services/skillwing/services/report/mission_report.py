@@ -1,6 +1,6 @@
-"""Report and pictures of one flight, made from the files of its run.
+"""Report and pictures of one mission, made from the files of its run.
 
-They are the same for `demo` and campaigns, which fly one mission, and for `up`, where missions come and go. Facts
+They are the same for `demo` and campaigns, which run one mission, and for `up`, where missions come and go. Facts
 that need the true world, such as collisions, come from the robot's own judge.
 """
 
@@ -17,7 +17,7 @@ from msgspec.structs import replace as replaced
 from skillwing.dsl.model import Skillset
 from skillwing.services.history.files import read_goals, read_records
 from skillwing.services.history.history import History
-from skillwing.services.history.report import MapCoverage, MissionReport, ProcessEntry, make_report
+from skillwing.services.history.report import JudgedFigure, MissionReport, ProcessEntry, make_report
 from skillwing.services.report.rendering import write_report
 from skillwing.services.report.timeline_picture import MISSION_TIME, ROBOT_TIME, draw_timeline
 from skillwing.services.robot import RECORDER
@@ -27,10 +27,10 @@ UNRECORDED = "The recorder died: the record is incomplete from then on."
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlownMission:
-    """A flight to be reported. run_dir: directory with the recorder's files. folder: for report and pictures.
+class ReportedMission:
+    """A mission to be reported. run_dir: directory with the recorder's files. folder: for report and pictures.
 
-    begin, end: of the flight in the run's robot time. options: of the run (`seed`, `world`, ...). wall_time_s,
+    begin, end: of the mission in the run's robot time. options: of the run (`seed`, `world`, ...). wall_time_s,
     processes: facts of the command that ran it. notes: sentences for readers of `report.md`.
     """
 
@@ -47,16 +47,14 @@ class FlownMission:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """Verdict of a robot's judge on a flight; None for unknown figures. notes: sentences on their origin."""
+    """Verdict of a robot's judge on a mission. notes: sentences on the origin of the figures."""
 
-    collisions: int | None = None
-    min_clearance_m: float | None = None
-    coverage: MapCoverage = field(default_factory=MapCoverage)
+    figures: tuple[JudgedFigure, ...] = ()
     notes: tuple[str, ...] = ()
 
 
-Judge: TypeAlias = Callable[[FlownMission, History, str], Verdict]
-"""Judge of a flight. Arguments: the flight, its history from the begin on, a title for pictures in the folder."""
+Judge: TypeAlias = Callable[[ReportedMission, History, str], Verdict]
+"""Judge of a mission. Arguments: the mission, its history from the begin on, a title for pictures in the folder."""
 
 
 def read_history(run_dir: Path, skillset: Skillset) -> History:
@@ -64,34 +62,29 @@ def read_history(run_dir: Path, skillset: Skillset) -> History:
     return History.of(read_records(run_dir), read_goals(run_dir), skillset)
 
 
-def report_flight(
-    flown: FlownMission, skillset: Skillset, judge: Judge | None = None, history: History | None = None
+def report_mission(
+    reported: ReportedMission, skillset: Skillset, judge: Judge | None = None, history: History | None = None
 ) -> MissionReport:
     """Write `report.json`, `report.md` and `timeline.png`, with the judge's verdict.
 
     history: of the whole run; without it, it is read. Raises OSError for a folder that is not writable.
     """
-    history = history or read_history(flown.run_dir, skillset)
-    if flown.begin > 0.0 or flown.end < math.inf:
-        history = history.part(flown.begin, flown.end)
-    seed = flown.options.get("seed")
+    history = history or read_history(reported.run_dir, skillset)
+    if reported.begin > 0.0 or reported.end < math.inf:
+        history = history.part(reported.begin, reported.end)
+    seed = reported.options.get("seed")
     report = make_report(
-        history, mission=flown.mission, seed=seed, wall_time_s=flown.wall_time_s, processes=flown.processes
+        history, mission=reported.mission, seed=seed, wall_time_s=reported.wall_time_s, processes=reported.processes
     )
-    title = f"{flown.mission}: {report.result} at {report.sim_time_s:.0f} s" + (
+    title = f"{reported.mission}: {report.result} at {report.sim_time_s:.0f} s" + (
         "" if seed is None else f", seed {seed}"
     )
-    flown.folder.mkdir(parents=True, exist_ok=True)
-    verdict = judge(flown, history, title) if judge is not None else Verdict()
-    report = replaced(
-        report,
-        collisions=verdict.collisions,
-        min_clearance_m=None if verdict.min_clearance_m is None else round(verdict.min_clearance_m, 3),
-        coverage=verdict.coverage,
-    )
-    write_report(report, history, flown.folder, [*flown.notes, *_warnings(flown.processes), *verdict.notes])
-    clock = MISSION_TIME if flown.begin > 0.0 else ROBOT_TIME
-    draw_timeline(history, flown.folder / TIMELINE_PICTURE, title=title, resources=skillset.resources, clock=clock)
+    reported.folder.mkdir(parents=True, exist_ok=True)
+    verdict = judge(reported, history, title) if judge is not None else Verdict()
+    report = replaced(report, judged=verdict.figures)
+    write_report(report, history, reported.folder, [*reported.notes, *_warnings(reported.processes), *verdict.notes])
+    clock = MISSION_TIME if reported.begin > 0.0 else ROBOT_TIME
+    draw_timeline(history, reported.folder / TIMELINE_PICTURE, title=title, resources=skillset.resources, clock=clock)
     return report
 
 

@@ -34,14 +34,7 @@ def figures(report: MissionReport) -> list[tuple[str, str]]:
         ("robot time", _seconds(report.sim_time_s)),
         ("wall time", _seconds(report.wall_time_s)),
         ("real-time factor", "not known" if report.real_time_factor is None else f"{report.real_time_factor:.2f}"),
-        ("collisions", "not known" if report.collisions is None else str(report.collisions)),
-        (
-            "least clearance",
-            "not known" if report.min_clearance_m is None else f"{report.min_clearance_m:.2f} m",
-        ),
-        ("coverage", _percent(report.coverage.all)),
-        ("  of buildings", _percent(report.coverage.buildings)),
-        ("  of terrain", _percent(report.coverage.terrain)),
+        *((figure.name, figure.text) for figure in report.judged),
     ]
     rows += [(f"switch at {switch.t:.1f} s", chain_text(switch.cause)) for switch in report.switches]
     rows += [(f"{process.name} died", process.detail) for process in report.processes if process.state == "died"]
@@ -55,8 +48,9 @@ def summary_table(report: MissionReport) -> Table:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     styles = {"result": "green" if report.result == "success" else "red"}
+    styles |= {figure.name: "red" for figure in report.judged if figure.is_problem}
     for name, value in figures(report):
-        style = "red" if name.endswith(" died") or (name == "collisions" and report.collisions) else styles.get(name)
+        style = "red" if name.endswith(" died") else styles.get(name)
         table.add_row(name, value, style=style)
     return table
 
@@ -104,10 +98,6 @@ def _processes(entries: Sequence[ProcessEntry]) -> list[str]:
 
 def _seconds(value: float | None) -> str:
     return "not known" if value is None else f"{value:.1f} s"
-
-
-def _percent(share: float | None) -> str:
-    return "not known" if share is None else f"{100 * share:.1f} %"
 
 
 def _cell(text: str) -> str:

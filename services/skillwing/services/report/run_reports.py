@@ -1,4 +1,4 @@
-"""Reports of all missions of a run: when each was flown, and which of them still needs a report."""
+"""Reports of all missions of a run: when each ran, and which of them still needs a report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from skillwing.services.history.wording import time_text
 from skillwing.services.options import imported
 from skillwing.services.protocol import MissionPhase, Record, RecordKind
 from skillwing.services.recording.run_facts import RunFacts, version_note
-from skillwing.services.report.mission_report import FlownMission, read_history, report_flight
+from skillwing.services.report.mission_report import ReportedMission, read_history, report_mission
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def write_reports(
         alone = facts.mission is not None
         folder = run if alone else run / each.name
         seen = known if each is missions[-1] and known is not None else _earlier_facts(folder)
-        flown = FlownMission(
+        reported = ReportedMission(
             mission=each.mission,
             run_dir=run,
             folder=folder,
@@ -93,7 +93,7 @@ def write_reports(
             processes=seen.processes,
             notes=(*([] if alone else [_time_note(each)]), *([] if note is None else [note])),
         )
-        written.append((flown.folder, report_flight(flown, skillset, judge, history)))
+        written.append((reported.folder, report_mission(reported, skillset, judge, history)))
     return written
 
 

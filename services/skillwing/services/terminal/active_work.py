@@ -44,7 +44,7 @@ class ActiveWork:
 
     @property
     def text(self) -> str:
-        """`Cut short: mission patrol, goto. m600 was in the air. ...`; empty without active work."""
+        """`Cut short: mission patrol, goto. crane was under load. ...`; empty without active work."""
         live = self._live_state
         running = [skill.name for skill in self._skillset.skills if live.skill(skill.name).goal_id is not None]
         cut_short = [*([] if self._mission is None else [f"mission {self._mission}"]), *running]

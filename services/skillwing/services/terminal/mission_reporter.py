@@ -1,4 +1,4 @@
-"""Reports of the missions that fly with a running system, each written when its mission is over."""
+"""Reports of the missions that run on a running system, each written when its mission is over."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class MissionReporter:
         self._keys = Keys(skillset)
         self._states = states
         self._last_status: float | None = None
-        """Robot time of the flying mission's last status; None without a mission."""
+        """Robot time of the running mission's last status; None without a mission."""
         self._begun: float | None = None
         """Wall time of the mission's begin; None if unknown."""
         self._present = False

@@ -73,7 +73,7 @@ def _started_by(mission: str | None) -> str:
 def _way_to_end(skill: str, mission: str | None) -> str:
     if mission is None:
         return f"`skillwing interrupt {skill}` ends it."
-    return "`skillwing mission abort` calls it off, which lands a drone."
+    return "`skillwing mission abort` calls it off and runs its rescue."
 
 
 def _way_to_report(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:
