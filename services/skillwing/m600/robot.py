@@ -102,6 +102,7 @@ ROBOT = Robot(
         "map_statistics": ("lidar_mapping",),
         "video_quality": ("stream",),
     },
+    mission_templates="skillwing.bt_missions.drone.templates",
     rescue_goal=RescueGoal(
         resource="flight_status",
         state="ON_GROUND",

@@ -32,7 +32,7 @@ M600 = ROBOT.load_skillset()
 DRONE = offline_context(M600)
 FILE = Path("mission.xml")
 
-TEMPLATE = (files("skillwing.bt_missions.cli.templates") / "template.xml").read_text(encoding="utf-8")
+TEMPLATE = (files("skillwing.bt_missions.drone.templates") / "template.xml").read_text(encoding="utf-8")
 NAMES = {"resource", "states", "ended_by", "success_on", "failure_on", "ID", "type", "question", "_autoremap"}
 """Attributes whose words are names, apart from options, which are in braces or declared as a `name`."""
 FREE = {"name", "default", "root", "Metadata", "MetadataFields"}

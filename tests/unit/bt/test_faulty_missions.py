@@ -15,7 +15,8 @@ from typer.testing import CliRunner, Result
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli import mission as commands
-from skillwing.bt_missions.cli.mission import write_template
+from skillwing.bt_missions.cli.draft import write_draft
+from skillwing.bt_missions.cli.robot_choice import choose_robot
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.xml import mission as xml_mission
 from skillwing.dsl import load
@@ -41,7 +42,7 @@ def file_of(folder: Path, suffix: str, content: bytes | str) -> Path:
 def template(folder: Path, suffix: str, old: str = "", new: str = "") -> Path:
     """The mission to begin with, changed."""
     file = folder / f"patrol{suffix}"
-    write_template(file)
+    write_draft(file, choose_robot("m600"))
     text = file.read_text()
     assert old in text
     file.write_text(text.replace(old, new, 1))

@@ -24,7 +24,7 @@ FORKLIFT = parse(
     skillset forklift {
         enum Side { LEFT RIGHT }
         type Pose { x: float64 [m]  y: float64 [m]  heading: float64 [rad] }
-        type Shelf { pose: Pose  side: Side }
+        type Rack { pose: Pose  side: Side }
         resource axes { initial IDLE  IDLE -> USED  USED -> IDLE }
         skill drive {
             input { target: Pose  side: Side = LEFT  via: Pose[] }
@@ -50,7 +50,7 @@ class Side(enum.StrEnum):
     RIGHT = "RIGHT"
 
 
-class Shelf(msgspec.Struct, frozen=True):
+class Rack(msgspec.Struct, frozen=True):
     pose: Pose
     side: Side = Side.LEFT
 
@@ -60,7 +60,7 @@ class Options(MissionOptions):
     side: Side = Side.LEFT
     mode: Literal["slow", "fast"] = "slow"
     stops: tuple[Pose, ...] = ()
-    rack: Shelf | None = None
+    rack: Rack | None = None
 
 
 class Fetch(Mission):
@@ -87,7 +87,7 @@ def test_an_input_may_be_a_structure_of_the_generated_interface(target: object) 
 
 
 def test_a_structure_that_does_not_fit_is_reported() -> None:
-    found = [each.text for each in check_mission(Fetch(target=Shelf(Pose(1.0, 2.0))), FORKLIFT, Options())]
+    found = [each.text for each in check_mission(Fetch(target=Rack(Pose(1.0, 2.0))), FORKLIFT, Options())]
     assert any("target.x" in text for text in found), found
     assert any("There is no field `target.pose`" in text for text in found), found
 
@@ -107,7 +107,7 @@ def test_a_value_without_a_plain_form_is_a_problem_of_its_leaf() -> None:
         (['shelf={"x": 1, "y": 2}'], Options(shelf=Pose(1.0, 2.0))),
         (["stops=1,2,0; 3,4,1"], Options(stops=(Pose(1.0, 2.0), Pose(3.0, 4.0, 1.0)))),
         (["stops=1,2,0"], Options(stops=(Pose(1.0, 2.0),))),
-        (['rack={"pose": {"x": 1, "y": 2}, "side": "RIGHT"}'], Options(rack=Shelf(Pose(1.0, 2.0), Side.RIGHT))),
+        (['rack={"pose": {"x": 1, "y": 2}, "side": "RIGHT"}'], Options(rack=Rack(Pose(1.0, 2.0), Side.RIGHT))),
         (["rack=null", "side=RIGHT", "mode=fast"], Options(side=Side.RIGHT, mode="fast")),
     ],
 )
@@ -139,8 +139,8 @@ def test_a_wrong_value_is_answered_with_what_the_type_takes(word: str, sentence:
 def test_defaults_of_own_types_are_shown_as_they_are_typed() -> None:
     shown = {name: option_text(value) for name, value in default_values(Options)}
     assert shown == {"shelf": "1,2,0", "side": "LEFT", "mode": "slow", "stops": "", "rack": "null"}
-    nested = msgspec.to_builtins(Shelf(Pose(1.0, 2.0)))
-    assert read_values(parse_options([f"rack={option_text(nested)}"]), Options).rack == Shelf(Pose(1.0, 2.0))
+    nested = msgspec.to_builtins(Rack(Pose(1.0, 2.0)))
+    assert read_values(parse_options([f"rack={option_text(nested)}"]), Options).rack == Rack(Pose(1.0, 2.0))
 
 
 # --- options of tree files

@@ -85,7 +85,7 @@ def test_where_nothing_was_written_there_is_nothing_to_replay(tmp_path: Path) ->
 def test_another_version_is_refused(tmp_path: Path, changes: dict[str, Any], sentence: str) -> None:
     writer = StepWriter(tmp_path, msgspec.structs.replace(HEAD, **changes))
     writer.write(lambda: MADE)
-    with pytest.raises(BadRecordingError, match=f"{sentence}.*Replay it with the version that flew"):
+    with pytest.raises(BadRecordingError, match=f"{sentence}.*Replay it with the version that recorded it"):
         replay_folder(tmp_path)
 
 

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
+from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
@@ -67,8 +68,6 @@ STATUS_TIMEOUT = 2.0
 """Longest wait for the latest status and tree of a mission, in seconds of wall time."""
 SKILLS_WAIT = 0.5
 """Wait for the latest messages of skills and managers, in seconds of wall time."""
-TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
-"""Template of a mission by suffix. The one in Python has the suffix .txt, as it is not a module of this package."""
 mission = typer.Typer(
     no_args_is_help=True, add_completion=False, help="List, write, check, run, pause and watch missions."
 )
@@ -246,12 +245,15 @@ def check(
 @mission.command()
 def new(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="NAME.xml or NAME.py.", show_default=False)],
+    robot: RobotTableOption = None,
+    skillset: SkillsetOption = None,
 ) -> None:
-    """Write a small mission to start from: fly to a point and home again, for the m600. See docs/own_mission.md.
+    """Write a small mission to start from: the template of the robot, or else its skills in an order that their
+    preconditions allow. See docs/own_mission.md.
 
     Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
     """
-    write_template(file)
+    write_draft(file, choose_robot(robot, skillset))
     console = make_console()
     console.print(f"Wrote {file}. Next: `skillwing mission check {file}`, then change it.", soft_wrap=True)
 
@@ -349,18 +351,3 @@ def _refuse_second_mission(system: System) -> None:
         f"{name} runs here already.",
         help="Wait until it has ended, or abort it with `skillwing mission abort`.",
     )
-
-
-def write_template(file: Path) -> None:
-    """Write the template of a mission with the name of the file.
-
-    Raises InvalidOptionError if the file exists already, or is neither .xml nor .py.
-    """
-    if file.suffix not in TEMPLATES:
-        raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
-    text = (Path(__file__).parent / "templates" / TEMPLATES[file.suffix]).read_text(encoding="utf-8")
-    try:
-        with file.open("x", encoding="utf-8") as opened:
-            opened.write(text.replace("NAME", file.stem))
-    except FileExistsError as error:
-        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.") from error

@@ -18,10 +18,14 @@ from skillwing.services.robot import find_robot
 
 @dataclass(frozen=True)
 class ChosenRobot:
-    """A robot, as far as missions are checked against it. is_chosen: it was named, or it runs."""
+    """A robot, as far as missions are checked against it.
+
+    templates: package with templates of missions, None for none. is_chosen: the robot was named, or it runs.
+    """
 
     skillset: Skillset
     rescue_goal: RescueGoal | None
+    templates: str | None = None
     is_chosen: bool = True
 
 
@@ -38,7 +42,9 @@ def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
         names = listed(system.robot for system in systems)
         raise InvalidOptionError("robot", f"Several systems are running: {names}. Choose one with `--robot`.")
     if systems:
-        return ChosenRobot(load(Path(systems[0].skillset)), systems[0].rescue_goal)
+        (state,) = systems
+        return ChosenRobot(load(Path(state.skillset)), state.rescue_goal, state.mission_templates)
     known = name or os.environ.get("SKILLWING_ROBOT")
     table = find_robot(known or DEFAULT_ROBOT)
-    return ChosenRobot(table.load_skillset(), table.rescue_goal, is_chosen=known is not None)
+    chosen = known is not None
+    return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, chosen)

@@ -1,1 +1,1 @@
-"""What is a drone's in missions: subtrees for take-off, flight with a depth map, landing and rescue."""
+"""Subtrees for missions of a drone: take-off, flight with a depth map, landing and rescue."""

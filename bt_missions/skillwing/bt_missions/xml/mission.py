@@ -11,7 +11,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
-from skillwing.bt_missions.mission.options import plain_value
+from skillwing.bt_missions.mission.options import option_text, plain_value
 from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.planning.known_space import Area
@@ -40,6 +40,8 @@ OPTION_TYPES: dict[str, Any] = {
     "Area": Area | None,
 }
 """Types of the ports of the main tree on every robot. The skillset's own types, and lists of them, are others."""
+MAYBE_OWN_TYPES = ("Position", "Position[]", "Area")
+"""Names for which a skillset may have types with other fields."""
 LIST = "[]"
 """End of the name of a type of lists."""
 
@@ -101,14 +103,14 @@ class XmlMission(Mission):
             # An option that could not be read is reported already.
             blackboard.entry(port.name).allow_empty()
         problems = list(self.problems)
-        kinds = {port.name: port for port in self._source.main_model.ports if port.kind not in OPTION_TYPES}
-        for name in options.__struct_fields__:
-            value = getattr(options, name)
+        ports = {port.name: port for port in self._source.main_model.ports}
+        for field in msgspec.structs.fields(self.Options):
+            port, value = ports[field.name], getattr(options, field.name)
             try:
-                own = kinds.get(name)
-                blackboard.entry(name).set(value if own is None else _own_value(value, own, context.skillset))
+                value = _own_value(value, port, context.skillset) if field.type is Any else value
+                blackboard.entry(field.name).set(value)
             except PortError as error:
-                problems.append(FileProblem(kinds[name].line, f"Option {error}"))
+                problems.append(FileProblem(port.line, f"Option {error}"))
         root = builder.build(self._source.main, blackboard)
         rescue = builder.build(RESCUE, blackboard) if RESCUE in self._source.trees else None
         unused = tuple(builder.build_unused())
@@ -137,6 +139,7 @@ def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> It
     kind = OPTION_TYPES.get(port.kind, Any)
     try:
         plain = default if kind is str else plain_value(port.name, default)
+        kind = kind if _fits(plain, kind) or port.kind not in MAYBE_OWN_TYPES else Any
         value = msgspec.convert(None if plain == "" else plain, kind, strict=False)
         is_mutable = isinstance(value, list | dict)
         yield port.name, kind, msgspec.field(default_factory=lambda: value) if is_mutable else value
@@ -144,10 +147,20 @@ def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> It
         problems.append(FileProblem(port.line, f"The default of option `{port.name}` cannot be read: {error}."))
 
 
+def _fits(plain: object, kind: Any) -> bool:
+    try:
+        msgspec.convert(None if plain == "" else plain, kind, strict=False)
+    except msgspec.ValidationError:
+        return False
+    return True
+
+
 def _own_value(value: object, port: DeclaredPort, skillset: Skillset) -> Any:
     """The value of an option whose type is one of the skillset. Raises PortError."""
     named = {kind.name: kind for kind in skillset.types}
     name = port.kind.removesuffix(LIST)
+    if name not in named and port.kind in OPTION_TYPES:
+        raise PortError(f"`{port.name}` is `{option_text(value)}`, which is no {port.kind}. Change its default.")
     if name not in named:
         known = [*OPTION_TYPES, *named]
         others = f"; it may be {listed(known, limit=20)}, or a list of a skillset's type as `TYPE{LIST}`."

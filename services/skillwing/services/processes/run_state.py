@@ -34,7 +34,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     robot time. pid, pid_started: the process that runs it. run_dir: directory of its logs. mock: nothing in it is real.
     topology: way in which processes meet. processes: state of those that were started. mission_context: facts about the
     site for missions, by mission. viewer: page for browsers, None for none. active_work: sentences on what its end
-    would cut short, empty for nothing. rescue_goal: as in the robot's table.
+    would cut short, empty for nothing. rescue_goal, mission_templates: as in the robot's table.
     """
 
     robot: str
@@ -51,6 +51,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     viewer: str | None = None
     active_work: str = ""
     rescue_goal: RescueGoal | None = None
+    mission_templates: str | None = None
 
 
 def runtime_dir() -> Path:
@@ -157,6 +158,7 @@ def announced(
             mission_context=dict(mission_context),
             viewer=viewer,
             rescue_goal=robot.rescue_goal,
+            mission_templates=robot.mission_templates,
         )
     )
     try:

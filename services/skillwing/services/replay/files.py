@@ -131,7 +131,7 @@ def read_steps(path: Path) -> StepFile | None:
         written = form.get("format") if isinstance(form, dict) else None
         if isinstance(written, int) and written != FORMAT:
             text = f"{path} was written by another Skillwing: its format is {written}, this one reads {FORMAT}."
-            raise BadRecordingError(f"{text} Replay it with the version that flew.")
+            raise BadRecordingError(f"{text} Replay it with the version that recorded it.")
         head = decoded_head(payloads[0])
         lines = tuple(decoded_line(payload) for payload in payloads[1:])
     except (msgspec.MsgspecError, ValueError) as error:

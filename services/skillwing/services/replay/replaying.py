@@ -120,11 +120,11 @@ def skillset_of(file: StepFile) -> Skillset:
         skillset = parse(head.text, head.file)
     except SkillsetError as error:
         text = f"The skillset of {file.path} has errors today: {error.diagnostics[0].message}"
-        raise BadRecordingError(f"{text.rstrip('.')}. Replay it with the version that flew.") from error
+        raise BadRecordingError(f"{text.rstrip('.')}. Replay it with the version that recorded it.") from error
     if skillset.schema_hash != head.schema:
         then = f"{file.path} was written with version {head.schema} of the skillset `{head.skillset}`"
         text = f"{then}, whose source means version {skillset.schema_hash} to this Skillwing."
-        raise BadRecordingError(f"{text} Replay it with the version that flew.")
+        raise BadRecordingError(f"{text} Replay it with the version that recorded it.")
     return skillset
 
 

@@ -1,0 +1,36 @@
+"""File of a new mission: the template of a robot, or a draft from its skillset."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from skillwing.bt_missions.cli.robot_choice import ChosenRobot
+from skillwing.bt_missions.drafting.mission_files import draft_python_file, draft_tree_file
+from skillwing.services.errors import InvalidOptionError
+
+TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
+"""Template of a mission by suffix. The one in Python has the suffix .txt, as it is not a module of its package."""
+DRAFTS = {".xml": draft_tree_file, ".py": draft_python_file}
+
+
+def write_draft(file: Path, robot: ChosenRobot) -> None:
+    """Write a mission with the name of the file.
+
+    Raises InvalidOptionError if the file exists already, or is neither .xml nor .py.
+    """
+    if file.suffix not in DRAFTS:
+        raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
+    try:
+        with file.open("x", encoding="utf-8") as opened:
+            opened.write(draft_text(file, robot))
+    except FileExistsError as error:
+        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.") from error
+
+
+def draft_text(file: Path, robot: ChosenRobot) -> str:
+    """The content of a new mission with the name of this file."""
+    if robot.templates is None:
+        return DRAFTS[file.suffix](file.stem, robot.skillset, robot.rescue_goal)
+    template = files(robot.templates).joinpath(TEMPLATES[file.suffix]).read_text(encoding="utf-8")
+    return template.replace("NAME", file.stem)

@@ -1,0 +1,1 @@
+"""Drafts of missions for a robot, made from its skillset."""
