@@ -245,7 +245,7 @@ def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: 
     finally:
         bus.close()
     assert said.code == REFUSED
-    assert said.error.startswith("Mission mapping flies here already. Wait until it has ended, or abort it with ")
+    assert said.error.startswith("Mission mapping runs here already. Wait until it has ended, or abort it with ")
     deadline = time.monotonic() + PATIENCE
     with connect() as connection:
         while MissionNode.name in connection.alive():

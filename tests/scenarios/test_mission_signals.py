@@ -48,7 +48,7 @@ def test_the_mission_is_aborted_once_and_lands(signals: list[signal.Signals]) ->
     assert status.text.startswith(ABORTING[signals[0]])
     assert flight.on_ground
     assert flight.idle
-    assert said.getvalue().count("Aborting: the drone lands where it is.") == 1
+    assert said.getvalue().count("Aborting: goals are interrupted, then landing.") == 1
     assert [signal.getsignal(number) for number in ABORTING] == before
 
 

@@ -33,7 +33,7 @@ def seen(watch: MissionWatch, height: int | None = None) -> str:
 def test_the_view_shows_status_tree_skills_and_reasons_of_branch_switches() -> None:
     flight = Flight()
     watch = watched(flight)
-    assert "No mission flies now, and none has left a report here." in seen(watch)
+    assert "No mission runs now, and none has left a report here." in seen(watch)
     flight.at(17.0, lambda: flight.drone.set("zed_status", "FAILED"))
     flight.network.run_for(22.0)
     view = seen(watch)
