@@ -213,7 +213,7 @@ def find_robot(reference: str) -> Robot:
         if (here / package).is_dir() or (here / f"{package}.py").is_file():
             make_importable(here)
         return _loaded(reference)
-    if len(folder.parts) > 1:
+    if len(folder.parts) > 1 or "/" in reference:
         raise InvalidOptionError("robot", f"There is no folder `{reference}`. Name that of a robot package.")
     raise UnknownRobotError(reference)
 
