@@ -12,7 +12,7 @@ from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.generate import place_problem, write_package
 from skillwing.dsl.commands.source import PROBLEMS, read, show, usage_error
 from skillwing.dsl.diagnostics.diagnostic import has_errors, summary
-from skillwing.dsl.generating.new_skill import checklist, skill_test, with_skill
+from skillwing.dsl.generating.new_skill import body_maker, checklist, skill_test, with_skill
 from skillwing.dsl.generating.package import RobotFolder, is_generated
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
@@ -32,6 +32,10 @@ def new_skill(
             "--robot", "-r", metavar="DIR", help="The robot's package; default the folder of FILE if it is one."
         ),
     ] = None,
+    tree: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.xml", help="Tree file over other skills that the skill runs; its ports are inputs."),
+    ] = None,
 ) -> None:
     """Add a skill to a skillset, with its manager and its test, and print what is left to do. See docs/robots.md.
 
@@ -45,27 +49,36 @@ def new_skill(
     folder = robot or (skillset.parent if (skillset.parent / "robot.py").is_file() else None)
     if folder is not None and (problem := place_problem(folder) or _robot_problem(folder, skillset)):
         usage_error(problem)
+    if tree is not None and folder is None:
+        usage_error(f"The manager of a tree needs a robot's package. Make it: `skillwing generate {skillset} -o DIR`.")
     test = Path(f"test_{name}.py")
-    extended = with_skill(source, name, str(skillset))
+    body = None if tree is None else body_maker("tree")(tree, name, before)
+    extended = with_skill(source, name, str(skillset), None if body is None else body.block)
     outcome = check_source(extended, str(skillset))
     after = outcome.skillset
     if after is None:
         # What the words and classes of the language leave open as a name, only the checker knows.
         first = next(each for each in outcome.diagnostics if has_errors([each]))
         usage_error(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
+    own = {} if body is None else body.files(after, folder)
     try:
         skillset.write_text(extended, encoding="utf-8", newline="\n")
         typer.echo(f"{skillset}: `{name}` was added.")
         if folder is not None:
             test = tests_folder(folder, [skill.name for skill in before.skills]) / test
-            files = skeletons(after, folder.resolve().name, skills=[name])
-            tests = {os.path.relpath(test, folder): skill_test(name, import_name(folder)[0])}
+            files = {**skeletons(after, folder.resolve().name, skills=[name]), **own}
+            package = import_name(folder)[0]
+            first_test = skill_test(name, package) if body is None else body.test(package)
+            tests = {os.path.relpath(test, folder): first_test}
             if test.is_relative_to(folder):  # a package, so that modules of two robots may have one name
                 tests["tests/__init__.py"] = ""
             write_package(after, skillset, extended, RobotFolder(folder), {**files, **tests})
     except OSError as error:
         usage_error(f"`{error.filename}` cannot be written: {error.strerror}.")
     typer.echo("")
+    if body is not None:
+        typer.echo(f"`{name}` runs {folder}/skills/{name}.xml. Next: its units and ranges in {skillset}, then {test}.")
+        return
     for line in checklist(after.skill(name), skillset, folder, test, folder is not None and _makes_all(folder)):
         typer.echo(line)
 

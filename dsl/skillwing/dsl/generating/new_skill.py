@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Protocol
 
 from skillwing.dsl.generating.skeletons import skill_file
-from skillwing.dsl.model import Skill
+from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.naming import class_name, manager_class
 from skillwing.dsl.reading.dialect import lex
 
@@ -36,14 +38,39 @@ def test_it_rejects_its_goals_until_it_is_written() -> None:
 '''
 
 
-def with_skill(text: str, skill: str, file: str) -> str:
-    """The text of a valid skillset with one more skill at its end.
+class SkillBody(Protocol):
+    """Body of a new skill, made from a file. block: of the skill, in the skillset."""
+
+    @property
+    def block(self) -> str: ...
+
+    def files(self, skillset: Skillset, package: Path | None) -> Mapping[str, str]:
+        """Files of the robot's package, by their path there. skillset: with the new skill."""
+        ...
+
+    def test(self, package: str) -> str:
+        """The first test. package: import name of the robot's package."""
+        ...
+
+
+BODIES = "skillwing.skill_bodies"
+"""Entry points of functions that make a `SkillBody` from a file, the name of the skill, and the skillset before it."""
+
+
+def body_maker(kind: str) -> Callable[[Path, str, Skillset], SkillBody]:
+    """The function that makes bodies of this kind (`tree`)."""
+    (maker,) = entry_points(group=BODIES, name=kind)
+    return maker.load()
+
+
+def with_skill(text: str, skill: str, file: str, block: str | None = None) -> str:
+    """The text of a valid skillset with one more skill at its end. block: of the skill; None for an empty one.
 
     The rest of the text stays as it is. Text in the style of `skillwing fmt` is so afterwards.
     """
     closing = next(lexeme for lexeme in reversed(lex(text, file)) if lexeme.kind == "CLOSE")
     before, after = text[: closing.start].rstrip(), text[closing.start :]
-    return f"{before}\n\n{_BLOCK.format(skill=skill)}{after}"
+    return f"{before}\n\n{block or _BLOCK.format(skill=skill)}{after}"
 
 
 def skill_test(skill: str, package: str) -> str:

@@ -1,0 +1,1 @@
+"""Skills whose body is a tree over other skills."""

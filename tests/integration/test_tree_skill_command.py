@@ -1,0 +1,92 @@
+"""`skillwing new-skill --tree`: a tree file becomes a skill of a robot."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import run_command
+
+from skillwing.dsl import load
+from skillwing.services.testing import SkillsetInProcess
+
+TEXT = """
+skillset forklift {
+    type Pose { x: float64 [m]  y: float64 [m] }
+    resource wheels { initial PARKED  PARKED -> DRIVING  DRIVING -> PARKED }
+    resource fork { initial IDLE  IDLE -> MOVING  MOVING -> IDLE }
+    skill drive {
+        input { target: Pose }
+        effect { roll: wheels -> DRIVING  park: wheels -> PARKED }
+        precondition { parked: resource=(wheels == PARKED)  success roll }
+        interrupt { apply=park }
+        lost { apply=park }
+        result { success ARRIVED: apply=park  failure BLOCKED: apply=park }
+    }
+    skill pick {
+        effect { move: fork -> MOVING  still: fork -> IDLE }
+        precondition { free: resource=(fork == IDLE)  success move }
+        interrupt { apply=still }
+        lost { apply=still }
+        result { success LIFTED: apply=still  failure MISSED: apply=still }
+    }
+}
+"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    package = Path("hall")
+    package.mkdir()
+    (package / "forklift.skillset").write_text(TEXT)
+    assert run_command("generate", "hall/forklift.skillset", "-o", "hall").code == 0
+    return package
+
+
+TOUR = """<root BTCPP_format="4" main_tree_to_execute="tour">
+  <BehaviorTree ID="tour"><Sequence><drive target="{first}"/><pick/></Sequence></BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="tour">
+      <input_port name="first" type="Pose" default="1,2"/>
+      <input_port name="speed" type="double" default="1.5"/>
+    </SubTree>
+  </TreeNodesModel>
+</root>
+"""
+
+
+def test_a_tree_file_becomes_a_skill_with_its_manager_and_its_test(robot: Path) -> None:
+    Path("tour.xml").write_text(TOUR)
+    said = run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.xml")
+    assert said.code == 0, said
+    skill = load(robot / "forklift.skillset").skill("tour")
+    assert [(each.name, str(each.type.name), each.default) for each in skill.inputs] == [
+        ("first", "Pose", None),
+        ("speed", "float64", 1.5),
+    ]
+    sys.path.append(str(Path.cwd()))
+    managers = importlib.import_module("hall.skills.tour")
+    bench = SkillsetInProcess(load(robot / "forklift.skillset"), [managers.TourManager])
+    bench.start_skill("tour", first={"x": 1.0, "y": 2.0}).assert_ended("S_DONE", within=10.0)
+    assert "tree_skill_problems" in (robot / "tests" / "test_tour.py").read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("<pick/>", "<pik/>", "tour.xml:2: There is no node `pik`; did you mean `pick`?"),
+        ("<pick/>", '<tour first="1,2"/>', "starts `tour` itself"),
+        ('type="Pose"', 'type="Place"', "is of type `Place`, which forklift does not have"),
+    ],
+)
+def test_a_tree_that_does_not_fit_changes_nothing(robot: Path, old: str, new: str, told: str) -> None:
+    Path("tour.xml").write_text(TOUR.replace(old, new))
+    said = run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.xml")
+    assert said.code == 2
+    assert told in said.error
+    assert (robot / "forklift.skillset").read_text() == TEXT
+    assert not (robot / "skills" / "tour.py").exists()
