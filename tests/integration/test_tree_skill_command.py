@@ -12,28 +12,7 @@ from command_line import run_command
 from skillwing.dsl import load
 from skillwing.services.testing import SkillsetInProcess
 
-TEXT = """
-skillset forklift {
-    type Pose { x: float64 [m]  y: float64 [m] }
-    resource wheels { initial PARKED  PARKED -> DRIVING  DRIVING -> PARKED }
-    resource fork { initial IDLE  IDLE -> MOVING  MOVING -> IDLE }
-    skill drive {
-        input { target: Pose }
-        effect { roll: wheels -> DRIVING  park: wheels -> PARKED }
-        precondition { parked: resource=(wheels == PARKED)  success roll }
-        interrupt { apply=park }
-        lost { apply=park }
-        result { success ARRIVED: apply=park  failure BLOCKED: apply=park }
-    }
-    skill pick {
-        effect { move: fork -> MOVING  still: fork -> IDLE }
-        precondition { free: resource=(fork == IDLE)  success move }
-        interrupt { apply=still }
-        lost { apply=still }
-        result { success LIFTED: apply=still  failure MISSED: apply=still }
-    }
-}
-"""
+TEXT = (Path(__file__).parents[2] / "examples" / "forklift" / "forklift.skillset").read_text()
 
 
 @pytest.fixture
@@ -48,10 +27,10 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 TOUR = """<root BTCPP_format="4" main_tree_to_execute="tour">
-  <BehaviorTree ID="tour"><Sequence><drive target="{first}"/><pick/></Sequence></BehaviorTree>
+  <BehaviorTree ID="tour"><Sequence><drive target="{first}"/><honk/></Sequence></BehaviorTree>
   <TreeNodesModel>
     <SubTree ID="tour">
-      <input_port name="first" type="Pose" default="1,2"/>
+      <input_port name="first" type="Pose" default="1,2,0"/>
       <input_port name="speed" type="double" default="1.5"/>
     </SubTree>
   </TreeNodesModel>
@@ -70,16 +49,16 @@ def test_a_tree_file_becomes_a_skill_with_its_manager_and_its_test(robot: Path) 
     ]
     sys.path.append(str(Path.cwd()))
     managers = importlib.import_module("hall.skills.tour")
-    bench = SkillsetInProcess(load(robot / "forklift.skillset"), [managers.TourManager])
-    bench.start_skill("tour", first={"x": 1.0, "y": 2.0}).assert_ended("S_DONE", within=10.0)
+    bench = SkillsetInProcess(load(robot / "forklift.skillset"), [managers.TourManager], data={"battery": 80.0})
+    bench.start_skill("tour", first={"x": 1.0, "y": 2.0, "heading": 0.0}).assert_ended("S_DONE", within=10.0)
     assert "tree_skill_problems" in (robot / "tests" / "test_tour.py").read_text()
 
 
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("<pick/>", "<pik/>", "tour.xml:2: There is no node `pik`; did you mean `pick`?"),
-        ("<pick/>", '<tour first="1,2"/>', "starts `tour` itself"),
+        ("<honk/>", "<hnk/>", "tour.xml:2: There is no node `hnk`; did you mean `honk`?"),
+        ("<honk/>", '<tour first="1,2,0"/>', "starts `tour` itself"),
         ('type="Pose"', 'type="Place"', "is of type `Place`, which forklift does not have"),
     ],
 )
