@@ -128,7 +128,8 @@ class MissionRun:
         if self._stage is RunStage.RESCUING:
             self._publisher.publish(MissionPhase.RUNNING, self._rescue_text)
         else:
-            self._publisher.publish(MissionPhase.IDLE, self._outcome[1])
+            phase = MissionPhase.RUNNING if self._has_run else MissionPhase.IDLE
+            self._publisher.publish(phase, self._outcome[1])
         self._wake()
 
     def pause(self, reason: str) -> str | None:
