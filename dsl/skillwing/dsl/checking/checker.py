@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import re
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -32,6 +32,15 @@ _NAMED_IN = {
 _OF_THE_WHOLE = frozenset({"SW030", "SW043", "SW060", "SW062", "SW081"})
 """Codes that concern a whole block. They are unreliable if a part of the block was not read."""
 _OF_THE_FILE = frozenset({"SW083"})
+_DECLARED_ANYWHERE = frozenset({"SW010", "SW013", "SW014"})
+"""Codes for unknown names whose declarations may be in the missing part of a file that ends in the middle."""
+_DECLARED_IN: Mapping[type, frozenset[str]] = {
+    syntax.ResourceSyntax: frozenset({"SW011"}),
+    syntax.StructSyntax: frozenset({"SW015"}),
+    syntax.EnumSyntax: frozenset({"SW015", "SW023"}),
+    syntax.SkillSyntax: frozenset({"SW012"}),
+}
+"""Codes for names whose declarations may be in the missing part of the last element of such a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +113,14 @@ def _reliable(
     guessed = {locations.statement(span) for span in recovery.guessed}
     nameless = frozenset[str]().union(*(_NAMED_IN.get(block, frozenset[str]()) for block in recovery.nameless))
     lines = text.split("\n")
+    last = locations.last if recovery.is_cut else None
+    missing = _DECLARED_ANYWHERE | _DECLARED_IN.get(type(last), frozenset[str]()) if last else frozenset[str]()
     for diagnostic in diagnostics:
         span = diagnostic.span
         is_lost = diagnostic.code in _UNKNOWN_NAMES and not recovery.skipped_words.isdisjoint(
             re.findall(r"\w+", lines[span.line - 1][span.column - 1 : span.end_column - 1])
         )
         is_of_damaged = diagnostic.code in _OF_THE_WHOLE and locations.at(span) in damaged
-        follows = is_lost or is_of_damaged or diagnostic.code in nameless | _OF_THE_FILE
+        follows = is_lost or is_of_damaged or diagnostic.code in nameless | missing | _OF_THE_FILE
         if not follows and locations.statement(span) not in guessed:
             yield diagnostic

@@ -33,6 +33,11 @@ class SourceLocations:
         around = [element for end, element in before if place < end]
         return around[-1] if around else before[-1][1] if before else None
 
+    @property
+    def last(self) -> syntax.Element | None:
+        """The element that begins last; None if there is none."""
+        return self._elements[-1][-1] if self._elements else None
+
     def statement(self, span: Span) -> int:
         """The number of the last statement, such as a field, that begins before the span."""
         return bisect(self._statements, _start(span))

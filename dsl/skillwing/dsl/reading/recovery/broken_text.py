@@ -23,12 +23,14 @@ class RecoveryReport:
     """Parts of a file that error recovery did not read, or read in another way than they are written.
 
     skipped_words: words of skipped text; a name that seems unknown may be declared there. nameless: keywords of the
-    blocks without a name, or with something nameless in them. guessed: spans in statements that were changed.
+    blocks without a name, or with something nameless in them. guessed: spans in statements that were changed. is_cut:
+    the file ends in the middle, so that anything may be declared in the missing part.
     """
 
     skipped_words: set[str] = field(default_factory=set[str])
     nameless: set[str] = field(default_factory=set[str])
     guessed: list[Span] = field(default_factory=list[Span])
+    is_cut: bool = False
 
     def skip(self, lexemes: Iterable[Lexeme]) -> None:
         for lexeme in lexemes:
@@ -36,21 +38,39 @@ class RecoveryReport:
 
 
 class BrokenText:
-    """The lexemes of a file, with a cursor that can change them. diagnostics: the problems reported so far."""
+    """The lexemes of a file, with a cursor that can change them.
+
+    diagnostics: the problems reported so far. problems: their number, with those that follow from an unexpected end.
+    """
 
     def __init__(self, dialect: Dialect, lexemes: Iterable[Lexeme], source: Source) -> None:
         self.diagnostics: list[Diagnostic] = []
+        self.problems = 0
         self.recovery = RecoveryReport()
         self.words = dialect.vocabulary
         self._source = source
         read = list(lexemes)
         end = read[-1].end if read else 0
+        self._last_word = read[-1].start if read else 0
+        self._end_is_reported = False
         self.is_empty = not read
         self.cursor = Cursor(dialect, [*read, Lexeme(END, "", end, end, source)])
 
     def balance(self) -> int:
         """The number of opening brackets in the file minus that of closing ones."""
         return sum({"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0) for lexeme in self.cursor.lexemes)
+
+    def cut_behind(self, last: Lexeme) -> None:
+        """Note that the file ends in the middle. That is one problem, whatever is missing behind its last word."""
+        self.recovery.is_cut = True
+        self._last_word = last.start
+        if last.kind != "CLOSE":
+            self.recovery.guessed.append(last.span)
+
+    def hidden_behind(self, last: Lexeme) -> None:
+        """Note that the rest of the file is in a comment without an end, which is reported already."""
+        self._end_is_reported = True
+        self.cut_behind(last)
 
     # --- changing it
 
@@ -104,6 +124,11 @@ class BrokenText:
     def report(self, code: str, place: Lexeme | Span, message: str, advice: str) -> None:
         if isinstance(place, Lexeme):
             place = place.span if place.end > place.start else self._character(place.end)
+        self.problems += 1
+        if (place.line, place.column) >= self._source.position(self._last_word):
+            if self._end_is_reported:
+                return
+            self._end_is_reported = True
         self.diagnostics.append(Diagnostic(code, place, message, advice))
 
     def report_unexpected(self, lexeme: Lexeme) -> None:

@@ -29,7 +29,7 @@ class Unclosed:
 
 def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
     """The unclosed blocks; none if the layout does not account for exactly the missing brackets, or if too many are
-    missing.
+    missing. In a file without indentation, blocks would end where they begin.
     """
     missing = sum({"OPEN": 1, "CLOSE": -1}.get(lexeme.kind, 0) for lexeme in lexemes)
     if not 0 < missing <= _MOST:
@@ -43,7 +43,7 @@ def unclosed_by_layout(lexemes: Sequence[Lexeme]) -> list[Unclosed]:
             line, indentation = here, column
             while blocks and (blocks[-1][1] > column or (blocks[-1][1] == column and lexeme.kind != "CLOSE")):
                 found.append(Unclosed(blocks.pop()[0], index))
-                if len(found) > missing:
+                if len(found) > missing or found[-1].opening == index - 1:
                     return []
         if lexeme.kind == "OPEN":
             blocks.append((index, indentation))

@@ -45,7 +45,7 @@ class Recovery:
             self._cursor.is_balanced = self._text.balance() == 0
             self._close_by_layout()
         while not cursor.run():
-            if len(self._text.diagnostics) >= _MOST_PROBLEMS or not self._repair(cursor.next):
+            if self._text.problems >= _MOST_PROBLEMS or not self._repair(cursor.next):
                 return None
             cursor.mark()
         return cursor.machine.values[0]
@@ -56,9 +56,13 @@ class Recovery:
         """Fix all lexical errors. The words before the first syntax error have none."""
         cursor = self._cursor
         self._text.recovery.skip(lexeme for lexeme in cursor.lexemes if lexeme.kind == "UNCLOSED_COMMENT")
+        is_unclosed = any(lexeme.kind == "UNCLOSED_COMMENT" for lexeme in cursor.lexemes)
         fixed, found = fix_lexical_errors(cursor.lexemes, self._words)
         cursor.lexemes[:] = fixed
+        if is_unclosed and len(fixed) > 1:
+            self._text.hidden_behind(fixed[-2])
         self._text.diagnostics += found[:_MOST_PROBLEMS]
+        self._text.problems += len(found)
 
     def _close_by_layout(self) -> None:
         """Close the unclosed blocks where the layout shows their ends, and parse the file again."""
@@ -69,6 +73,11 @@ class Recovery:
             for block in [cursor.block_opened_by(unclosed.opening)]
         ]
         found.sort(key=itemgetter(0))
+        end = len(cursor.lexemes) - 1
+        missing = self._text.balance()
+        ends_in_a_block = missing > 1 and all(closing == end for closing, _ in found)
+        if missing > 0 and (ends_in_a_block or cursor.lexemes[end - 1].kind != "CLOSE"):
+            self._text.cut_behind(cursor.lexemes[end - 1])
         added = 0
         for closing, group in groupby(found, key=itemgetter(0)):
             added += self._text.close([block for _, block in group], closing + added)

@@ -1,0 +1,60 @@
+"""One run reports every error: what an error leaves readable is judged, and one slip is one error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from skillwing.dsl.checking.checker import check
+from skillwing.dsl.diagnostics.diagnostic import Diagnostic
+from skillwing.dsl.reading.dialect import lex
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[2] / "examples"
+SHORT_FILES = [
+    *(HERE / "cases" / "valid" / f"{name}.skillset" for name in ("everything", "paper", "leak")),
+    *(EXAMPLES / "onera" / f"{name}.rl" for name in ("gimbal", "forklift")),
+]
+ARM = """
+    data { battery: float64 }
+    resource arm { initial IDLE  IDLE -> BUSY  BUSY -> IDLE }
+    resource light { initial OFF  extern OFF -> ON  extern ON -> OFF }
+"""
+
+
+def errors(elements: str) -> list[Diagnostic]:
+    diagnostics = check(f"skillset s {{ {elements} }}", "f.skillset").diagnostics
+    return [item for item in diagnostics if item.severity == "error"]
+
+
+def codes(elements: str) -> list[str]:
+    return [item.code for item in errors(elements)]
+
+
+# --- one slip is one error
+
+
+@pytest.mark.parametrize("path", SHORT_FILES, ids=lambda path: path.stem)
+def test_an_unexpected_end_of_a_file_is_one_error(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    words = [word for word in lex(text, path.name) if word.kind != "COMMENT"]
+    skillset = next(at for at, word in enumerate(words) if word.kind == "SKILLSET")
+    unclosed = 0
+    for word in words[skillset:-1]:
+        unclosed += {"OPEN": 1, "CLOSE": -1}.get(word.kind, 0)
+        if word.kind == "CLOSE" and unclosed == 1:
+            continue  # Only the last bracket is missing: names are judged as in the whole file.
+        found = [item for item in check(text[: word.end], path.name).diagnostics if item.severity == "error"]
+        assert len(found) == 1, (text[: word.end][-40:], found)
+
+def test_what_stands_before_an_unexpected_end_is_judged() -> None:
+    text = f"skillset s {{ {ARM} skill k {{ precondition {{ p: resource=(arm == IDEL)  q: resource=(arm"
+    found = [(item.code, item.help) for item in check(text, "f.skillset").diagnostics if item.severity == "error"]
+    assert [code for code, _ in found] == ["SW011", "SW001"]
+    assert found[0][1] == "Did you mean `IDLE`?"
+
+
+def test_a_comment_without_an_end_is_one_error() -> None:
+    skill = "skill k { precondition { p: resource=(armm == IDLE) /* why } result { DONE } }"
+    assert [item.code for item in check(f"skillset s {{ {ARM} {skill} }}", "f.skillset").diagnostics] == ["SW004"]
