@@ -35,6 +35,17 @@ def codes(elements: str) -> list[str]:
 # --- one slip is one error
 
 
+@pytest.mark.parametrize("field", ["float64 in 5.0..1.0 = 2.0", "uint8 in 9..0 = 3", "string in 0..1 = 0.5"])
+def test_a_wrong_range_is_one_error(field: str) -> None:
+    guard = "data=(v > 1)" if "string" not in field else "data=(true)"
+    skill = f"skill k {{ input {{ v: {field} }} precondition {{ p: {guard} }} result {{ DONE }} }}"
+    assert codes(skill) == ["SW022"]
+
+def test_a_range_is_judged_as_it_is_meant() -> None:
+    skill = "skill k { input { v: float64 in 5.0..1.0 = 9.0 } precondition { p: data=(v > 7) } result { DONE } }"
+    assert codes(skill) == ["SW022", "SW023", "SW050"]
+
+
 @pytest.mark.parametrize("path", SHORT_FILES, ids=lambda path: path.stem)
 def test_an_unexpected_end_of_a_file_is_one_error(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
@@ -47,6 +58,7 @@ def test_an_unexpected_end_of_a_file_is_one_error(path: Path) -> None:
             continue  # Only the last bracket is missing: names are judged as in the whole file.
         found = [item for item in check(text[: word.end], path.name).diagnostics if item.severity == "error"]
         assert len(found) == 1, (text[: word.end][-40:], found)
+
 
 def test_what_stands_before_an_unexpected_end_is_judged() -> None:
     text = f"skillset s {{ {ARM} skill k {{ precondition {{ p: resource=(arm == IDEL)  q: resource=(arm"

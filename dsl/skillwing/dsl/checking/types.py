@@ -116,7 +116,7 @@ class Types:
         low, high = self._bounds(declaration.bounds, declared)
         name = declaration.name
         default = None
-        if declaration.default is not None:
+        if declaration.default is not None and not _is_number_by_mistake(declaration, declared):
             default = self._default(declaration.default, declared, low, high)
         return Field(name.text, declared, unit, low, high, default, name.span)
 
@@ -141,6 +141,7 @@ class Types:
         if low > high:
             advice = f"Write `{bounds_text(high, low)}`."
             self._report.add("SW022", span, f"The range {bounds_text(low, high)} is empty.", advice)
+            low, high = high, low  # as meant: defaults and predicates are judged by it
         if declared.bounds is not None:
             smallest, largest = declared.bounds
             if isinstance(low, float) or isinstance(high, float):
@@ -179,6 +180,17 @@ def type_text(declared: Type) -> str:
 def bounds_text(low: float, high: float) -> str:
     """Print a range as the language writes it."""
     return f"{low}..{high}"
+
+
+def _is_number_by_mistake(declaration: syntax.FieldSyntax, declared: Type) -> bool:
+    """True if a field with a range and a numeric default has another type, which its range reports already."""
+    is_number = isinstance(declared, ScalarType) and declared.is_number
+    given = declaration.default
+    return declaration.bounds is not None and not is_number and isinstance(given, Literal) and _is_numeric(given)
+
+
+def _is_numeric(given: Literal) -> bool:
+    return isinstance(given.value, int | float) and not isinstance(given.value, bool)
 
 
 def _limits(declared: Type, low: float | None, high: float | None) -> tuple[float, float]:
