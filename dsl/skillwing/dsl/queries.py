@@ -7,7 +7,7 @@ from itertools import product
 from math import prod
 
 from skillwing.dsl.expressions import Environment, Expression, evaluate, names_used
-from skillwing.dsl.model import Event, Skill, Skillset
+from skillwing.dsl.model import Effect, Event, Skill, Skillset
 
 _MOST_COMBINATIONS = 4096
 
@@ -23,6 +23,19 @@ def taken_by(skill: Skill) -> dict[str, str]:
 def changed_by(skill: Skill) -> frozenset[str]:
     """The resources that an effect of the skill names."""
     return frozenset(resource for effect in skill.effects for resource, _ in effect.transitions)
+
+
+def unapplied_effects(skill: Skill) -> list[Effect]:
+    """The effects of the skill that nothing in it applies."""
+    applied = {
+        skill.preconditions.success,
+        skill.preconditions.failure,
+        skill.interrupt.apply,
+        skill.lost,
+        *(invariant.violation for invariant in skill.invariants),
+        *(result.apply for result in skill.results),
+    }
+    return [effect for effect in skill.effects if effect.name not in applied]
 
 
 def can_bring(skill: Skill, resource: str, targets: Collection[str]) -> bool:

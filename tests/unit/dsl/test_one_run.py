@@ -32,6 +32,20 @@ def codes(elements: str) -> list[str]:
     return [item.code for item in errors(elements)]
 
 
+# --- what resolved is judged
+
+
+def test_a_section_given_twice_hides_nothing() -> None:
+    skill = """skill k {
+        input { speed: float64 }
+        input { height: float64  speed: float64 }
+        precondition { p: data=(speed > height) }
+        precondition { q: resource=(armm == IDLE) }
+        result { DONE }
+    }"""
+    assert codes(ARM + skill) == ["SW017", "SW017", "SW010"]
+
+
 # --- one slip is one error
 
 

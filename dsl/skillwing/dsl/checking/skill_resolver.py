@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import get_args
+from dataclasses import replace
+from typing import TypeVar, get_args
 
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.results import marked_as_meant
@@ -20,8 +21,13 @@ from skillwing.dsl.model import (
     Result,
     Skill,
 )
+from skillwing.dsl.queries import unapplied_effects
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Word
+
+_Named = TypeVar(
+    "_Named", syntax.FieldSyntax, syntax.EffectSyntax, syntax.CheckSyntax, syntax.InvariantSyntax, syntax.ResultSyntax
+)
 
 _NO_RELEASE = "Declare an effect that gives back what the start takes, and write `interrupt { apply=EFFECT }` with it."
 
@@ -34,15 +40,39 @@ def resolve_skill(declaration: syntax.SkillSyntax, declarations: Declarations) -
 
 
 def _sections(declaration: syntax.SkillSyntax, report: DiagnosticReport) -> dict[str, syntax.Section]:
+    """The sections by keyword. Of one that is given twice, both are read, and names of the first hide others."""
     sections: dict[str, syntax.Section] = {}
     for section in declaration.sections:
-        first = sections.setdefault(section.keyword.text, section)
+        word = section.keyword
+        first = sections.setdefault(word.text, section)
         if first is not section:
-            word = section.keyword
             message = f"The skill `{declaration.name.text}` has `{word.text}` twice."
             related = (first.keyword.span, "first given here")
             report.add("SW017", word.span, message, "Merge the two.", related)
+            sections[word.text] = _merged(first, section)
     return sections
+
+
+def _merged(first: syntax.Section, second: syntax.Section) -> syntax.Section:
+    match first, second:
+        case syntax.FieldsSection(), syntax.FieldsSection():
+            return replace(first, fields=_joined(first.fields, second.fields))
+        case syntax.EffectSection(), syntax.EffectSection():
+            return replace(first, effects=_joined(first.effects, second.effects))
+        case syntax.PreconditionSection(), syntax.PreconditionSection():
+            success, failure = first.success or second.success, first.failure or second.failure
+            return replace(first, checks=_joined(first.checks, second.checks), success=success, failure=failure)
+        case syntax.InvariantSection(), syntax.InvariantSection():
+            return replace(first, invariants=_joined(first.invariants, second.invariants))
+        case syntax.ResultSection(), syntax.ResultSection():
+            return replace(first, results=_joined(first.results, second.results))
+        case _:
+            return first
+
+
+def _joined(first: tuple[_Named, ...], second: tuple[_Named, ...]) -> tuple[_Named, ...]:
+    names = {item.name.text for item in first}
+    return (*first, *(item for item in second if item.name.text not in names))
 
 
 class _SkillResolver:
@@ -125,18 +155,9 @@ class _SkillResolver:
     def _unused_effects(self, skill: Skill) -> None:
         if self._misnamed_effect:
             return
-        used = {
-            skill.preconditions.success,
-            skill.preconditions.failure,
-            skill.interrupt.apply,
-            skill.lost,
-            *(invariant.violation for invariant in skill.invariants),
-            *(result.apply for result in skill.results),
-        }
-        for effect in skill.effects:
-            if effect.name not in used:
-                message = f"Nothing in `{skill.name}` applies the effect `{effect.name}`."
-                self._report.add("SW081", effect.span, message, "Apply it or remove it.")
+        for effect in unapplied_effects(skill):
+            message = f"Nothing in `{skill.name}` applies the effect `{effect.name}`."
+            self._report.add("SW081", effect.span, message, "Apply it or remove it.")
 
     # --- guards
 
