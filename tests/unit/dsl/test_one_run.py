@@ -35,6 +35,12 @@ def codes(elements: str) -> list[str]:
 # --- what resolved is judged
 
 
+def test_an_effect_that_nothing_applies_drives_no_extern_transition() -> None:
+    skill = "skill {} {{ effect {{ on: light -> ON }} result {{ DONE }} }}"
+    assert codes(ARM + skill.format("k")) == ["SW040"]
+    behaves_like_it = "skill j { effect { on {} } result { DONE } }"
+    assert codes(ARM + behaves_like_it + skill.format("k") + skill.format("l")) == ["SW040", "SW040"]
+
 def test_a_section_given_twice_hides_nothing() -> None:
     skill = """skill k {
         input { speed: float64 }

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from skillwing.dsl.checking.effect_analysis import EffectAnalysis
+from skillwing.dsl.checking.impossible_guards import (
+    report_check,
+    report_checks,
+    report_invariant,
+    report_invariants,
+    report_post,
+)
 from skillwing.dsl.checking.reachability.knowledge import Knowledge, SkillSituations, ends_of
 from skillwing.dsl.checking.reachability.relations import Relation
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
 from skillwing.dsl.checking.wording import (
-    alternatives,
-    ask_for_possible,
     described,
     possible_states,
-    possible_together,
     span_of,
-    transitions_of,
 )
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import to_text
-from skillwing.dsl.model import Effect, Invariant, Skill
-from skillwing.dsl.spans import Span
-from skillwing.dsl.suggest import listed
+from skillwing.dsl.model import Invariant, Skill
+from skillwing.dsl.queries import unapplied_effects
 
 
 class SkillAnalysis:
@@ -31,7 +34,7 @@ class SkillAnalysis:
         self._known: SkillSituations = knowledge.of(skill)
         self._space = space
         self._report = report
-        self._judged_wrong: set[Span] = set()
+        self._effect_analysis = EffectAnalysis(space, knowledge.always, report)
         self._behaviour = space.behaviour(skill)
         self._admitted = self._known.idle.where_all(self._behaviour.judged_checks)
         self.startable = self._admitted.able(self._behaviour.start)
@@ -53,19 +56,13 @@ class SkillAnalysis:
         for check, relation in zip(skill.preconditions.checks, self._behaviour.checks, strict=True):
             if relation is not None and idle.where(relation).empty:
                 impossible = True
-                message = f"The precondition `{check.name}` of `{skill.name}` can never hold."
-                advice = ask_for_possible(relation.names, idle, " when it is judged")
-                self._report.add("SW050", span_of(check.expression) or check.span, message, advice)
+                report_check(skill.name, check, relation, idle, self._report)
         if impossible:
             return
         if self._admitted.empty:
             paired = zip(skill.preconditions.checks, self._behaviour.checks, strict=True)
             judged = [check for check, relation in paired if relation is not None]
-            culprits = listed(check.name for check in judged)
-            message = f"The preconditions {culprits} of `{skill.name}` can never hold together."
-            names = {name for relation in self._behaviour.judged_checks for name in relation.names}
-            advice = f"Drop or change one of them: {possible_together(names, idle)}."
-            self._report.add("SW054", judged[0].span, message, advice)
+            report_checks(skill.name, judged, self._behaviour.judged_checks, idle, self._report)
         elif not self.startable.empty:
             self._blocked_start()
 
@@ -93,10 +90,7 @@ class SkillAnalysis:
         if any(wrong):
             return
         if not self._known.started.empty and self._known.running.empty:
-            culprits = listed(invariant.name for invariant, _ in judged)
-            message = f"Whenever `{self._skill.name}` starts, one of its invariants {culprits} is false."
-            advice = "Change them so that they can hold together."
-            self._report.add("SW053", judged[0][0].span, message, advice)
+            report_invariants(self._skill.name, [invariant for invariant, _ in judged], self._report)
             return
         for invariant, guard in judged:
             self._may_be_broken(invariant, guard)
@@ -106,8 +100,7 @@ class SkillAnalysis:
         name, span = self._skill.name, span_of(invariant.expression) or invariant.span
         started = self._known.started
         if self._knowledge.always.where(relation).empty:
-            message = f"The invariant `{invariant.name}` of `{name}` can never hold."
-            self._report.add("SW051", span, message, ask_for_possible(relation.names, self._knowledge.always))
+            report_invariant(name, invariant, relation, self._knowledge.always, self._report)
             return True
         if not started.empty and started.where(relation).empty:
             message = f"The invariant `{invariant.name}` of `{name}` is false as soon as the skill starts."
@@ -139,62 +132,12 @@ class SkillAnalysis:
             self._judge(result.apply, known.running, f"when it ends {result.name}")
         self._judge(skill.interrupt.apply, known.running, "when it is interrupted")
         self._judge(skill.lost, known.running, "when its manager is lost")
+        for effect in unapplied_effects(skill):
+            self._effect_analysis.judge_alone(effect, self._knowledge.always)
 
     def _judge(self, effect_name: str | None, situations: Situations, when: str) -> None:
-        if effect_name is None:
-            return
-        effect = self._skill.effect(effect_name)
-        comes_about = not situations.empty
-        possible = situations if comes_about else self._knowledge.always
-        places = list(zip(effect.transitions, effect.spans, strict=True))
-        wrong = [
-            self._judge_transition(effect, *place, possible.states(place[0][0]), when, comes_about) for place in places
-        ]
-        if comes_about and not any(wrong) and situations.able(self._space.changes(effect.transitions)).empty:
-            message = f"`{effect.name}` can never apply {when}: its transitions are never open all at once."
-            names = [name for name, _ in effect.transitions]
-            self._add_once("SW042", effect.span, message, f"Then {possible_states(names, situations)}.")
-
-    def _judge_transition(
-        self, effect: Effect, change: tuple[str, str], span: Span, states: frozenset[str], when: str, comes_about: bool
-    ) -> bool:
-        """Report a transition that cannot be taken from any of the states; return whether it was reported."""
-        name, target = change
-        resource = self._space.resource(name)
-        into = [edge for edge in resource.transitions if edge.target == target]
-        if states <= {target} or any(edge.source in states and not edge.extern for edge in into):
-            return False
-        if any(edge.source in states and edge.extern for edge in into):
-            message = (
-                f"`{effect.name}` drives `{name} -> {target}`, which is extern: only the functional layer may take it."
-            )
-            advice = "Remove it from the effect, or declare the transition without `extern`."
-            self._add_once("SW040", span, message, advice)
-        elif target in states:
-            return False  # It can only ever find the resource there already, which changes nothing.
-        elif all(edge.extern for edge in into):
-            message = f"`{name}` has no transition to `{target}` that a skill may take."
-            self._add_once(
-                "SW041",
-                span,
-                message,
-                f"{transitions_of(resource)} Add `{min(states)} -> {target}`, or name another state.",
-            )
-        elif comes_about:
-            message = (
-                f"`{effect.name}` can never apply {when}: "
-                f"`{name}` is then {alternatives(states)}, with no transition to `{target}`."
-            )
-            advice = f"{transitions_of(resource)} Add `{min(states)} -> {target}`, or name another state."
-            self._add_once("SW042", span, message, advice)
-        return True
-
-    def _add_once(self, code: str, span: Span | None, message: str, advice: str) -> None:
-        """Report an effect that several ends apply only once."""
-        if span is None or span not in self._judged_wrong:
-            if span is not None:
-                self._judged_wrong.add(span)
-            self._report.add(code, span, message, advice)
+        if effect_name is not None:
+            self._effect_analysis.judge(self._skill.effect(effect_name), situations, when)
 
     # --- postconditions
 
@@ -205,9 +148,7 @@ class SkillAnalysis:
             name, span = self._skill.name, span_of(result.post)
             anywhere, here = self._knowledge.always.after(changes), self._known.running.after(changes)
             if not anywhere.empty and anywhere.where(relation).empty:
-                message = f"The postcondition of `{result.name}` can never hold when `{name}` ends so."
-                advice = f"After its effect, {possible_together(relation.names, anywhere)}: ask for that."
-                self._report.add("SW052", span, message, advice)
+                report_post(name, result.name, result.post, relation, anywhere, self._report)
             elif not here.empty and here.where(relation).empty:
                 message = (
                     f"Nobody can ever observe `S_{result.name}`: when `{name}` ends so, the postcondition is false."

@@ -11,6 +11,7 @@ from skillwing.dsl.checking.reachability.relations import Relation, Relations
 from skillwing.dsl.checking.reachability.situations import Changes
 from skillwing.dsl.expressions import Expression
 from skillwing.dsl.model import Event, Resource, Skill, Skillset
+from skillwing.dsl.queries import unapplied_effects
 
 Guard: TypeAlias = Relation | None
 """A predicate: its relation, or None if it may be true or false in any situation (`Relations.of`)."""
@@ -21,7 +22,7 @@ class Behaviour:
     """The behaviour of a skill without its names. Skills of equal behaviour are analysed once.
 
     checks, invariants, results: in declaration order; an invariant with its violation effect, a result with its effect
-    and postcondition. names: of all resources that the skill names.
+    and postcondition. unapplied: the effects that nothing applies. names: of all resources that the skill names.
     """
 
     names: tuple[str, ...]
@@ -32,6 +33,7 @@ class Behaviour:
     results: tuple[tuple[Changes, Guard], ...]
     interrupt: Changes
     lost: Changes
+    unapplied: tuple[Changes, ...]
 
     @property
     def judged_checks(self) -> list[Relation]:
@@ -119,6 +121,7 @@ class StateSpace:
             results,
             effects[skill.interrupt.apply],
             effects[skill.lost],
+            tuple([effects[effect.name] for effect in unapplied_effects(skill)]),
         )
 
 
