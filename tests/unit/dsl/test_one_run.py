@@ -35,21 +35,97 @@ def codes(elements: str) -> list[str]:
 # --- what resolved is judged
 
 
+@pytest.mark.parametrize("slip", ["resource=(armm == IDLE)", "resource=(arm == IDEL)", "data=(batery > 1)"])
+@pytest.mark.parametrize(
+    ("part", "code"),
+    [
+        ("precondition {{ slip: {}  p: resource=(arm == IDLE and arm == BUSY) }}", "SW050"),
+        ("precondition {{ slip: {}  p: data=(battery < 1 and battery > 2) }}", "SW050"),
+        ("precondition {{ slip: {}  p: resource=(light == ON)  q: resource=(light == OFF) }}", "SW054"),
+        ("precondition {{ slip: {} }} invariant {{ i: resource=(arm != IDLE and arm != BUSY) }}", "SW051"),
+        ("invariant {{ slip: {}  i: resource=(light == ON)  j: resource=(light == OFF) }}", "SW053"),
+        ("invariant {{ slip: {} }} effect {{ on: light -> ON }}", "SW040"),
+        ("invariant {{ slip: {} }} effect {{ on: light -> ON }} interrupt {{ apply=on }}", "SW040"),
+    ],
+)
+def test_a_misspelt_name_hides_no_other_error_of_its_skill(slip: str, part: str, code: str) -> None:
+    found = codes(f"{ARM} skill k {{ {part.format(slip)} result {{ DONE }} }}")
+    assert len(found) == 2 and code in found
+
+def test_a_postcondition_of_a_damaged_skill_is_judged_after_its_effect() -> None:
+    skill = """skill k {
+        effect { take: arm -> BUSY  drop: arm -> IDLE }
+        precondition { p: resource=(arm == IDLE) success tak }
+        interrupt { apply=drop }
+        result { DONE: apply=drop post resource=(arm == BUSY) }
+    }"""
+    assert codes(ARM + skill) == ["SW012", "SW052"]
+
+
+def test_a_postcondition_behind_a_damaged_effect_is_not_judged_by_it() -> None:
+    skill = """skill k {
+        effect { drop { arm -> IDLE  light -> OFFF } }
+        result { DONE: apply=drop post resource=(arm == BUSY) }
+    }"""
+    assert codes(ARM + skill) == ["SW011"]
+
+
+def test_a_misspelt_name_hides_no_contradiction_in_its_own_guard() -> None:
+    guard = "resource=(armm == IDLE and arm == IDLE and arm == BUSY)"
+    assert codes(f"{ARM} skill k {{ precondition {{ p: {guard} }} result {{ DONE }} }}") == ["SW010", "SW050"]
+    event = "event e { guard resource=(armm == IDLE and arm == IDLE and arm == BUSY) effect { light -> ON } }"
+    assert codes(ARM + event) == ["SW010", "SW055"]
+
+
+@pytest.mark.parametrize("sign", ["or", "=>"])
+def test_an_alternative_that_may_be_meant_is_no_contradiction(sign: str) -> None:
+    guard = f"resource=(armm == IDLE {sign} arm == IDLE and arm == BUSY)"
+    assert codes(f"{ARM} skill k {{ precondition {{ p: {guard} }} result {{ DONE }} }}") == ["SW010"]
+
+
+def test_a_misspelt_state_of_a_resource_hides_no_contradiction_of_its_skills() -> None:
+    resource = "resource arm { state { IDLE BUSY } initial IDLE  IDLE -> BUZY  BUSY -> IDLE }"
+    guard = "resource=(arm == IDLE and arm == BUSY)"
+    skill = f"effect {{ take: arm -> BUSY }} precondition {{ p: {guard} }} result {{ DONE: apply=take }}"
+    assert codes(f"{resource} skill k {{ {skill} }}") == ["SW011", "SW050"]
+
+
+def test_a_damaged_event_is_judged() -> None:
+    event = "event e { guard resource=(light == ON and light == OFF) effect { arm -> BUSY  light -> ONN } }"
+    assert codes(ARM + event) == ["SW055", "SW044", "SW011"]
+
+
+def test_a_misspelt_word_of_the_language_hides_no_contradiction() -> None:
+    skill = """skill k {
+        effect { take: arm -> BUSY  drop: arm -> IDLE }
+        precondtion { p: resource=(arm == IDLE and arm == BUSY) success take }
+        result { DONE: aply=drop }
+    }"""
+    assert codes(ARM + skill) == ["SW003", "SW050", "SW003"]
+
+
+def test_states_that_could_not_be_read_may_be_meant() -> None:
+    resource = "resource r { initial A  A -> B  B -> C -> A }"
+    skill = "skill k { precondition { p: resource=(r != A and r != B) } result { DONE } }"
+    assert codes(resource + skill) == ["SW002"]
+
+
 def test_an_effect_that_nothing_applies_drives_no_extern_transition() -> None:
     skill = "skill {} {{ effect {{ on: light -> ON }} result {{ DONE }} }}"
     assert codes(ARM + skill.format("k")) == ["SW040"]
     behaves_like_it = "skill j { effect { on {} } result { DONE } }"
     assert codes(ARM + behaves_like_it + skill.format("k") + skill.format("l")) == ["SW040", "SW040"]
 
+
 def test_a_section_given_twice_hides_nothing() -> None:
     skill = """skill k {
         input { speed: float64 }
         input { height: float64  speed: float64 }
         precondition { p: data=(speed > height) }
-        precondition { q: resource=(armm == IDLE) }
+        precondition { q: resource=(armm == IDLE)  r: resource=(arm == IDLE and arm == BUSY) }
         result { DONE }
     }"""
-    assert codes(ARM + skill) == ["SW017", "SW017", "SW010"]
+    assert codes(ARM + skill) == ["SW017", "SW017", "SW010", "SW050"]
 
 
 # --- one slip is one error

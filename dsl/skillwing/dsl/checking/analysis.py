@@ -11,8 +11,10 @@ inputs are not considered: a predicate on them may be true or false, unless no n
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from dataclasses import replace
 
+from skillwing.dsl.checking.damaged_analysis import report_damaged_event, report_damaged_skill
+from skillwing.dsl.checking.partial_model import PartialModel
 from skillwing.dsl.checking.ranges import report_ranges
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.parts import PartByPart
@@ -26,16 +28,29 @@ from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 
 
-def analyse(skillset: Skillset, report: DiagnosticReport, unconstrained: Collection[str] = ()) -> bool:
+def analyse(skillset: Skillset, report: DiagnosticReport) -> bool:
     """Report problems in the meaning of a skillset whose names and types are right.
 
-    unconstrained: resources that an unknown element may move at any time. Returns whether the exploration was complete.
+    Returns whether the exploration was complete.
     """
-    space = StateSpace(skillset, unconstrained)
+    space = StateSpace(skillset)
     report_ranges(skillset, report)
     knowledge = PartByPart(space)
     report_on(knowledge, space, report)
     return knowledge.exact
+
+
+def analyse_partly(left: PartialModel, report: DiagnosticReport) -> None:
+    """Report problems in the meaning of a file with errors. Warnings are not reliable."""
+    space = StateSpace(left.skillset, left.unconstrained)
+    read = replace(left.skillset, events=(*left.skillset.events, *left.events))
+    report_ranges(replace(read, skills=(*left.skillset.skills, *left.skills)), report)
+    knowledge = PartByPart(space)
+    report_on(knowledge, space, report)
+    for event in left.events:
+        report_damaged_event(event, knowledge.always, space, report)
+    for skill in left.skills:
+        report_damaged_skill(skill, knowledge.always, space, report)
 
 
 def report_on(knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:

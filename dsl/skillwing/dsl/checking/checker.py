@@ -8,7 +8,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from skillwing.dsl.checking.analysis import analyse
+from skillwing.dsl.checking.analysis import analyse, analyse_partly
 from skillwing.dsl.checking.partial_model import partial_model
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
@@ -96,7 +96,7 @@ def _despite_errors(
     yield from _reliable(report.diagnostics, parsed, locations, text) if parsed.diagnostics else report.diagnostics
     left = partial_model(skillset, locations, parsed.diagnostics, report.diagnostics, report.lost)
     meaning = DiagnosticReport()
-    analyse(left.skillset, meaning, left.unconstrained)
+    analyse_partly(left, meaning)
     yield from (diagnostic for diagnostic in meaning.diagnostics if diagnostic.severity == "error")
 
 

@@ -53,15 +53,29 @@ class Predicates:
         self._report = report
 
     def resolve(self, predicate: PredicateSyntax) -> Expression | None:
-        """Return the expression with every name resolved, or None if some part is wrong."""
+        """Return the expression with every name resolved, or None if nothing of it can be judged.
+
+        If some sides of an `and` are wrong, the others are returned: the whole holds only if they hold. The report then
+        notes the predicate as lost.
+        """
         if depth(predicate.expression) > _DEEPEST:
             message = f"This predicate is nested more than {_DEEPEST} levels deep."
             self._report.add("SW029", predicate.span, message, "Split it into several.")
             return None
-        resolved = self._expression(predicate.expression, predicate.kind == "resource")
-        if resolved is None:
+        resolved, is_whole = self._conjunction(predicate.expression, predicate.kind == "resource")
+        if not is_whole:
             self._report.lost.append(predicate.span)
         return resolved
+
+    def _conjunction(self, expression: Expression, on_resources: bool) -> tuple[Expression | None, bool]:
+        """The part of a conjunction that resolves, and whether this is all of it."""
+        if not isinstance(expression, And):
+            resolved = self._expression(expression, on_resources)
+            return resolved, resolved is not None
+        left, left_is_whole = self._conjunction(expression.left, on_resources)
+        right, right_is_whole = self._conjunction(expression.right, on_resources)
+        part = right if left is None else left if right is None else And(left, right)
+        return part, left_is_whole and right_is_whole
 
     def _expression(self, expression: Expression, on_resources: bool) -> Expression | None:
         match expression:

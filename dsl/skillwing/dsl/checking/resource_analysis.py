@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Set
 
+from skillwing.dsl.checking.impossible_guards import report_guard
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.situations import Situations
 from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
-from skillwing.dsl.checking.wording import alternatives, ask_for_possible, possible_states, span_of, transitions_of
+from skillwing.dsl.checking.wording import alternatives, possible_states, transitions_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import names_used
@@ -89,15 +90,19 @@ def report_event(event: Event, knowledge: Knowledge, space: StateSpace, report: 
     guard = space.guard(event.guard)
     enabled = knowledge.resting if guard is None else knowledge.resting.where(guard)
     if event.guard is not None and guard is not None and enabled.empty:
-        message = f"The guard of `{event.name}` can never hold."
-        advice = ask_for_possible(guard.names, knowledge.resting)
-        report.add("SW055", span_of(event.guard), message, advice)
-    wrong = False
-    for (name, target), span in zip(event.effect.transitions, event.effect.spans, strict=True):
-        wrong |= _transition(name, target, span, space, report)
+        report_guard(event, guard, knowledge.resting, report)
+    wrong = report_transitions(event, space, report)
     changes = space.event(event)
     if not wrong and not enabled.empty and enabled.able(changes).empty:
         _never_applies(event, enabled, space, report)
+
+
+def report_transitions(event: Event, space: StateSpace, report: DiagnosticReport) -> bool:
+    """Report the transitions that no event may take; return whether there are any."""
+    wrong = False
+    for (name, target), span in zip(event.effect.transitions, event.effect.spans, strict=True):
+        wrong |= _transition(name, target, span, space, report)
+    return wrong
 
 
 def _never_applies(event: Event, enabled: Situations, space: StateSpace, report: DiagnosticReport) -> None:
