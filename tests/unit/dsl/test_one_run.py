@@ -52,6 +52,7 @@ def test_a_misspelt_name_hides_no_other_error_of_its_skill(slip: str, part: str,
     found = codes(f"{ARM} skill k {{ {part.format(slip)} result {{ DONE }} }}")
     assert len(found) == 2 and code in found
 
+
 def test_a_postcondition_of_a_damaged_skill_is_judged_after_its_effect() -> None:
     skill = """skill k {
         effect { take: arm -> BUSY  drop: arm -> IDLE }
@@ -131,11 +132,39 @@ def test_a_section_given_twice_hides_nothing() -> None:
 # --- one slip is one error
 
 
+@pytest.mark.parametrize(
+    ("resource", "help_line"),
+    [
+        ("initial IDEL  IDLE -> BUSY  BUSY -> IDLE", "Did you mean `initial IDLE`?"),
+        ("state { IDLE BUSY } initial IDEL  IDLE -> BUSY  BUSY -> IDLE", "Did you mean `IDLE`?"),
+        ("initial READY  IDLE -> BUSY  BUSY -> IDLE", "Name another state, of `IDLE` and `BUSY`,"),
+    ],
+)
+def test_a_misspelt_initial_state_is_reported_where_it_stands(resource: str, help_line: str) -> None:
+    skill = "skill k { effect { e: arm -> BUSY } precondition { p: resource=(arm == IDLE) success e } result { DONE } }"
+    text = f"resource arm {{ {resource} }} {skill}"
+    (error,) = errors(text)
+    assert error.span.column == len("skillset s { ") + text.index(resource.partition("initial ")[2]) + 1
+    assert error.help is not None and error.help.startswith(help_line)
+
+
+@pytest.mark.parametrize("transitions", ["IDLE -> BUZY  BUSY -> IDLE", "IDLE -> BUSY  BUZY -> IDLE"])
+def test_a_misspelt_state_of_a_transition_is_one_error(transitions: str) -> None:
+    skill = """skill k {
+        effect { take: arm -> BUSY  drop: arm -> IDLE }
+        precondition { free: resource=(arm == IDLE) success take }
+        invariant { busy: resource=(arm == BUSY) violation=drop }
+        result { DONE: apply=drop }
+    }"""
+    assert codes(f"resource arm {{ initial IDLE  {transitions} }} {skill}") == ["SW031"]
+
+
 @pytest.mark.parametrize("field", ["float64 in 5.0..1.0 = 2.0", "uint8 in 9..0 = 3", "string in 0..1 = 0.5"])
 def test_a_wrong_range_is_one_error(field: str) -> None:
     guard = "data=(v > 1)" if "string" not in field else "data=(true)"
     skill = f"skill k {{ input {{ v: {field} }} precondition {{ p: {guard} }} result {{ DONE }} }}"
     assert codes(skill) == ["SW022"]
+
 
 def test_a_range_is_judged_as_it_is_meant() -> None:
     skill = "skill k { input { v: float64 in 5.0..1.0 = 9.0 } precondition { p: data=(v > 7) } result { DONE } }"

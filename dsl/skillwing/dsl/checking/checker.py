@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.analysis import analyse, analyse_partly
+from skillwing.dsl.checking.connections import report_misspelt_states
 from skillwing.dsl.checking.partial_model import partial_model
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.checking.results import report_unmarked_results
@@ -29,7 +30,7 @@ _NAMED_IN = {
     "enum": frozenset({"SW013"}),
 }
 """Codes for unknown names, by the kind of block in which the declaration may have lost its name."""
-_OF_THE_WHOLE = frozenset({"SW030", "SW043", "SW060", "SW062", "SW081"})
+_OF_THE_WHOLE = frozenset({"SW030", "SW031", "SW043", "SW060", "SW062", "SW081"})
 """Codes that concern a whole block. They are unreliable if a part of the block was not read."""
 _OF_THE_FILE = frozenset({"SW083"})
 _DECLARED_ANYWHERE = frozenset({"SW010", "SW013", "SW014"})
@@ -79,12 +80,22 @@ def check(text: str, file: str) -> Checked:
         return Checked(None, in_file_order(parsed.diagnostics))
     report = DiagnosticReport()
     skillset = resolve(parsed.root, report)
+    report_misspelt_states(parsed.root, skillset, _damaged_resources(parsed, parsed.root, report), report)
     if parsed.diagnostics or has_errors(report.diagnostics):
         return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report, text)))
     report_unmarked_results(parsed.root, skillset, report)
     exact = analyse(skillset, report)
     found = in_file_order(report.diagnostics)
     return Checked(None if has_errors(found) else skillset, found, exact)
+
+
+def _damaged_resources(parsed: ParsedFile, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> frozenset[str]:
+    wrong = [item.span for item in (*parsed.diagnostics, *report.diagnostics) if item.severity == "error"]
+    if not wrong:
+        return frozenset()
+    locations = SourceLocations(root)
+    elements = (locations.at(span) for span in wrong)
+    return frozenset(element.name.text for element in elements if isinstance(element, syntax.ResourceSyntax))
 
 
 def _despite_errors(

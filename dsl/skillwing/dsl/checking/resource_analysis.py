@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
-
+from skillwing.dsl.checking.connections import connected_states, first_mention, report_unreachable
 from skillwing.dsl.checking.impossible_guards import report_guard
 from skillwing.dsl.checking.reachability.knowledge import Knowledge
 from skillwing.dsl.checking.reachability.situations import Situations
-from skillwing.dsl.checking.reachability.statespace import StateSpace, closure
+from skillwing.dsl.checking.reachability.statespace import StateSpace
 from skillwing.dsl.checking.wording import alternatives, possible_states, transitions_of
 from skillwing.dsl.diagnostics.diagnostic import has_errors
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Event, Resource, Skillset, Transition
+from skillwing.dsl.model import Event, Resource, Skillset
 from skillwing.dsl.queries import named_by
 from skillwing.dsl.spans import Span
-from skillwing.dsl.suggest import closest
 
 
 def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace, report: DiagnosticReport) -> None:
@@ -31,33 +29,14 @@ def report_resources(skillset: Skillset, knowledge: Knowledge, space: StateSpace
             message = f"No skill and no event names the resource `{resource.name}`."
             advice = "Name it in a precondition, an invariant or an effect, or remove it."
             report.add("SW082", resource.span, message, advice)
-        connected = closure({resource.initial}, ((edge.source, edge.target) for edge in resource.transitions))
-        _disconnected(resource, connected, report)
+        connected = connected_states(resource)
+        report_unreachable(resource, connected, report)
         reached = knowledge.always.states(resource.name)
         for state in resource.states:
             if state in connected and state not in reached and resource.name in named:
                 is_driven = (resource.name, state) in driven
                 if not (is_driven and follows):
                     _unvisited(resource, state, is_driven, report)
-
-
-def _disconnected(resource: Resource, connected: Set[str], report: DiagnosticReport) -> None:
-    """Report states that no chain of transitions reaches. Without a list of states, one may be misspelt."""
-    initial = resource.initial
-    others = [state for state in resource.states if state not in connected]
-    meant = closest(initial, others) if len(connected) == 1 else None
-    if meant is not None:
-        message = f"No transition leads `{resource.name}` out of `{initial}`, its initial state."
-        advice = f"Did you mean `initial {meant}`? Otherwise add a transition such as `{initial} -> {meant}`."
-        report.add("SW031", resource.span, message, advice)
-        return
-    for state in others:
-        message = f"No transition leads `{resource.name}` from `{initial}` to `{state}`."
-        advice = f"Add a transition such as `{initial} -> {state}`, or remove the state."
-        meant = closest(state, connected) if _edges_with(resource, state) else None
-        if meant is not None:
-            advice = f"Did you mean `{meant}`? Otherwise add a transition such as `{initial} -> {state}`."
-        report.add("SW031", _mention(resource, state), message, advice)
 
 
 def _unvisited(resource: Resource, state: str, is_driven: bool, report: DiagnosticReport) -> None:
@@ -67,16 +46,7 @@ def _unvisited(resource: Resource, state: str, is_driven: bool, report: Diagnost
     else:
         message = f"`{resource.name}` never gets to {state}: no effect brings it there, and no extern transition does."
         advice = f"Give a skill an effect with `{resource.name} -> {state}`, or declare the transition `extern`."
-    report.add("SW086", _mention(resource, state), message, advice)
-
-
-def _mention(resource: Resource, state: str) -> Span | None:
-    edges = _edges_with(resource, state)
-    return edges[0].span if edges else resource.span
-
-
-def _edges_with(resource: Resource, state: str) -> list[Transition]:
-    return [edge for edge in resource.transitions if state in (edge.source, edge.target)]
+    report.add("SW086", first_mention(resource, state), message, advice)
 
 
 def _resources_named(space: StateSpace) -> set[str]:
