@@ -123,12 +123,17 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class DataItem:
-    """A datum of the functional layer. period: promised publishing period in seconds, or None for no promise."""
+    """A datum of the functional layer. period: promised publishing period in seconds, or None for no promise.
+
+    low, high: the values that the functional layer publishes; None for no promise.
+    """
 
     name: str
     type: Type
     unit: str | None = None
     period: float | None = None
+    low: float | None = None
+    high: float | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
 
     @property
@@ -366,4 +371,6 @@ def _content(element: DataclassInstance) -> dict[str, object]:
     if content.get("owner_lost") == "interrupt":
         # The default counts for nothing, so that hashes from before there was a choice stay valid.
         del content["owner_lost"]
+    if isinstance(element, DataItem) and element.low is None:  # The same for data, which had no ranges.
+        del content["low"], content["high"]
     return content

@@ -111,8 +111,8 @@ def _named_types(draw: st.DrawFn) -> tuple[EnumType | StructType, ...]:
 @st.composite
 def _data(draw: st.DrawFn, named: Sequence[EnumType | StructType]) -> tuple[DataItem, ...]:
     return tuple(
-        DataItem(name, draw(_types(named)), draw(st.none() | st.sampled_from(_UNITS)), draw(st.none() | _SECONDS))
-        for name in draw(_labels("d", 3))
+        DataItem(ranged.name, ranged.type, ranged.unit, draw(st.none() | _SECONDS), ranged.low, ranged.high)
+        for ranged in draw(_fields("d", named))
     )
 
 

@@ -96,7 +96,7 @@ def test_what_fits_is_offered_anywhere_in_a_file(text: str, expected: list[str])
 @pytest.mark.parametrize("mistake", ["skill k { ( }", "skill k { effect { e: } }", "resource r { A -> -> }", "; !"])
 def test_a_mistake_does_not_hide_what_the_grammar_allows_behind_it(mistake: str) -> None:
     found = completions(*marked(f"skillset s {{ {mistake} data {{ d: float64 | }} }}"))
-    assert [completion.text for completion in found if completion.kind == "keyword"] == ["period"]
+    assert [completion.text for completion in found if completion.kind == "keyword"] == ["in", "period"]
 
 
 def test_types_are_declared_ones_and_built_in_ones() -> None:

@@ -126,6 +126,13 @@ def test_the_schema_hash_notices_a_change_of_meaning(old: str, new: str) -> None
     assert parse(SMALL.replace(old, new)).schema_hash != parse(SMALL).schema_hash
 
 
+def test_a_range_of_a_datum_is_part_of_the_meaning_and_no_range_is_none() -> None:
+    source = "skillset s {{ data {{ level: float64{} period=1.0 }} }}"
+    plain, ranged = (parse(source.format(bounds)) for bounds in ("", " in 0.0..1.0"))
+    assert plain.schema_hash == "d2db4733f461d4f6" != ranged.schema_hash
+    assert (ranged.datum("level").low, ranged.datum("level").high) == (0.0, 1.0)
+
+
 def test_the_schema_hash_sees_into_types() -> None:
     source = "skillset s {{ enum M {{ A {more} }}  skill k {{ input {{ m: M }}  result {{ DONE }} }} }}"
     assert parse(source.format(more="B")).schema_hash != parse(source.format(more="C")).schema_hash

@@ -73,6 +73,30 @@ def test_what_may_hold_is_not(predicate: str) -> None:
     assert diagnostics(predicate) == []
 
 
+def test_a_range_of_a_datum_limits_it() -> None:
+    text = """skillset s {{
+        data {{ level: float64 [%] in 0.0..100.0 period=1.0  count: int32 in 0..3 }}
+        resource r {{ initial A  extern A -> B  extern B -> A }}
+        event e {{ guard data=({guard}) effect {{ r -> B }} }}
+        skill k {{ {inputs} precondition {{ p: data=({guard}) }} result {{ DONE }} }}
+    }}"""
+
+    def found(guard: str, inputs: str = "") -> list[tuple[str, str | None]]:
+        return [(item.code, item.help) for item in check(text.format(guard=guard, inputs=inputs), "f").diagnostics]
+
+    assert found("level > 20.0") == []
+    advice = "Ask for what `level` can be: 0.0..100.0."
+    assert found("level > 100.0") == [("SW055", advice), ("SW050", advice)]
+    assert [code for code, _ in found("count > 1 and count < 2")] == ["SW055", "SW050"]
+    hidden = "input { level: float64 }"
+    assert [code for code, _ in found("level > 100.0", hidden)] == ["SW055"]
+
+
+def test_a_range_of_a_datum_is_checked_like_that_of_an_input() -> None:
+    data = "a: float64 in 5.0..1.0  b: string in 0..1  c: uint8 in 0..300 period=1.0"
+    assert [item.code for item in check(f"skillset s {{ data {{ {data} }} }}", "f").diagnostics] == ["SW022"] * 3
+
+
 def test_the_range_is_named() -> None:
     assert diagnostics("v > 10.0") == [("SW050", "Ask for what `v` can be: 0.0..5.0.")]
     assert diagnostics("small > 255") == [("SW050", "Ask for what `small` can be: 0..255.")]

@@ -77,8 +77,9 @@ class Declarations:
                 period = None if item.period is None else self.seconds(item.period, "period")
                 if declared is None:
                     self.types.untyped.add(item.name.text)
+                low, high = (None, None) if declared is None else self.types.bounds(item.bounds, declared)
                 if self.report.declare(seen, item.name, "datum") and declared is not None:
-                    yield DataItem(item.name.text, declared, unit, period, item.name.span)
+                    yield DataItem(item.name.text, declared, unit, period, low, high, item.name.span)
 
     # --- resources
 

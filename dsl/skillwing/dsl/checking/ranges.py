@@ -1,7 +1,8 @@
 """Predicates on numbers that never hold: outside a declared range, or contradictory.
 
 Data and inputs may have any value of their types. The check therefore considers only conjunctions of comparisons of one
-name with numbers. An input has a range, declared or that of its integer type. A datum may be any number.
+name with numbers. An input has a range, declared or that of its integer type. A datum may be any number unless its
+range is declared.
 """
 
 from __future__ import annotations
@@ -9,13 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.checking.wording import span_of
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, Comparison, Expression, Literal, Name, Operator, Or
-from skillwing.dsl.model import Field, Invariant, Predicate, ScalarType, Skill, Skillset
+from skillwing.dsl.model import DataItem, Field, Invariant, Predicate, ScalarType, Skill, Skillset
 
+_Ranged: TypeAlias = Field | DataItem
 _MIRRORED: Mapping[str, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "=="}
 
 
@@ -46,13 +49,14 @@ class _Interval:
 
 def report_ranges(skillset: Skillset, report: DiagnosticReport) -> None:
     """Report guards, preconditions and invariants that no number satisfies."""
+    data: dict[str, _Ranged] = {item.name: item for item in skillset.data if item.low is not None}
     for event in skillset.events:
         if event.guard is not None:
-            _judge("SW055", event.guard, f"The guard of `{event.name}`", {}, report)
+            _judge("SW055", event.guard, f"The guard of `{event.name}`", data, report)
     for skill in skillset.skills:
-        inputs = {field.name: field for field in skill.inputs}
+        ranged = data | {field.name: field for field in skill.inputs}
         for code, kind, item in _on_data(skill):
-            _judge(code, item.expression, f"The {kind} `{item.name}` of `{skill.name}`", inputs, report)
+            _judge(code, item.expression, f"The {kind} `{item.name}` of `{skill.name}`", ranged, report)
 
 
 def _on_data(skill: Skill) -> Iterator[tuple[str, str, Predicate | Invariant]]:
@@ -61,12 +65,12 @@ def _on_data(skill: Skill) -> Iterator[tuple[str, str, Predicate | Invariant]]:
 
 
 def _judge(
-    code: str, expression: Expression, subject: str, inputs: Mapping[str, Field], report: DiagnosticReport
+    code: str, expression: Expression, subject: str, ranged: Mapping[str, _Ranged], report: DiagnosticReport
 ) -> None:
-    name = _impossible(expression, inputs)
+    name = _impossible(expression, ranged)
     if name is None:
         return
-    interval, _ = _range(name, inputs)
+    interval, _ = _range(name, ranged)
     if math.isinf(interval.low) and math.isinf(interval.high):
         advice = f"It requires a number to be less and greater than another at once: fix the comparisons of `{name}`."
     else:
@@ -74,17 +78,17 @@ def _judge(
     report.add(code, span_of(expression), f"{subject} can never hold.", advice)
 
 
-def _impossible(expression: Expression, inputs: Mapping[str, Field]) -> str | None:
+def _impossible(expression: Expression, ranged: Mapping[str, _Ranged]) -> str | None:
     """The name that makes the expression unsatisfiable, with the advice; None if there is none."""
     if isinstance(expression, Or):
-        left, right = _impossible(expression.left, inputs), _impossible(expression.right, inputs)
+        left, right = _impossible(expression.left, ranged), _impossible(expression.right, ranged)
         return left if right is not None else None
     intervals: dict[str, tuple[_Interval, bool]] = {}
     for part in _conjuncts(expression):
-        if isinstance(part, Or) and (name := _impossible(part, inputs)) is not None:
+        if isinstance(part, Or) and (name := _impossible(part, ranged)) is not None:
             return name
         for name, operator, value in _bound(part):
-            interval, whole = intervals.setdefault(name, _range(name, inputs))
+            interval, whole = intervals.setdefault(name, _range(name, ranged))
             interval.narrow(operator, value)
             if interval.is_empty(whole):
                 return name
@@ -112,9 +116,9 @@ def _bound(expression: Expression) -> Iterator[tuple[str, Operator, float]]:
         yield name.path, operator, value
 
 
-def _range(name: str, inputs: Mapping[str, Field]) -> tuple[_Interval, bool]:
-    """The interval of a name, and whether it is a whole number. Only inputs are limited to their range and type."""
-    field = inputs.get(name)
+def _range(name: str, ranged: Mapping[str, _Ranged]) -> tuple[_Interval, bool]:
+    """The interval of a name, and whether it is a whole number. ranged: inputs, and data with a range."""
+    field = ranged.get(name)
     if field is None or not isinstance(field.type, ScalarType):
         return _Interval(), False
     interval = _Interval(*(field.type.bounds or (-math.inf, math.inf)))

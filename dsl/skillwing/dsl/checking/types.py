@@ -113,7 +113,7 @@ class Types:
         if declared is None:
             self.untyped.add(declaration.name.text)
             return None
-        low, high = self._bounds(declaration.bounds, declared)
+        low, high = self.bounds(declaration.bounds, declared)
         name = declaration.name
         default = None
         if declaration.default is not None and not _is_number_by_mistake(declaration, declared):
@@ -130,7 +130,8 @@ class Types:
             self._report.add("SW021", word.span, message, "Write it like `[m]`, `[m/s]`, `[m/s^2]`, `[1/s]` or `[%]`.")
         return text
 
-    def _bounds(self, bounds: syntax.BoundsSyntax | None, declared: Type) -> tuple[float | None, float | None]:
+    def bounds(self, bounds: syntax.BoundsSyntax | None, declared: Type) -> tuple[float | None, float | None]:
+        """Return the lowest and the highest value of a range."""
         if bounds is None:
             return None, None
         low, high = bounds.low.value, bounds.high.value

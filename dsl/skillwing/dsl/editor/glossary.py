@@ -25,7 +25,7 @@ _SKILLSET_KEYWORDS: Mapping[str, str] = {
     "skillset": "`skillset NAME { ... }`: everything a robot, or one of its subsystems, can do. A file holds one.",
     "type": "`type Name { field: T ... }`: a structure.",
     "enum": "`enum Name { A B C }`: one of the values.",
-    "data": "`data { name: T [unit] period=0.1 }`: what the functional layer publishes. "
+    "data": "`data { name: T [unit] in 0.0..5.0 period=0.1 }`: what the functional layer publishes. "
     "`data=( ... )`: a predicate over data and inputs, false while one of the data is stale.",
     "period": "The promised publishing period in seconds. After three of them without a value a datum is stale.",
     "in": "`in 0.1..5.0`: the range of a number; both bounds belong to it.",

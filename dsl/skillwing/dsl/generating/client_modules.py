@@ -248,7 +248,7 @@ def _data(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[
 
 
 def _data_remark(item: DataItem) -> str:
-    told = remark(Field(item.name, item.type, item.unit))
+    told = remark(Field(item.name, item.type, item.unit, item.low, item.high))
     return f"{told} every {item.period} s".strip() if item.period is not None else told
 
 

@@ -68,13 +68,16 @@ def _type(declared: EnumType | StructType) -> str:
 
 
 def _field(field: Field) -> str:
-    bounds = "" if field.low is None or field.high is None else f" in {bounds_text(field.low, field.high)}"
     default = "" if field.default is None else f" = {_default(field.default, field.type)}"
-    return f"{field.name}: {type_text(field.type)}{_unit(field.unit)}{bounds}{default}"
+    return f"{field.name}: {type_text(field.type)}{_unit(field.unit)}{_bounds(field)}{default}"
 
 
 def _unit(unit: str | None) -> str:
     return "" if unit is None else f" [{unit}]"
+
+
+def _bounds(item: Field | DataItem) -> str:
+    return "" if item.low is None or item.high is None else f" in {bounds_text(item.low, item.high)}"
 
 
 def _default(value: Value, declared: Type) -> str:
@@ -83,7 +86,7 @@ def _default(value: Value, declared: Type) -> str:
 
 def _datum(item: DataItem) -> str:
     period = "" if item.period is None else f" period={item.period}"
-    return f"{item.name}: {type_text(item.type)}{_unit(item.unit)}{period}"
+    return f"{item.name}: {type_text(item.type)}{_unit(item.unit)}{_bounds(item)}{period}"
 
 
 # --- resources and events

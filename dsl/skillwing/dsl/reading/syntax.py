@@ -66,6 +66,7 @@ class DatumSyntax:
     type: TypeUse
     unit: Word | None
     period: Number | None
+    bounds: BoundsSyntax | None = None
 
 
 @dataclass(slots=True, eq=False)

@@ -11,7 +11,7 @@ from skillwing.dsl.printing.pictures.subjects import resource_diagram
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.printing.reference.markdown import code, link, prose, table
 from skillwing.dsl.printing.reference.skills import SkillSection
-from skillwing.dsl.printing.reference.words import changes, in_words, type_in_words, units_of
+from skillwing.dsl.printing.reference.words import changes, in_words, range_in_words, type_in_words, units_of
 from skillwing.dsl.queries import changed_by, guarded_by
 
 
@@ -92,13 +92,14 @@ class _Page:
                 code(item.name),
                 type_in_words(item.type, _link),
                 item.unit or "",
+                range_in_words(item),
                 "" if item.period is None else f"{item.period:g} s",
                 "" if item.stale_after is None else f"{item.stale_after:g} s",
                 self._described.of(item.span),
             )
             for item in self._skillset.data
         ]
-        yield from table(("Datum", "Type", "Unit", "Published each", "Stale after", "Meaning"), rows)
+        yield from table(("Datum", "Type", "Unit", "Range", "Published each", "Stale after", "Meaning"), rows)
 
     def _resource(self, resource: Resource) -> Iterator[str]:
         yield f"### resource {resource.name}"

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
-from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.expressions import literal_text
 from skillwing.dsl.model import EnumType, Field, Skill, Skillset
 from skillwing.dsl.printing.reference.descriptions import Descriptions
 from skillwing.dsl.printing.reference.markdown import code, prose, table
-from skillwing.dsl.printing.reference.words import Units, changes, in_words, type_in_words, units_of
+from skillwing.dsl.printing.reference.words import Units, changes, in_words, range_in_words, type_in_words, units_of
 
 
 class SkillSection:
@@ -38,7 +37,7 @@ class SkillSection:
                 code(field.name),
                 type_in_words(field.type, self._link),
                 field.unit or "",
-                _bounds(field),
+                range_in_words(field),
                 _default(field),
                 self._described.of(field.span),
             )
@@ -92,12 +91,6 @@ class SkillSection:
         if skill.deadline is not None:
             yield f"It is interrupted if it has not ended after {skill.deadline:g} s."
             yield ""
-
-
-def _bounds(field: Field) -> str:
-    if field.low is None or field.high is None:
-        return ""
-    return bounds_text(field.low, field.high).replace("..", " to ")
 
 
 def _default(field: Field) -> str:

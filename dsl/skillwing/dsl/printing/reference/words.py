@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import TypeAlias
 
+from skillwing.dsl.checking.types import bounds_text
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -93,6 +94,11 @@ def _operand(operand: Operand, unit: str | None) -> str:
 def changes(transitions: Iterable[tuple[str, str]]) -> str:
     """An effect in words: "`wheels` becomes `PARKED`"; a dash for no change."""
     return ", ".join(f"`{resource}` becomes `{state}`" for resource, state in transitions) or "–"
+
+
+def range_in_words(item: DataItem | Field) -> str:
+    """The range of a number: "0.1 to 5.0"; empty if it has none."""
+    return "" if item.low is None or item.high is None else bounds_text(item.low, item.high).replace("..", " to ")
 
 
 def type_in_words(declared: Type, link: Callable[[str], str]) -> str:

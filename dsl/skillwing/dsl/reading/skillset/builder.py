@@ -22,9 +22,14 @@ class SkillsetBuilder(NodeBuilder):
     # --- types and data
 
     def datum(
-        self, name: Lexeme, type_use: syntax.TypeUse, unit: Lexeme | None, period: Lexeme | None
+        self,
+        name: Lexeme,
+        type_use: syntax.TypeUse,
+        unit: Lexeme | None,
+        bounds: syntax.BoundsSyntax | None,
+        period: Lexeme | None,
     ) -> syntax.DatumSyntax:
-        return syntax.DatumSyntax(name, type_use, unit, None if period is None else number(period))
+        return syntax.DatumSyntax(name, type_use, unit, None if period is None else number(period), bounds)
 
     def enum(self, name: Lexeme, *values: Lexeme) -> syntax.EnumSyntax:
         return syntax.EnumSyntax(name, values)
