@@ -21,7 +21,10 @@ from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Span
 
 _LEAVES_BEHAVIOUR = frozenset(
-    {"SW013", "SW018", "SW019", "SW021", "SW022", "SW023", "SW024", "SW025", "SW026", "SW044", "SW062"}
+    {
+        *("SW013", "SW018", "SW019", "SW021", "SW022", "SW023", "SW024", "SW025", "SW026", "SW044", "SW062"),
+        *("SW070", "SW071", "SW072"),
+    }
 )
 """Errors that concern types, values and names alone. The predicates that they affect are in `DiagnosticReport.lost`."""
 _LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})

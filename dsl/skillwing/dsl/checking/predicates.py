@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from skillwing.dsl.checking.types import type_text
+from skillwing.dsl.checking.units import OtherDimension, OtherScale, difference
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import (
     And,
@@ -165,12 +166,42 @@ class Predicates:
             )
             self._report.add("SW020", comparison.span, message, _comparison_advice(left_type, right_type))
             return None
+        self._compare_units(comparison)
         ordered = comparison.operator not in {"==", "!="}
         if ordered and not (isinstance(left_type, ScalarType) and left_type.is_number):
             message = f"`{comparison.operator}` compares numbers, and a {type_text(left_type)} is none."
             self._report.add("SW020", comparison.span, message, "Use `==` or `!=`.")
             return None
         return Comparison(comparison.operator, resolved_left, resolved_right, comparison.span)
+
+    def _compare_units(self, comparison: Comparison) -> None:
+        left, right = self._unit_of(comparison.left), self._unit_of(comparison.right)
+        if left is None or right is None:
+            return
+        found = difference(left, right)
+        subject = f"`{operand_text(comparison.left)}` is in `{left}`, `{operand_text(comparison.right)}` in `{right}`"
+        match found:
+            case OtherDimension():
+                advice = f"Compare numbers of one dimension: {found.left} is not {found.right}."
+                self._report.add("SW071", comparison.span, f"{subject}: they cannot be compared.", advice)
+            case OtherScale(factor=None):
+                advice = "The zeros of the two differ: declare both in one unit."
+                self._report.add("SW072", comparison.span, f"{subject}, and nothing is converted.", advice)
+            case OtherScale(factor=factor):
+                advice = f"1 {left} is {factor:.6g} {right}: declare both in one unit."
+                self._report.add("SW072", comparison.span, f"{subject}, and nothing is converted.", advice)
+            case None:
+                pass
+
+    def _unit_of(self, operand: Operand) -> str | None:
+        """The unit of a datum or an input, or of its field; None for no unit."""
+        if not isinstance(operand, Name):
+            return None
+        declared: Field | DataItem | None = self._known.inputs.get(operand.root) or self._known.data.get(operand.root)
+        for name in operand.fields:
+            members = declared.type.fields if declared is not None and isinstance(declared.type, StructType) else ()
+            declared = next((member for member in members if member.name == name), None)
+        return None if declared is None else declared.unit
 
     def _enum_value(self, operand: Operand, other: Operand) -> EnumType | None:
         """The enum of `other` if `operand` is a single undeclared word, which can then only be one of its values."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 
+from skillwing.dsl.checking.units import is_unit, similar_symbol, unknown_symbol
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import Literal, NamedValue, literal_text
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, StructType, Type, Value
@@ -21,9 +21,6 @@ SCALARS: Mapping[str, ScalarType] = {
 }
 _FAMILIAR = {"float": "float64", "double": "float64", "int": "int64", "uint": "uint64", "str": "string"}
 _DEEPEST = 32
-_UNIT = re.compile(
-    r"""(?x) (?: 1 | %FACTOR% ) (?: [/*.·] %FACTOR% )* """.replace("%FACTOR%", r"(?:[^\W\d_]+|[%°]\w*)(?:\^?-?\d+)?")
-)
 
 
 class Types:
@@ -121,13 +118,18 @@ class Types:
         return Field(name.text, declared, unit, low, high, default, name.span)
 
     def unit(self, word: Word | None) -> str | None:
-        """Return the unit without brackets and blanks."""
+        """Return the unit without brackets and blanks; None for a wrong one."""
         if word is None:
             return None
         text = word.text[1:-1].strip()
-        if not _UNIT.fullmatch(text):
+        if not is_unit(text):
             message = f"`{word.text}` is not a unit."
             self._report.add("SW021", word.span, message, "Write it like `[m]`, `[m/s]`, `[m/s^2]`, `[1/s]` or `[%]`.")
+            return None
+        symbol = unknown_symbol(text)
+        if symbol is not None:
+            self._report.add("SW070", word.span, f"There is no unit `{symbol}`.", _unit_advice(symbol))
+            return None
         return text
 
     def bounds(self, bounds: syntax.BoundsSyntax | None, declared: Type) -> tuple[float | None, float | None]:
@@ -169,6 +171,13 @@ class Types:
                 message = f"The default `{written}` lies outside {bounds_text(smallest, largest)}."
                 self._report.add("SW023", given.span, message, "Change the default or the range.")
         return value
+
+
+def _unit_advice(symbol: str) -> str:
+    meant = similar_symbol(symbol)
+    return (
+        f"Did you mean `{meant}`?" if meant else "Take a unit such as `m`, `s`, `m/s`, `rad` or `%`. A count has none."
+    )
 
 
 def type_text(declared: Type) -> str:

@@ -73,6 +73,10 @@ _TABLE = (
     Code("SW060", "error", "no interrupt effect"),
     Code("SW061", "error", "result that cannot be observed"),
     Code("SW062", "error", "half-marked results"),
+    # --- units
+    Code("SW070", "error", "unknown unit"),
+    Code("SW071", "error", "comparison of different dimensions"),
+    Code("SW072", "error", "comparison of different scales"),
     # --- warnings
     Code("SW080", "warning", "resource leak"),
     Code("SW081", "warning", "unused effect"),
