@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from itertools import product
 from pathlib import Path
 from types import ModuleType
 
@@ -18,8 +19,21 @@ from skillwing.dsl.checking.checker import check
 from skillwing.dsl.commands.check import check as check_command
 from skillwing.dsl.commands.convert import convert as convert_command
 from skillwing.dsl.commands.generate import generate as generate_command
-from skillwing.dsl.expressions import to_text
+from skillwing.dsl.expressions import (
+    And,
+    Comparison,
+    Environment,
+    Implies,
+    Name,
+    NamedValue,
+    Not,
+    Or,
+    evaluate,
+    names_used,
+    to_text,
+)
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.reading.rl.postconditions import without
 
 CASES = Path(__file__).parent / "cases" / "rl"
 FILES = sorted(CASES.glob("*/*.rl"))
@@ -232,6 +246,71 @@ def test_guards_as_deep_as_nobody_writes_are_refused_and_not_choked_on(guard: st
         skill k {{ success s {{ effect a -> X postcondition {guard} }} }}
     }}"""
     assert [diagnostic.code for diagnostic in check(text, "s.rl").diagnostics] == ["SW029"]
+
+
+# --- postconditions
+
+
+POSTS = """skillset s {
+    resource arm { state { Idle Busy Stuck } initial Idle transition all }
+    resource lamp { state { Off On } initial Off transition all }
+    skill k {
+        precondition idle: arm == Idle
+        start arm -> Busy
+        interrupt { interrupting true effect arm -> Idle }
+        success done { effect arm -> Idle postcondition %s }
+    }
+    skill l { success lit { effect lamp -> On } failure dark { effect lamp -> Off } interrupt { interrupting true } }
+    skill m { success stuck { effect arm -> Stuck } }
+}"""
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("arm == Busy", None),
+        ("not (arm == Idle)", None),
+        ("lamp == On", "lamp == On"),
+        ("arm == Busy and lamp == On", "lamp == On"),
+        ("arm == Busy or lamp == On", None),
+        ("arm == Busy => lamp == On", None),
+        ("lamp == On => arm == Busy", None),
+        ("not (arm == Idle or lamp == Off)", "not lamp == Off"),
+        ("(arm == Busy or lamp == On) and (lamp == Off => lamp == Off)", "lamp == Off => lamp == Off"),
+        ("lamp == On and not (lamp == Off and arm == Idle)", "lamp == On"),
+    ],
+)
+def test_a_postcondition_means_the_states_before_the_effect(written: str, read: str | None) -> None:
+    checked = check(POSTS % written, "s.rl")
+    assert checked.skillset is not None, checked.diagnostics
+    post = checked.skillset.skill("k").results[0].post
+    assert (None if post is None else to_text(post)) == read
+    assert ("SW097" in [item.code for item in checked.diagnostics]) == ("arm" in written)
+
+
+@given(st.data())
+def test_what_is_left_of_a_postcondition_holds_before_the_effect_if_the_whole_does(data: st.DataObject) -> None:
+    atoms = st.sampled_from(
+        [Comparison("==", Name(name, "resource"), NamedValue(state)) for name in "abc" for state in "XY"]
+    )
+    expressions = st.recursive(
+        atoms,
+        lambda inner: (
+            st.builds(Not, inner)
+            | st.builds(And, inner, inner)
+            | st.builds(Or, inner, inner)
+            | st.builds(Implies, inner, inner)
+        ),
+        max_leaves=6,
+    )
+    whole = data.draw(expressions)
+    changed = data.draw(st.sets(st.sampled_from("abc")))
+    left = without(whole, changed)
+    assert left is None or changed.isdisjoint(names_used(left))
+    for states in product("XY", repeat=3):
+        before = dict(zip("abc", states, strict=True))
+        if evaluate(whole, Environment(before)):
+            assert left is None or evaluate(left, Environment({**before, **dict.fromkeys(changed, "Y")}))
 
 
 # --- the commands

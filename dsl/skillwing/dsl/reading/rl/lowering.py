@@ -8,9 +8,10 @@ from functools import reduce
 from typing import TypeVar
 
 from skillwing.dsl.diagnostics.report import DiagnosticReport
-from skillwing.dsl.expressions import And, Expression, depth, references
+from skillwing.dsl.expressions import And, depth
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.rl.effects import InlineEffects
+from skillwing.dsl.reading.rl.postconditions import names_in, without
 from skillwing.dsl.reading.rl.syntax import (
     EVERY_STATE,
     ChecksNode,
@@ -32,6 +33,7 @@ from skillwing.dsl.reading.syntax import CoinedWord
 from skillwing.dsl.spans import Word
 
 _Kind = TypeVar("_Kind")
+_DEEPEST = 100
 
 
 def lowered(name: Word, nodes: Sequence[Node]) -> syntax.SkillsetSyntax:
@@ -147,9 +149,9 @@ class _Lowering:
         effect = effects.of(node.changes)
         for post in node.posts:
             self._unnamed(post)
-            self._evaluated_late(post, node)
+        posts = [part for post in node.posts if (part := self._before_effect(post, node)) is not None]
         return syntax.ResultSyntax(
-            node.name, group.keyword.text, None if effect is None else syntax.ApplySyntax(effect), _joined(node.posts)
+            node.name, group.keyword.text, None if effect is None else syntax.ApplySyntax(effect), _joined(posts)
         )
 
     def _interrupt(self, skill: SkillNode, node: InterruptNode, effects: InlineEffects) -> syntax.EndSection:
@@ -163,15 +165,22 @@ class _Lowering:
             message = f"The name `{post.name.text}` of this postcondition is not kept."
             self._report.add("SW096", post.name.span, message, "Remove it: a failed condition is reported by its text.")
 
-    def _evaluated_late(self, post: PostNode, result: ResultNode) -> None:
-        changed = {change.resource.text for change in result.changes}
-        for name in sorted(_names(post.predicate.expression) & changed):
+    def _before_effect(self, post: PostNode, result: ResultNode) -> syntax.PredicateSyntax | None:
+        """The part of a postcondition that its effect cannot change."""
+        predicate = post.predicate
+        if depth(predicate.expression) > _DEEPEST:
+            return predicate  # The checker rejects it.
+        changed = {change.resource.text for change in result.changes} & names_in(predicate.expression)
+        if not changed:
+            return predicate
+        for name in sorted(changed):
             message = (
-                f"The postcondition of `{result.name.text}` is evaluated after its effect, which changes `{name}`."
+                f"The postcondition of `{result.name.text}` is not evaluated for `{name}`, which its effect changes."
             )
-            self._report.add(
-                "SW095", post.predicate.span, message, "Write a condition before the effect as an invariant."
-            )
+            advice = "It means the state before the effect: write it as an invariant."
+            self._report.add("SW097", predicate.span, message, advice)
+        left = without(predicate.expression, changed)
+        return None if left is None else replace(predicate, expression=left)
 
 
 # --- sections that need no remarks
@@ -208,8 +217,7 @@ def _interrupt_advice(results: Iterable[syntax.ResultSyntax], effects: InlineEff
     return f"Say what it changes, for instance `interrupt {{ interrupting true effect {choice} }}`."
 
 
-def _joined(posts: Iterable[PostNode]) -> syntax.PredicateSyntax | None:
-    predicates = [post.predicate for post in posts]
+def _joined(predicates: Sequence[syntax.PredicateSyntax]) -> syntax.PredicateSyntax | None:
     if not predicates:
         return None
     expression = reduce(And, (predicate.expression for predicate in predicates))
@@ -257,11 +265,6 @@ def _by_target(edge: syntax.TransitionSyntax, resource: syntax.ResourceSyntax) -
 
 def _only(nodes: Iterable[object], kind: type[_Kind]) -> list[_Kind]:
     return [node for node in nodes if isinstance(node, kind)]
-
-
-def _names(expression: Expression) -> frozenset[str]:
-    """The names in an expression; none if it is nested so deeply that the checker rejects it."""
-    return frozenset() if depth(expression) > 100 else frozenset(name.path for name in references(expression))
 
 
 def _changed(elements: Iterable[syntax.SkillSyntax | syntax.EventSyntax]) -> frozenset[tuple[str, str]]:

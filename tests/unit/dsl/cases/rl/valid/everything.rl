@@ -1,4 +1,4 @@
-// expect: SW090 SW091 SW091 SW093 SW095 SW096 SW096
+// expect: SW090 SW091 SW091 SW093 SW097 SW096 SW096
 /* Every construct of the dialect, each in its single form and as a block. */
 type Float
 type {
