@@ -21,12 +21,17 @@ def load(path: str | Path) -> Skillset:
     return parse(text_of_file(file), str(file))
 
 
-@lru_cache(maxsize=8)
 def parse(text: str, file: str = "<text>") -> Skillset:
     """Turn source text into a skillset. Raises SkillsetError on errors.
 
-    file: its name in diagnostics. Results are cached, because all managers of a robot may run in one process.
+    file: its name in diagnostics. Results are cached, because all managers of a robot may run in one process. Those of
+    `.rl` files are not, because other files that they include may change.
     """
+    return _parsed.__wrapped__(text, file) if file.endswith(".rl") else _parsed(text, file)
+
+
+@lru_cache(maxsize=8)
+def _parsed(text: str, file: str) -> Skillset:
     from skillwing.dsl.checking.checker import check  # noqa: PLC0415 - who only needs the model does not pay for the parser
 
     checked = check(text, file)

@@ -15,6 +15,7 @@ from skillwing.dsl.diagnostics.codes import CODES
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, render_all
 
 FOLDER = Path(__file__).parents[3] / "docs" / "errors"
+EXAMPLES = Path(__file__).parents[3] / "examples" / "onera"
 _EXAMPLE = re.compile(r"^```(skillset|rl)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 _OUTPUT = re.compile(r"^```text\n.*?^```\n", re.MULTILINE | re.DOTALL)
 
@@ -41,12 +42,12 @@ class Page:
     def diagnostics(self, example: int) -> tuple[Diagnostic, ...]:
         """The diagnostics of the first example or the second."""
         source, file = self._example(example)
-        return check(source, file).diagnostics
+        return check(source, file, included_example).diagnostics
 
     def renewed(self) -> str:
         """The text with its present heading and output."""
-        source, file = self._example(0)
-        output = render_all(check(source, file).diagnostics, source)
+        source, _ = self._example(0)
+        output = render_all(self.diagnostics(0), source)
         heading = f"# {self.code}: {CODES[self.code].title}"
         text = re.sub(r"\A.*\n", lambda _: f"{heading}\n", self.text)
         return _OUTPUT.sub(lambda _: f"```text\n{output}\n```\n", text, count=1)
@@ -54,6 +55,11 @@ class Page:
     def _example(self, number: int) -> tuple[str, str]:
         kind, source = _EXAMPLE.findall(self.text)[number]
         return source, f"example.{kind}"
+
+
+def included_example(path: Path) -> str:
+    """The text of a file that an example includes, out of `examples/onera/`."""
+    return (EXAMPLES / path.name).read_text(encoding="utf-8")
 
 
 def pages() -> list[Page]:

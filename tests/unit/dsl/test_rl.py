@@ -14,11 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from skillwing.dsl import load, parse
+from skillwing.dsl import SkillsetError, load, parse
 from skillwing.dsl.checking.checker import check
 from skillwing.dsl.commands.check import check as check_command
 from skillwing.dsl.commands.convert import convert as convert_command
 from skillwing.dsl.commands.generate import generate as generate_command
+from skillwing.dsl.editor.document import Document
+from skillwing.dsl.editor.outline import outline
 from skillwing.dsl.expressions import (
     And,
     Comparison,
@@ -311,6 +313,140 @@ def test_what_is_left_of_a_postcondition_holds_before_the_effect_if_the_whole_do
         before = dict(zip("abc", states, strict=True))
         if evaluate(whole, Environment(before)):
             assert left is None or evaluate(left, Environment({**before, **dict.fromkeys(changed, "Y")}))
+
+
+# --- included files
+
+
+def files(folder: Path, **texts: str) -> Path:
+    """Write files `NAME.rl` of these names, and return the first."""
+    for name, text in texts.items():
+        path = folder / f"{name.replace('__', '/')}.rl"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    return folder / f"{next(iter(texts))}.rl"
+
+
+def found_in(path: Path) -> list[tuple[str, int, int]]:
+    checked = check(path.read_text(), str(path))
+    return [(item.code, item.span.line, item.span.column) for item in checked.diagnostics]
+
+
+def test_types_of_included_files_are_read_relative_to_the_file_that_includes_them(tmp_path: Path) -> None:
+    main = files(
+        tmp_path,
+        main='include "lib/all.rl"\nskillset s { data { x: Float  p: Pose } }',
+        lib__all='include { "more.rl" "more.rl" }\ntype { Float Unused }',
+        lib__more='include "../plain.rl"\ntype Pose',
+        plain="type Float",
+    )
+    assert found_in(main) == [("SW090", 1, 9)]
+    skillset = load(main)
+    assert skillset.datum("x").type == parse("skillset s { data { x: float64 } }").datum("x").type
+    assert [each.name for each in skillset.types] == ["Pose"]
+
+
+def test_a_type_may_be_declared_in_an_included_file_as_well(tmp_path: Path) -> None:
+    main = files(tmp_path, main='include "lib.rl"\ntype Float\nskillset s { data x: Float }', lib="type Float")
+    assert found_in(main) == []
+
+
+def test_a_library_of_types_is_a_file_of_its_own(tmp_path: Path) -> None:
+    library = files(tmp_path, **{"my-types": "type { Float Pose }"})
+    assert found_in(library) == []
+    assert (load(library).name, [each.name for each in load(library).types]) == ("my_types", ["Pose"])
+    entries = outline(Document(library.read_text(), str(library)))
+    assert [(entry.kind, entry.name) for entry in entries] == [("type", "Pose")]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (None, "cannot be read: No such file or directory"),
+        ("type {", "has an error at line 1: Missing `}`"),
+        ("", "has an error at line 1: The file is empty"),
+    ],
+)
+def test_a_file_that_cannot_be_included_is_one_error_at_its_name(text: str | None, reason: str, tmp_path: Path) -> None:
+    main = files(tmp_path, main='type Float\ninclude "lib.rl"\nskillset s { data { x: Pose  y: Pose } }')
+    if text is not None:
+        files(tmp_path, lib=text)
+    (error,) = check(main.read_text(), str(main)).diagnostics
+    assert (error.code, error.span.line, error.span.column) == ("SW098", 2, 9)
+    assert error.message.startswith(f"`{tmp_path / 'lib.rl'}` {reason}")
+
+
+def test_a_file_behind_an_included_one_is_reported_at_the_include_that_leads_to_it(tmp_path: Path) -> None:
+    main = files(tmp_path, main='include "lib.rl"\nskillset s { }', lib='include "gone.rl"\ntype Float')
+    (error,) = check(main.read_text(), str(main)).diagnostics
+    assert (error.code, error.span.line) == ("SW098", 1)
+    assert "which `lib.rl` includes" in error.message
+
+
+def test_an_unclosed_name_of_a_file_is_one_error() -> None:
+    text = 'include "types.rl\nskillset s { data x: Pose }'
+    assert [item.code for item in check(text, "s.rl").diagnostics if item.severity == "error"] == ["SW004"]
+
+
+@pytest.mark.parametrize("name", ["a\0b", "\x1b[31m", "x" * 5000, "", "..", "/"])
+def test_a_name_that_no_file_has_is_an_error(name: str, tmp_path: Path) -> None:
+    (error,) = check(f'include "{name}"\nskillset s {{ }}', str(tmp_path / "main.rl")).diagnostics
+    assert error.code == "SW098"
+    assert error.message.isprintable()
+
+
+def test_a_folder_and_a_device_are_no_files(tmp_path: Path) -> None:
+    (tmp_path / "lib.rl").mkdir()
+    main = files(tmp_path, main='include { "lib.rl" "/dev/zero" }\nskillset s { }')
+    assert [code for code, *_ in found_in(main)] == ["SW098", "SW098"]
+
+
+@pytest.mark.parametrize(
+    ("texts", "ring"),
+    [
+        ({"main": 'include "main.rl" type Float'}, "main.rl -> main.rl"),
+        ({"main": 'include "a.rl" type Float', "a": 'include "main.rl" type A'}, "main.rl -> a.rl -> main.rl"),
+        ({"main": 'include "a.rl"', "a": 'include "b.rl"', "b": 'include "a.rl"'}, "a.rl -> b.rl -> a.rl"),
+    ],
+)
+def test_files_that_include_each_other_are_reported(texts: dict[str, str], ring: str, tmp_path: Path) -> None:
+    main = files(tmp_path, **texts)
+    (error,) = check(main.read_text(), str(main)).diagnostics
+    assert (error.code, error.span.line, error.span.column) == ("SW099", 1, 9)
+    assert error.message == f"The files include each other: {ring}."
+
+
+def test_a_generated_package_needs_no_included_file(app: typer.Typer, tmp_path: Path) -> None:
+    main = files(
+        tmp_path,
+        main='// An arm.\ninclude "lib.rl"  // shared\ninclude { "lib.rl" "more.rl" }\ntype Pose\n'
+        "skillset arm { data { p: Pose  f: Float  g: Grip } }",
+        lib="type { Float Pose }",
+        more="type Grip",
+    )
+    assert CliRunner().invoke(app, ["generate", str(main), "-o", str(tmp_path / "robot")]).exit_code == 0
+    copy = tmp_path / "robot" / "generated" / "arm.rl"
+    head = "// An arm.\ntype { Float Grip }  // shared\n\ntype Pose\n"
+    assert copy.read_text().partition("\n")[2].startswith(head)
+    assert load(copy).schema_hash == load(main).schema_hash
+
+
+def test_of_an_included_skillset_the_types_are_read(tmp_path: Path) -> None:
+    main = files(
+        tmp_path,
+        main='include "arm.rl"\nskillset s { data x: Force }',
+        arm="type Force skillset arm { type Inner data y: Inner }",
+    )
+    assert found_in(main) == [("SW090", 1, 9), ("SW100", 1, 9)]
+    assert load(main).name == "s"
+
+
+def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
+    main = files(tmp_path, main='include "lib.rl"\nskillset s { data x: Thing }', lib="type Thing")
+    assert [each.name for each in load(main).types] == ["Thing"]
+    files(tmp_path, lib="type Other")
+    with pytest.raises(SkillsetError):
+        load(main)
 
 
 # --- the commands

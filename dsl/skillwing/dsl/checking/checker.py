@@ -18,7 +18,7 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic, has_errors, in_file
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.reading import syntax
-from skillwing.dsl.reading.parser import ParsedFile, parse_file
+from skillwing.dsl.reading.parser import ParsedFile, ReadText, included_text, parse_file
 
 _UNKNOWN_NAMES = frozenset({"SW010", "SW011", "SW012", "SW013", "SW014", "SW015"})
 _NAMED_IN = {
@@ -73,9 +73,12 @@ def paused_collector() -> Generator[None]:
 
 
 @paused_collector()
-def check(text: str, file: str) -> Checked:
-    """Check a source text. `file` is its name in diagnostics. Raises nothing, whatever the text contains."""
-    parsed = parse_file(text, file)
+def check(text: str, file: str, read: ReadText = included_text) -> Checked:
+    """Check a source text. Raises nothing, whatever the text contains.
+
+    file: its name in diagnostics. read: for the files that it includes, relative to its folder.
+    """
+    parsed = parse_file(text, file, read)
     if parsed.root is None:
         return Checked(None, in_file_order(parsed.diagnostics))
     report = DiagnosticReport()

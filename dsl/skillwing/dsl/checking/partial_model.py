@@ -23,11 +23,11 @@ from skillwing.dsl.spans import Span
 _LEAVES_BEHAVIOUR = frozenset(
     {
         *("SW013", "SW018", "SW019", "SW021", "SW022", "SW023", "SW024", "SW025", "SW026", "SW044", "SW062"),
-        *("SW070", "SW071", "SW072"),
+        *("SW070", "SW071", "SW072", "SW098", "SW099"),
     }
 )
 """Errors that concern types, values and names alone. The predicates that they affect are in `DiagnosticReport.lost`."""
-_LEAVES_RESOURCES_OPEN = frozenset({"SW010", "SW092"})
+_LEAVES_RESOURCES_OPEN = frozenset({"SW010"})
 """Errors after which a skill may name any resource."""
 _LEAVES_THE_REST = frozenset({"SW003"})
 """Syntax errors after which the rest of an element is read as it is meant."""

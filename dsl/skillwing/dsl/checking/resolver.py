@@ -96,7 +96,7 @@ class _Resolver:
                 return
 
     def _unused_types(self) -> None:
-        for declared in self._declarations.types.all:
+        for declared in () if self._root.is_library else self._declarations.types.all:
             if declared.name not in self._declarations.types.used:
                 message = f"Nothing has the type `{declared.name}`."
                 self._report.add("SW083", declared.span, message, "Use it or remove it.")

@@ -1,6 +1,6 @@
 """Units of numbers: symbols, dimensions and scales.
 
-Pint has the table of units. It takes longer to import than most checks take, so it is imported only for a unit that is
+Pint has the table of units. It takes longer to import than most checks take. So it is imported only for a unit that is
 not among the usual ones, and for a comparison of two different units.
 """
 

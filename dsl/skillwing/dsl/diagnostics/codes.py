@@ -87,14 +87,16 @@ _TABLE = (
     Code("SW086", "warning", "state that nothing brings about"),
     Code("SW087", "warning", "results that cannot be distinguished"),
     Code("SW088", "warning", "too many combinations to check"),
-    # --- files in ONERA's robot language; SW095 is retired
+    # --- files in ONERA's robot language; SW092 and SW095 are retired
     Code("SW090", "warning", "type without contents"),
     Code("SW091", "warning", "parameter read as something else"),
-    Code("SW092", "error", "include is not supported"),
     Code("SW093", "warning", "postcondition of an interruption"),
     Code("SW094", "warning", "interruption that changes nothing"),
     Code("SW096", "warning", "name of a postcondition"),
     Code("SW097", "warning", "postcondition on what the effect changes"),
+    Code("SW098", "error", "included file cannot be read"),
+    Code("SW099", "error", "files include each other"),
+    Code("SW100", "warning", "skillset of an included file"),
 )
 
 CODES = {code.name: code for code in _TABLE}

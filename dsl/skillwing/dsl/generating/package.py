@@ -24,6 +24,7 @@ from skillwing.dsl.generating import (
 )
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.reading.parser import self_contained
 
 GENERATED = "generated"
 MARKS = ("# Generated from", "// Generated from")
@@ -62,11 +63,12 @@ def generate(skillset: Skillset, source: Path, folder: Path, managed: Collection
 def skillset_copy(skillset: Skillset, source: Path, folder: Path, text: str) -> Mapping[str, str]:
     """The copy of a skillset that lies outside of the package; none for one inside.
 
-    The copy has the name of the skillset, by which processes find it.
+    The copy has the name of the skillset, by which processes find it. It includes no other files.
     """
     if _in_place(skillset, source, folder):
         return {}
-    return {_copied_as(skillset, source): _header("//", source.name) + text}
+    copy = self_contained(text, str(source))
+    return {_copied_as(skillset, source): _header("//", source.name) + copy}
 
 
 def _in_place(skillset: Skillset, source: Path, folder: Path) -> bool:

@@ -273,11 +273,15 @@ Element: TypeAlias = DataSyntax | EnumSyntax | StructSyntax | ResourceSyntax | E
 
 @dataclass(slots=True, eq=False)
 class SkillsetSyntax:
-    """A whole file. remarks: diagnostics of its dialect on features that these nodes cannot represent."""
+    """A whole file. remarks: diagnostics of its dialect on features that these nodes cannot represent.
+
+    is_library: its types are for other files.
+    """
 
     name: Word
     elements: tuple[Element, ...]
     remarks: tuple[Diagnostic, ...] = ()
+    is_library: bool = False
 
 
 # --- looking into nodes

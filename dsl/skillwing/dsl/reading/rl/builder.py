@@ -9,7 +9,6 @@ from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.node_builder import NodeBuilder, number
-from skillwing.dsl.reading.rl.lowering import lowered
 from skillwing.dsl.reading.rl.syntax import (
     EVERY_STATE,
     ChecksNode,
@@ -22,6 +21,7 @@ from skillwing.dsl.reading.rl.syntax import (
     PostNode,
     ResultNode,
     ResultsNode,
+    RlFile,
     SectionNode,
     SkillNode,
     StartNode,
@@ -33,13 +33,13 @@ _Kind = TypeVar("_Kind")
 
 
 class RlBuilder(NodeBuilder):
-    """Builder that adds the rules of this dialect. The node of the whole file is a `SkillsetSyntax`."""
+    """Builder that adds the rules of this dialect. The node of the whole file is an `RlFile`."""
 
     post = PostNode
 
-    def skillset(self, *children: Node | Lexeme | None) -> syntax.SkillsetSyntax:
-        name = _only(children, Lexeme)[0]
-        return lowered(name, [child for child in children if not isinstance(child, Lexeme | None)])
+    def skillset(self, *children: Node | Lexeme | None) -> RlFile:
+        nodes = tuple(child for child in children if not isinstance(child, Lexeme | None))
+        return RlFile(next(iter(_only(children, Lexeme)), None), nodes)
 
     def include(self, *files: Lexeme) -> IncludeNode:
         return IncludeNode(files)

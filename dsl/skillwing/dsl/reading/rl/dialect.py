@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from skillwing.dsl.reading.dialect import Dialect
 from skillwing.dsl.reading.rl.builder import RlBuilder
+from skillwing.dsl.reading.rl.includes import inlined
+from skillwing.dsl.reading.rl.lowering import lowered
 from skillwing.dsl.reading.vocabulary import Vocabulary
 
 _VOCABULARY = Vocabulary(
@@ -31,4 +33,4 @@ _VOCABULARY = Vocabulary(
     named_blocks=frozenset({"SKILLSET", "SKILL", "RESOURCE", "EVENT", "SUCCESS", "FAILURE", "INVARIANT"}),
 )
 
-RL = Dialect("rl/rl.lark", RlBuilder(), _VOCABULARY)
+RL = Dialect("rl/rl.lark", RlBuilder(), _VOCABULARY, lowered, inlined)

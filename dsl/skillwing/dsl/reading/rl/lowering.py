@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence, Set
 from dataclasses import replace
 from functools import reduce
+from pathlib import Path
 from typing import TypeVar
 
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.expressions import And, depth
+from skillwing.dsl.naming import is_usable
 from skillwing.dsl.reading import syntax
+from skillwing.dsl.reading.dialect import ReadOther
 from skillwing.dsl.reading.rl.effects import InlineEffects
+from skillwing.dsl.reading.rl.includes import included_by
 from skillwing.dsl.reading.rl.postconditions import names_in, without
 from skillwing.dsl.reading.rl.syntax import (
     EVERY_STATE,
@@ -23,6 +28,7 @@ from skillwing.dsl.reading.rl.syntax import (
     PostNode,
     ResultNode,
     ResultsNode,
+    RlFile,
     SectionNode,
     SkillNode,
     StartNode,
@@ -30,18 +36,32 @@ from skillwing.dsl.reading.rl.syntax import (
 )
 from skillwing.dsl.reading.rl.types import RlTypes
 from skillwing.dsl.reading.syntax import CoinedWord
-from skillwing.dsl.spans import Word
+from skillwing.dsl.spans import Span, Word
 
 _Kind = TypeVar("_Kind")
 _DEEPEST = 100
 
 
-def lowered(name: Word, nodes: Sequence[Node]) -> syntax.SkillsetSyntax:
-    """Return the skillset that an `.rl` file describes. Its remarks report what means less, or something else, here."""
+def lowered(root: object, file: str, read: ReadOther) -> syntax.SkillsetSyntax | None:
+    """Return the skillset that an `.rl` file describes. Its remarks report what means less, or something else, here.
+
+    A library of types is a skillset of its own, which is named after its file.
+    """
+    if not isinstance(root, RlFile):
+        return None
     report = DiagnosticReport()
-    types = RlTypes((word for node in _only(nodes, TypesNode) for word in node.names), report)
-    elements = tuple(_Lowering(types, report).elements(nodes))
-    return syntax.SkillsetSyntax(name, (*types.structures, *elements), tuple(report.diagnostics))
+    included = included_by(root, file, read, report)
+    types = RlTypes((word for node in _only(root.nodes, TypesNode) for word in node.names), included, report)
+    elements = tuple(_Lowering(types, report).elements(root.nodes))
+    if root.name is None:
+        return syntax.SkillsetSyntax(_library_name(file), types.structures, tuple(report.diagnostics), is_library=True)
+    return syntax.SkillsetSyntax(root.name, (*types.structures, *elements), tuple(report.diagnostics))
+
+
+def _library_name(file: str) -> Word:
+    """The name of a library of types: that of its file, if it can be one."""
+    stem = re.sub(r"\W", "_", Path(file).stem)
+    return CoinedWord(stem if is_usable(stem) else "types", Span(file, 1, 1, 1, 2))
 
 
 class _Lowering:
@@ -55,8 +75,6 @@ class _Lowering:
         skill = iter(skills)
         for node in nodes:
             match node:
-                case IncludeNode():
-                    self._refuse(node)
                 case ParametersNode():
                     yield self._common_parameters(node)
                 case syntax.DataSyntax(items):
@@ -67,14 +85,8 @@ class _Lowering:
                     yield node
                 case SkillNode():
                     yield next(skill)
-                case TypesNode():
-                    pass  # Their uses are replaced.
-
-    def _refuse(self, node: IncludeNode) -> None:
-        for file in node.files:
-            message = f"`include` is not supported: {file.text} is not read."
-            advice = "Copy the types that this file uses into it, and check the other skillset as a file of its own."
-            self._report.add("SW092", file.span, message, advice)
+                case TypesNode() | IncludeNode():
+                    pass  # The uses of types are replaced.
 
     def _common_parameters(self, node: ParametersNode) -> syntax.DataSyntax:
         for field in node.fields:

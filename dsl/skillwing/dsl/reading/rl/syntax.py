@@ -130,3 +130,11 @@ class SkillNode:
 
 
 Node: TypeAlias = IncludeNode | TypesNode | ParametersNode | DataSyntax | ResourceSyntax | EventSyntax | SkillNode
+
+
+@dataclass(frozen=True, slots=True)
+class RlFile:
+    """A whole file. name: of its skillset; None for a library of types."""
+
+    name: Word | None
+    nodes: tuple[Node, ...]

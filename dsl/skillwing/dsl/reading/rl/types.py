@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from skillwing.dsl.diagnostics.report import DiagnosticReport
+from skillwing.dsl.reading.rl.includes import Included
 from skillwing.dsl.reading.syntax import CoinedWord, StructSyntax, TypeUse
 from skillwing.dsl.spans import Word
 from skillwing.dsl.suggest import closest
@@ -26,9 +27,12 @@ _SCALARS = {
 
 
 class RlTypes:
-    """The declared types. structures: those of unknown contents, as structures without fields."""
+    """The declared types, and those of included files. structures: those of unknown contents, without fields.
 
-    def __init__(self, declared: Iterable[Word], report: DiagnosticReport) -> None:
+    Of the included ones only those in use are among the structures.
+    """
+
+    def __init__(self, declared: Iterable[Word], included: Included, report: DiagnosticReport) -> None:
         self._report = report
         self._declared: dict[str, Word] = {}
         self._unknown: dict[str, StructSyntax] = {}
@@ -39,24 +43,37 @@ class RlTypes:
             elif report.declare(self._declared, word, "type"):
                 structures.append(StructSyntax(word, ()))
         self._structures = structures
+        self._may_be_included = not included.is_whole
+        self._included: dict[str, StructSyntax] = {}
+        for word in included.types:
+            if word.text in self._declared:
+                continue
+            if word.text.casefold() in _SCALARS:
+                self._declared[word.text] = word
+            elif report.declare(self._declared, word, "type"):
+                self._included[word.text] = StructSyntax(word, ())
         self._remarked: set[str] = set()
 
     @property
     def structures(self) -> tuple[StructSyntax, ...]:
-        return (*self._structures, *self._unknown.values())
+        included = (structure for name, structure in self._included.items() if name in self._remarked)
+        return (*self._structures, *included, *self._unknown.values())
 
     def use(self, use: TypeUse) -> TypeUse:
         """The type in use. An undeclared one is reported and then treated as declared."""
         word = use.name
         scalar = _SCALARS.get(word.text.casefold())
-        if word.text in self._declared and scalar is not None:
+        if scalar is not None and (word.text in self._declared or self._may_be_included):
             return TypeUse(CoinedWord(scalar, word.span), ())
         if word.text in self._declared:
             self._remark(self._declared[word.text])
             return use
-        guess = closest(word.text, self._declared)
-        advice = f"Did you mean `{guess}`?" if guess else f"Declare it in front of the skillset: `type {word.text}`."
-        self._report.add("SW013", word.span, f"There is no type `{word.text}`.", advice)
+        if not self._may_be_included:
+            guess = closest(word.text, self._declared)
+            advice = (
+                f"Did you mean `{guess}`?" if guess else f"Declare it in front of the skillset: `type {word.text}`."
+            )
+            self._report.add("SW013", word.span, f"There is no type `{word.text}`.", advice)
         self._unknown.setdefault(word.text, StructSyntax(word, ()))
         return use
 

@@ -1,4 +1,4 @@
-// expect: SW092 SW092 SW092
+// expect: SW098 SW098 SW098
 include "types.rl"
 include {
     "arm.rl"

@@ -1,2 +1,0 @@
-// expect: SW002
-type Float
