@@ -6,7 +6,19 @@ from collections.abc import Collection, Iterator, Mapping
 from itertools import product
 from math import prod
 
-from skillwing.dsl.expressions import Environment, Expression, evaluate, names_used
+from skillwing.dsl.expressions import (
+    And,
+    Comparison,
+    Environment,
+    Expression,
+    Implies,
+    Name,
+    NamedValue,
+    Not,
+    Or,
+    evaluate,
+    names_used,
+)
 from skillwing.dsl.model import Effect, Event, Skill, Skillset
 
 _MOST_COMBINATIONS = 4096
@@ -72,6 +84,31 @@ def named_by(element: Skill | Event) -> frozenset[str]:
         return guarded_by(element) | changed_by(element)
     guarded = frozenset[str]() if element.guard is None else names_used(element.guard, "resource")
     return guarded.union(name for name, _ in element.effect.transitions)
+
+
+def states_named(skillset: Skillset) -> frozenset[tuple[str, str]]:
+    """The states that guards and effects name, each with its resource."""
+    guards = [event.guard for event in skillset.events if event.guard is not None]
+    guards += [guard for skill in skillset.skills for guard in guards_of(skill)]
+    effects = [event.effect for event in skillset.events]
+    effects += [effect for skill in skillset.skills for effect in skill.effects]
+    asked = (pair for guard in guards for pair in _states_asked(guard))
+    return frozenset(asked).union(change for effect in effects for change in effect.transitions)
+
+
+def _states_asked(guard: Expression) -> Iterator[tuple[str, str]]:
+    match guard:
+        case Comparison(left=Name(scope="resource") as name, right=NamedValue(name=state)):
+            yield name.root, state
+        case Comparison(left=NamedValue(name=state), right=Name(scope="resource") as name):
+            yield name.root, state
+        case Not(operand):
+            yield from _states_asked(operand)
+        case And(left, right) | Or(left, right) | Implies(left, right):
+            yield from _states_asked(left)
+            yield from _states_asked(right)
+        case _:
+            pass
 
 
 def data_in_guards(skillset: Skillset) -> frozenset[str]:

@@ -84,7 +84,8 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copied = root / "m600.skillset"
     copied.write_text((M600 / "m600.skillset").read_text("utf-8"), encoding="utf-8")
     for source in (CASE, copied, *EXAMPLES):
-        make(source, root / source.stem)
+        # A robot may be there in both languages.
+        make(source, root / (f"{source.stem}_rl" if source.suffix == ".rl" else source.stem))
     for name, text in AWKWARD.items():
         source = root / f"{name}.skillset"
         source.write_text(text, encoding="utf-8")

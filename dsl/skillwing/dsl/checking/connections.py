@@ -7,6 +7,7 @@ from collections.abc import Collection
 from skillwing.dsl.checking.reachability.statespace import closure
 from skillwing.dsl.diagnostics.report import DiagnosticReport
 from skillwing.dsl.model import Resource, Skillset, Transition
+from skillwing.dsl.queries import states_named
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import closest, listed
@@ -25,12 +26,17 @@ def report_misspelt_states(
     Predicates and effects that name what was meant are then right. damaged: resources with other errors.
     """
     declared = {element.name.text: element for element in root.elements if isinstance(element, syntax.ResourceSyntax)}
+    named = states_named(skillset)
     for resource in skillset.resources:
         if resource.transitions and resource.name not in damaged:
-            _misspelt_states(resource, declared[resource.name], report)
+            elsewhere = {state for name, state in named if name == resource.name}
+            _misspelt_states(resource, declared[resource.name], elsewhere, report)
 
 
-def _misspelt_states(resource: Resource, declaration: syntax.ResourceSyntax, report: DiagnosticReport) -> None:
+def _misspelt_states(
+    resource: Resource, declaration: syntax.ResourceSyntax, elsewhere: Collection[str], report: DiagnosticReport
+) -> None:
+    """elsewhere: states that guards and effects name."""
     connected = connected_states(resource)
     others = [state for state in resource.states if state not in connected]
     if not others:
@@ -38,13 +44,20 @@ def _misspelt_states(resource: Resource, declaration: syntax.ResourceSyntax, rep
     if len(connected) == 1:
         _misspelt_initial(resource, others, declaration, report)
     elif any(_meant(resource, state, connected) for state in others):
-        report_unreachable(resource, connected, report)
+        report_unreachable(resource, connected, report, elsewhere)
 
 
-def report_unreachable(resource: Resource, connected: Collection[str], report: DiagnosticReport) -> None:
-    """Report the states that no chain of transitions leads to."""
+def report_unreachable(
+    resource: Resource, connected: Collection[str], report: DiagnosticReport, elsewhere: Collection[str] = ()
+) -> None:
+    """Report the states that no chain of transitions leads to. elsewhere: states that guards and effects name."""
     initial = resource.initial
     for state in (state for state in resource.states if state not in connected):
+        misspelt = _meant(resource, state, connected)
+        if misspelt is not None and state in elsewhere and misspelt not in elsewhere:
+            message = f"Only a transition of `{resource.name}` names the state `{misspelt}`."
+            report.add("SW031", first_mention(resource, misspelt), message, f"Did you mean `{state}`?")
+            continue
         message = f"No transition leads `{resource.name}` from `{initial}` to `{state}`."
         advice = f"Add a transition such as `{initial} -> {state}`, or remove the state."
         if meant := _meant(resource, state, connected):
