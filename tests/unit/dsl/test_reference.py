@@ -133,3 +133,10 @@ def test_the_command_writes_and_compares(tmp_path: Path) -> None:
     assert target.read_text() == page(EVERYTHING)
     assert CliRunner().invoke(app, [str(EVERYTHING), "--check", "-o", str(target)]).exit_code == 0
     assert CliRunner().invoke(app, [str(EVERYTHING), "-o", str(tmp_path)]).exit_code == 2
+
+
+def test_ranges_of_data_are_shown_if_there_are_any() -> None:
+    text = "skillset s {{ data {{ level: float64 [%]{} period=1.0 }} }}"
+    plain, ranged = (reference_page(parse(text.format(each)), text, "s.skillset") for each in ("", " in 0.0..100.0"))
+    assert "Range" not in plain
+    assert "| `level` | `float64` | % | 0.0 to 100.0 | 1 s | 3 s |" in ranged

@@ -157,6 +157,25 @@ def _unit(draw: st.DrawFn) -> str:
     return "*".join(f"{symbol}^{power}" for symbol, power in factors if power) or "1"
 
 
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("km^99*km^99", "m^99*m^99"),
+        ("mm^-99*mm^-99*mm^-99", "m^-99*m^-99*m^-99"),
+        ("dB", "%"),
+        ("°C/s", "dB"),
+    ],
+)
+def test_units_that_nobody_writes_are_compared(left: str, right: str) -> None:
+    assert difference(left, right) is not None and difference(right, left) is not None
+
+
+@pytest.mark.parametrize("unit", ["nan", "m²", "½", "²", "W⁰", "%a", "°X", "ﬁ", "İ", "lambda2", "m^100", "m" * 3000])
+def test_a_word_that_the_table_reads_as_an_expression_is_no_unit(unit: str) -> None:
+    found = {item.code for item in diagnostics("a < 1", a=unit)}
+    assert found <= {"SW070", "SW021", "SW004"} and (found or unit == "lambda2")
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_differences_are_the_same_from_both_sides(data: st.DataObject) -> None:

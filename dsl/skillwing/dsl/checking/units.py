@@ -9,14 +9,18 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cache
-from math import isclose
-from typing import Any, cast
+from math import exp, inf, isclose, log
+from typing import Any, TypeAlias, cast
 
 from skillwing.dsl.suggest import closest
 
+_Factors: TypeAlias = tuple[tuple[str, int], ...]
+_EQUAL = 1e-9
+_LARGEST = 709.0
+"""Logarithms of factors: of 1 but for rounding, and of the largest float."""
 _SYMBOL = r"[^\W\d_]+|[%°]\w*"
-_FACTOR = re.compile(rf"(?P<sign>[/*.·]?)(?:1(?!\w)|(?P<symbol>{_SYMBOL})(?:\^?(?P<power>-?\d+))?)")
-_UNIT = re.compile(rf"(?:1|(?:{_SYMBOL})(?:\^?-?\d+)?)(?:[/*.·](?:{_SYMBOL})(?:\^?-?\d+)?)*")
+_FACTOR = re.compile(rf"(?P<sign>[/*.·]?)(?:1(?!\w)|(?P<symbol>{_SYMBOL})(?:\^?(?P<power>-?\d{{1,2}}))?)")
+_UNIT = re.compile(rf"(?:1|(?:{_SYMBOL})(?:\^?-?\d{{1,2}})?)(?:[/*.·](?:{_SYMBOL})(?:\^?-?\d{{1,2}})?)*")
 _NAMES = {"%": "percent", "°": "degree", "°C": "degC", "°F": "degF"}
 """Names of symbols that are no words."""
 USUAL = frozenset(
@@ -62,15 +66,15 @@ def similar_symbol(symbol: str) -> str | None:
 def difference(left: str, right: str) -> OtherDimension | OtherScale | None:
     """The difference between two units; None if their numbers can be compared."""
     factors = _factors(left), _factors(right)
-    if sorted(factors[0]) == sorted(factors[1]):
+    if not all(factors) or sorted(factors[0]) == sorted(factors[1]):
         return None
-    return _difference(_resolved(factors[0]), _resolved(factors[1]))
+    return _difference(*factors)
 
 
 _COMMON_NAMES = ("meter", "metre", "second", "minute", "hour", "degree", "radian", "percent", "volt", "ampere", "watt")
 
 
-def _factors(unit: str) -> tuple[tuple[str, int], ...]:
+def _factors(unit: str) -> _Factors:
     """The symbols of a unit with their powers; none for `1`."""
     found = (match.group("sign", "symbol", "power") for match in _FACTOR.finditer(unit))
     return tuple(
@@ -88,42 +92,60 @@ def _registry() -> Any:
     return cast(Any, UnitRegistry())
 
 
-@cache
 def is_in_table(symbol: str) -> bool:
     """True if Pint has a unit of this symbol or name."""
-    return _NAMES.get(symbol, symbol) in _registry()
+    return _name(symbol) is not None
 
 
-def _resolved(factors: tuple[tuple[str, int], ...]) -> Any:
-    registry = _registry()
-    unit = registry.Unit("")
+@cache
+def _name(symbol: str) -> str | None:
+    """The name of a unit; None for any other word. Pint reads longer texts as expressions."""
+    from pint import UndefinedUnitError  # noqa: PLC0415 - as above
+
+    word = _NAMES.get(symbol, symbol)
+    if not word.isalpha():
+        return None
+    try:
+        return str(_registry().get_name(word)) or None
+    except UndefinedUnitError:
+        return None
+
+
+def _resolved(factors: _Factors) -> Any:
+    unit = _registry().Unit("")
     for symbol, power in factors:
-        unit *= registry.Unit(_NAMES.get(symbol, symbol)) ** power
+        unit *= _unit(symbol) ** power
     return unit
 
 
-def _difference(left: Any, right: Any) -> OtherDimension | OtherScale | None:
-    if left.dimensionality != right.dimensionality:
-        return OtherDimension(_dimension(left), _dimension(right))
-    if not isclose(_zero(left, right), 0.0, abs_tol=1e-12):
+def _unit(symbol: str) -> Any:
+    return _registry().Unit(_name(symbol))
+
+
+def _difference(left: _Factors, right: _Factors) -> OtherDimension | OtherScale | None:
+    units = _resolved(left), _resolved(right)
+    if units[0].dimensionality != units[1].dimensionality:
+        return OtherDimension(*map(_dimension, units))
+    if not isclose(_zero(left), _zero(right)):
         return OtherScale(None)
-    factor = _size(left) / _size(right)
-    return None if isclose(factor, 1.0) else OtherScale(factor)
+    magnitude = _magnitude(left) - _magnitude(right)
+    if abs(magnitude) < _EQUAL:
+        return None
+    return OtherScale(exp(magnitude) if magnitude < _LARGEST else inf)
 
 
-def _zero(left: Any, right: Any) -> float:
-    """Zero of the left unit in the right one. Pint has none for units such as °C/s, where no zero counts."""
-    from pint import OffsetUnitCalculusError  # noqa: PLC0415 - as above
-
-    try:
-        return float(_registry().Quantity(0.0, left).to(right).magnitude)
-    except OffsetUnitCalculusError:
+def _zero(factors: _Factors) -> float:
+    """Zero of a unit in base units. It counts for single units such as °C, and not for °C/s."""
+    (symbol, power), *others = factors
+    if others or power != 1:
         return 0.0
+    return float(_registry().Quantity(0.0, _unit(symbol)).to_base_units().magnitude)
 
 
-def _size(unit: Any) -> float:
-    """The size of a unit in base units."""
-    return float(_registry().get_base_units(unit, check_nonmult=False)[0])
+def _magnitude(factors: _Factors) -> float:
+    """The natural logarithm of the size in base units, since high powers of small units are no floats."""
+    sizes = ((_registry().get_base_units(_unit(symbol), check_nonmult=False)[0], power) for symbol, power in factors)
+    return sum(power * log(size) for size, power in sizes)
 
 
 def _dimension(unit: Any) -> str:
