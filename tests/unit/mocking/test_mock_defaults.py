@@ -52,3 +52,8 @@ def test_thresholds_enums_flags_and_fields_are_met() -> None:
     assert 1000.0 < data["level"] < 1200.0
     assert data["count"] in (2, 3)
     assert 6.5 < data["position"]["z"] <= 9.0
+
+
+def test_data_of_a_mock_lie_in_their_ranges() -> None:
+    text = "skillset s { data { pressure: float64 [bar] in 2.0..9.0  level: int8 in -5..-1 } }"
+    assert default_data(parse(text, "s.skillset")) == {"pressure": 2.0, "level": -1}

@@ -94,14 +94,15 @@ def default_data(skillset: Skillset) -> dict[str, Any]:
 
     Candidates are zero and the neighbours of thresholds in guards. One datum is chosen after the other.
     """
-    values = {item.name: default_value(Field(item.name, item.type)) for item in skillset.data}
+    fields = {item.name: Field(item.name, item.type, low=item.low, high=item.high) for item in skillset.data}
+    values = {name: default_value(field) for name, field in fields.items()}
     guards = tuple(_data_guards(skillset))
     for _ in range(PASSES):
         for item in skillset.data:
             concerned = [guard for guard in guards if item.name in names_used(guard.expression, "data")]
             if not concerned:
                 continue
-            for leaf in _leaves(item.name, (), Field(item.name, item.type)):
+            for leaf in _leaves(item.name, (), fields[item.name]):
                 _choose(leaf, values, concerned)
     return values
 
