@@ -27,10 +27,11 @@ $(READY): requirements.lock pyproject.toml
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
 
-# One worker a core. What starts processes stays with one of them (tests/scheduling.py), and begins first: if files were
-# sorted by how many tests they have, those of few long flights would come last and keep one worker while others are idle.
+# One worker a core and one more. What starts processes stays with one of them (tests/scheduling.py), and begins first: if
+# files were sorted by how many tests they have, those of few long flights would come last and keep one worker while
+# others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
-# Each worker has its core for itself: threads of the libraries below numpy would take the others' (processes/child.py).
+# Libraries below numpy have one thread: theirs would take the cores of the other workers (processes/child.py).
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 test: lint
 	$(PYTEST) $(PYTEST_ARGS)

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
-from scheduling import scope_of
+from scheduling import GROUP, scope_of
 
 if TYPE_CHECKING:
     from xdist.remote import Producer
@@ -23,8 +24,18 @@ settings.load_profile("skillwing")
 # two collections, as usual, a sixth of the processor time of flights is spent on looking through them again.
 gc.set_threshold(20_000)
 
+LOWER_PRIORITY = 10
+"""Niceness of workers that calculate."""
 
-@pytest.hookimpl(optionalhook=True)  # there is none where xdist is switched off, or not installed
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)  # there is none where xdist is switched off, or not installed
+def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
+    """One worker a core, and one for the tests that start processes: they wait for most of their time."""
+    cores = yield
+    return cores + 1
+
+
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadScopeScheduling | None:
     """Keep each file with one worker, so that what its tests share is made once, and each group of files.
 
@@ -39,6 +50,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadSco
             return scope_of(nodeid)
 
     return WholeFiles(config, log)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Give way to the processes that other workers start and that must answer in time."""
+    if "PYTEST_XDIST_WORKER" in os.environ and scope_of(item.nodeid) != GROUP and os.nice(0) < LOWER_PRIORITY:
+        os.nice(LOWER_PRIORITY)
 
 
 @pytest.fixture(scope="session", autouse=True)

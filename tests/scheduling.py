@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 PROCESSES = (
-    # Tests that start processes, one after the other on one worker. Much of their time is waiting, so the other workers
-    # calculate meanwhile; and no test starts a robot of many processes while another one must be restarted in time.
+    # Tests that start processes, one after the other on one worker, so that no test starts a robot of many processes
+    # while another one must be restarted in time. Much of their time is waiting: there is one worker more than cores,
+    # and the others calculate meanwhile, at a lower priority (conftest.py).
     "chaos/test_chaos.py",
     "fuzz/test_fuzz_processes.py",
     "history/test_resource_history.py",
@@ -30,8 +31,11 @@ PROCESSES = (
     "unit/recording/test_viewer.py",
 )
 
+GROUP = "processes"
+"""Scope of all of them."""
+
 
 def scope_of(nodeid: str) -> str:
     """The group of a test's file, or else the file: a worker runs all that has the same."""
     file = nodeid.partition("::")[0].removeprefix("tests/")
-    return "processes" if file in PROCESSES else file
+    return GROUP if file in PROCESSES else file
