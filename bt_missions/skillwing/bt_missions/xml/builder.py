@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.intended_names import intended_name
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, mark_guessed, mark_incomplete
 from skillwing.bt_missions.leaves.source_location import set_source_location
-from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
+from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.document import Element, FileProblem
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel

@@ -9,10 +9,11 @@ from typing import TypeVar
 
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
-from skillwing.bt_missions.xml.blackboard import Blackboard, BlackboardEntry
+from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.dsl.suggest import did_you_mean
 
 T = TypeVar("T")

@@ -9,11 +9,11 @@ import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route, RouteFulfilled, WaypointWriter
 from skillwing.bt_missions.subtrees.decorators import RepeatUntil
-from skillwing.bt_missions.xml.blackboard import BlackboardEntry
 from skillwing.bt_missions.xml.node_type import NOWHERE, Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.skills import CRAB, PLAN, TARGET, UP
 from skillwing.bt_missions.xml.values import attribute_text

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
-from skillwing.bt_missions.xml.blackboard import BlackboardEntry
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.values import attribute_text, read_attribute
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
