@@ -14,6 +14,7 @@ from py_trees.behaviours import Failure, Success
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
+from tree_files import RESCUE, mission_of, problems_of, with_tree
 from typer.testing import CliRunner
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context
@@ -29,9 +30,6 @@ from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
-from skillwing.bt_missions.xml.document import TreeFileError, parse_document
-from skillwing.bt_missions.xml.mission import XmlMission
-from skillwing.bt_missions.xml.tree_file import tree_file
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import load
 
@@ -39,28 +37,6 @@ ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
 MISSIONS = ROOT / "bt_missions/skillwing/bt_missions/missions"
 MAPPING = MISSIONS / "mapping.xml"
-FILE = Path("mission.xml")
-RESCUE = '<BehaviorTree ID="rescue"><AlwaysSuccess/></BehaviorTree>'
-
-
-def mission_of(text: str) -> XmlMission:
-    return XmlMission(tree_file(parse_document(text.encode(), FILE), FILE))
-
-
-def with_tree(tree: str, more: str = "") -> str:
-    """A file whose tree `main` stands alone in the second line."""
-    main = f'<BehaviorTree ID="main">\n{tree}\n</BehaviorTree>'
-    return f'<root BTCPP_format="4" main_tree_to_execute="main">{main}\n{RESCUE}{more}</root>'
-
-
-def problems_of(text: str) -> list[str]:
-    """Every problem as `line: text`."""
-    try:
-        loaded = mission_of(text)
-        problems = check_mission(loaded, SKILLSET, loaded.Options())
-    except TreeFileError as error:
-        problems = error.problems
-    return [str(problem).removeprefix(f"{FILE}:") for problem in problems]
 
 
 @pytest.mark.parametrize("mission", [mapping.MISSION, inspection.MISSION], ids=lambda mission: mission.name)

@@ -8,8 +8,15 @@ from typing import Any
 _NOTHING: Any = object()
 
 
+class MissingValueError(LookupError):
+    """A value that a leaf cannot read now. `str()` is the reason, without a full stop."""
+
+
 class BlackboardEntry:
-    """One entry: a constant from an option, or a value that `source` returns at each read."""
+    """One entry: a constant from an option, or a value that `source` returns at each read.
+
+    A leaf that writes the entry calls `announce` when it is built, and `write` in the run. The latest value counts.
+    """
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -36,10 +43,20 @@ class BlackboardEntry:
         self._value = value
         return self
 
+    def announce(self) -> None:
+        """Note that a leaf writes this entry in the run. A read before that raises MissingValueError."""
+        if self.source is None:
+            self.source = self._constant
+
+    def write(self, value: Any) -> None:
+        """Set the value in the run."""
+        self.source = lambda: value
+
     def __call__(self) -> Any:
-        """The value now. Raises LookupError if there is none."""
-        if self.source is not None:
-            return self.source()
+        """The value now. Raises MissingValueError if there is none."""
+        return self._constant() if self.source is None else self.source()
+
+    def _constant(self) -> Any:
         if self._value is _NOTHING:
-            raise LookupError(f"`{{{self.name}}}` has no value; let an option or an output port give it one.")
+            raise MissingValueError(f"`{{{self.name}}}` has no value yet")
         return self._value

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.blackboard_entry import MissingValueError
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.readings import read_latest
 from skillwing.bt_missions.leaves.source_location import set_caller_location
 
 Sign: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
@@ -83,12 +85,10 @@ class DataCompare(Behaviour):
 
     def update(self) -> Status:
         path = ".".join([self.datum, *self.fields])
-        reading = self._context.interface.reading(self.datum)
-        if reading.stale:
-            return self._fail(f"{path} is not known" if reading.t is None else f"{path} is stale")
-        found: Any = reading.value
-        for field in self.fields:
-            found = cast(Mapping[str, Any], found)[field]
+        try:
+            found = read_latest(self._context.interface, self.datum, self.fields)
+        except MissingValueError as error:
+            return self._fail(str(error))
         if _COMPARE[self.sign](found, self.value):
             self.feedback_message = f"{path} {self.sign} {self.value}"
             return Status.SUCCESS

@@ -14,6 +14,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, MissingValueError
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.bt_missions.leaves.pause_gate import HELD, PauseGate, PauseGates
@@ -43,8 +44,9 @@ class GoalPhase(StrEnum):
 class SkillAction(Behaviour):
     """Runs one skill. Its terminal label decides between SUCCESS and FAILURE, as `outcomes` maps it.
 
-    inputs: value of each input of the skill, or a function that returns it at the start. A structure may be a mapping,
-    or one of the generated interface.
+    inputs: value of each input of the skill, or a function that returns it at the start: a BlackboardEntry, or a
+    LatestReading of the robot's data. A structure may be a mapping, or one of the generated interface.
+    outputs: entries for outputs of the skill. They are written when a goal has ended with an output.
     outcomes: status for each terminal label (`S_ARRIVED`, `S_BLOCKED`, `RI`, `IT`, ...). A label without an entry is
     SUCCESS for a success result that held, else FAILURE. `IT` is never SUCCESS: an interrupted skill has not done its
     work. A leaf that was held starts another goal, or, if `outcomes` has `HELD`, ends with that.
@@ -63,6 +65,7 @@ class SkillAction(Behaviour):
         skill: str,
         inputs: Mapping[str, Any] | None = None,
         *,
+        outputs: Mapping[str, BlackboardEntry] | None = None,
         outcomes: Mapping[str, Status] | None = None,
         on_end: Callable[[Terminal], None] | None = None,
         done: Mapping[str, str] | None = None,
@@ -72,6 +75,7 @@ class SkillAction(Behaviour):
         set_caller_location(self)
         self.skill = skill
         self.inputs = plain_inputs(inputs or {})
+        self.outputs = dict(outputs or {})
         self.outcomes = dict(outcomes or {})
         self.on_end = on_end
         self.done = dict(done or {})
@@ -86,6 +90,8 @@ class SkillAction(Behaviour):
         self._values = SkillInputs(skill, self.inputs, self.done)
         self._retry = StartRetry(skill, context.reaper)
         _refuse_bad_outcomes(name, self.outcomes)
+        for entry in self.outputs.values():
+            entry.announce()
 
     @property
     def phase(self) -> GoalPhase:
@@ -170,7 +176,7 @@ class SkillAction(Behaviour):
                 return self._wait_for(holders)
             self._retry.note_start()
             self._goal = self._context.start(self.skill, self._values.values(self._context.skillset))
-        except (UnknownNameError, InvalidInputError) as error:
+        except (UnknownNameError, InvalidInputError, MissingValueError) as error:
             return self._fail(f"{self.skill} was not started: {error}", None)
         self._phase = GoalPhase.SENT
         self.feedback_message = str(self._phase)
@@ -233,6 +239,7 @@ class SkillAction(Behaviour):
         if terminal.ending is Ending.LOST:
             self._context.reaper.take(goal)
         self._ending = terminal.label
+        self._write_outputs(terminal)
         if self.on_end is not None:
             self.on_end(terminal)
         if self._status_of(terminal) is Status.FAILURE:
@@ -241,6 +248,12 @@ class SkillAction(Behaviour):
         self.feedback_message = terminal.label
         self._context.observe(f"{self.skill} ended {terminal.label}", goal.record)
         return Status.SUCCESS
+
+    def _write_outputs(self, terminal: Terminal) -> None:
+        output = terminal.output or {}
+        for name, entry in self.outputs.items():
+            if name in output:
+                entry.write(output[name])
 
     def _status_of(self, terminal: Terminal) -> Status:
         succeeded = terminal.ending is Ending.SUCCEEDED and terminal.success

@@ -11,6 +11,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route
 from skillwing.bt_missions.xml.blackboard import Blackboard
@@ -19,6 +20,8 @@ from skillwing.dsl.suggest import did_you_mean
 T = TypeVar("T")
 D = TypeVar("D")
 BOOLEANS = {"true": True, "false": False}
+DATA = "data."
+"""Start of the names of entries for the robot's data."""
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
 """Route in place of one that cannot be read."""
 
@@ -85,10 +88,19 @@ class NodeConfig:
     early: list[tuple[BlackboardEntry, str]] = field(default_factory=list[tuple[BlackboardEntry, str]])
 
     def entry(self, port: str) -> BlackboardEntry | None:
-        """The entry that a port refers to as `{name}`; None for a port with a plain value."""
+        """The entry that a port refers to as `{name}`; None for a port with a plain value.
+
+        `{data.NAME}` is an entry whose value is the latest reading of that datum.
+        """
         text = self.ports[port].strip()
-        is_reference = text.startswith("{") and text.endswith("}") and ":" not in text
-        return self.blackboard.entry(text[1:-1]) if is_reference else None
+        if not (text.startswith("{") and text.endswith("}") and ":" not in text):
+            return None
+        name = text[1:-1]
+        if not name.startswith(DATA):
+            return self.blackboard.entry(name)
+        entry = BlackboardEntry(name)
+        entry.source = LatestReading(self.context, name.removeprefix(DATA))
+        return entry
 
     def output(self, port: str) -> BlackboardEntry:
         """The entry that an output port sets."""
@@ -97,6 +109,17 @@ class NodeConfig:
             text = self.ports[port]
             self.problems.append(f"`{port}` is `{text}`; it takes the name of an entry in braces: `{{{port}}}`.")
         return entry or BlackboardEntry(port)
+
+    def written(self, port: str) -> BlackboardEntry:
+        """The entry that an output port writes in the run. It can be neither an option nor data of the robot."""
+        entry = self.output(port)
+        if isinstance(entry.source, LatestReading):
+            self.problems.append(f"`{port}` sets `{self.ports[port]}`, which is data of the robot; take another name.")
+        elif entry.is_constant:
+            self.problems.append(f"`{port}` sets `{self.ports[port]}`, which has a fixed value; take another name.")
+        else:
+            return entry
+        return BlackboardEntry(port)
 
     def value(self, port: str, use: Callable[[object], T], instead: D) -> T | D:
         """The result of `use` on the value of a port before the run: the value of an option, or the text itself.

@@ -1,4 +1,4 @@
-"""Tags for the skills of a skillset: the inputs of a skill are its ports."""
+"""Tags for the skills of a skillset: the inputs and outputs of a skill are its ports."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import DATA, Category, NodeConfig, NodeType, Port, PortError
 from skillwing.bt_missions.xml.values import attribute_text, read_attribute
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text
@@ -38,24 +39,34 @@ def input_port(name: str) -> str:
     return f"{name}_" if name in _RESERVED else name
 
 
+def output_port(skill: Skill, name: str) -> str:
+    """The port of an output. An underscore follows a name that has another meaning in the tag, such as an input's."""
+    taken = (*_RESERVED, *(input_port(field.name) for field in skill.inputs))
+    while name in taken:
+        name = f"{name}_"
+    return name
+
+
 def _skill_type(skill: Skill) -> NodeType:
+    # Limits are left out: the skill manager and the preflight check them.
     inputs = tuple(
-        Port(
-            input_port(field.name),
-            # Limits are left out: the skill manager and the preflight check them.
-            f"{type_text(field.type)}{f', in {field.unit}' if field.unit else ''}",
-            _type_name(field.type),
-            _default(field),
-        )
-        for field in skill.inputs
+        Port(input_port(field.name), _about(field), _type_name(field.type), _default(field)) for field in skill.inputs
+    )
+    outputs = tuple(
+        Port(output_port(skill, field.name), _about(field), _type_name(field.type), "", output=True)
+        for field in skill.outputs
     )
     return NodeType(
         skill.name,
         Category.ACTION,
         make=lambda config: _make(skill, config),
         describe=lambda node: _describe(skill, node),
-        ports=(*inputs, *_OWN_PORTS),
+        ports=(*inputs, *outputs, *_OWN_PORTS),
     )
+
+
+def _about(field: Field) -> str:
+    return f"{type_text(field.type)}{f', in {field.unit}' if field.unit else ''}"
 
 
 def _default(field: Field) -> str:
@@ -72,7 +83,9 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
     for field in skill.inputs:
         port = input_port(field.name)
         text, entry = config.ports[port], config.entry(port)
-        if entry is not None and not entry.is_constant:
+        if entry is not None and isinstance(entry.source, LatestReading):
+            inputs[field.name] = entry.source
+        elif entry is not None and not entry.is_constant:
             # A constant can be checked now; other values are read at the start of the skill.
             inputs[field.name] = entry
         elif entry is not None or text != _default(field):
@@ -81,6 +94,8 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
                 return read_attribute(value if isinstance(value, str) else attribute_text(value), field.type, port)
 
             inputs[field.name] = config.value(port, use, BlackboardEntry(port))
+    ports = {field.name: output_port(skill, field.name) for field in skill.outputs}
+    outputs = {name: config.written(port) for name, port in ports.items() if config.ports[port]}
     outcomes = dict.fromkeys(config.words("success_on"), Status.SUCCESS)
     outcomes |= dict.fromkeys(config.words("failure_on"), Status.FAILURE)
     try:
@@ -89,6 +104,7 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
             config.context,
             skill.name,
             inputs,
+            outputs=outputs,
             outcomes=outcomes,
             on_end=config.route("leg_of").leg_ended if config.ports["leg_of"] else None,
             done=_pairs(config, "done"),
@@ -111,6 +127,7 @@ def _describe(skill: Skill, node: Behaviour) -> Mapping[str, str] | None:
     if not isinstance(node, SkillAction) or node.skill != skill.name:
         return None
     attributes = {input_port(name): _source(node, name) for name in node.inputs}
+    attributes |= {output_port(skill, name): f"{{{entry.name}}}" for name, entry in node.outputs.items()}
     for port, status in (("success_on", Status.SUCCESS), ("failure_on", Status.FAILURE)):
         labels = [label for label, meaning in node.outcomes.items() if meaning is status]
         if labels:
@@ -133,6 +150,8 @@ def _source(node: SkillAction, name: str) -> str:
         return attribute_text(value)
     if isinstance(value, BlackboardEntry):
         return f"{{{value.name}}}"
+    if isinstance(value, LatestReading):
+        return f"{{{DATA}{value.path}}}"
     entry = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
     if entry is None:
         raise PortError(f"`{node.name}` takes `{name}` from Python code, which a tree file cannot hold.")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from xml.etree import ElementTree
 
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import MissionTrees
 from skillwing.bt_missions.planning.waypoints import WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
@@ -32,7 +35,7 @@ def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
     """A mission as a tree file, with the values of its options. Raises NotWritableError."""
     types = node_types(skillset)
     root = _document(name)
-    problems: list[str] = []
+    problems = list(_entry_problems(trees))
     for tree, top in ((name, _with_plan(trees.root)), (RESCUE, trees.rescue)):
         if top is None:
             continue
@@ -68,6 +71,18 @@ def _with_plan(top: Behaviour) -> Behaviour:
     if not routes or any(isinstance(node, PlanRoute) for node in nodes):
         return top
     return in_order("with a plan", PlanRoute("plan", routes.pop()), top)
+
+
+def _entry_problems(trees: MissionTrees) -> Iterator[str]:
+    """Different entries with one name, of which a file would make one entry."""
+    nodes = [node for top in (trees.root, trees.rescue) if top is not None for node in top.iterate()]
+    leaves = [node for node in nodes if isinstance(node, SkillAction)]
+    written = {entry for leaf in leaves for entry in leaf.outputs.values()}
+    read = {value for leaf in leaves for value in leaf.inputs.values() if isinstance(value, BlackboardEntry)}
+    counts = Counter(entry.name for entry in written | read)
+    for name in dict.fromkeys(entry.name for entry in written):
+        if counts[name] > 1:
+            yield f"Two entries are called `{{{name}}}`; give them different names."
 
 
 def _append(parent: ElementTree.Element, node: Behaviour, types: Mapping[str, NodeType], problems: list[str]) -> None:
