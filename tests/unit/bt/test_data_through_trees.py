@@ -9,6 +9,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from tree_files import mission_of, problems_of, with_tree
 
+from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, MissingValueError
 from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -185,4 +186,96 @@ def test_an_output_cannot_replace_an_option() -> None:
     )
     assert problems_of(with_tree('<move to="{spot}" at="{spot}"/>', model), CRANE) == [
         "2: `at` sets `{spot}`, which has a fixed value; take another name."
+    ]
+
+
+SPOT = "a structure with the fields `x` and `y` (`Spot`)"
+
+
+@pytest.mark.parametrize(
+    ("steps", "problem"),
+    [
+        ('<move to="1,2" at="{a}"/>\n<move to="{a}"/>', None),
+        ('<move to="1,2" way="{a}"/>\n<lift height="{a}"/>', None),
+        ('<lift height="1" count_="{a}"/>\n<lift height="{a}" count="{a}"/>', None),
+        ('<lift height="1" lifted="{a}"/>\n<lift height="1" load="{a}" label="{a}"/>', None),
+        ('<move to="1,2"/>\n<lift height="{data.spot.x}" count="{data.lifts}" load="{data.load}"/>', None),
+        (
+            '<move to="1,2" way="{a}"/>\n<move to="{a}"/>',
+            f"Leaf `move`: `to` reads `{{a}}`, which is a finite number in m; it takes {SPOT}.",
+        ),
+        (
+            '<move to="1,2" at="{a}"/>\n<lift height="{a}"/>',
+            f"Leaf `lift`: `height` reads `{{a}}`, which is {SPOT}; it takes a finite number in m.",
+        ),
+        (
+            '<move to="1,2" way="{a}"/>\n<move to="1,2" speed="{a}"/>',
+            "Leaf `move`: `speed` reads `{a}`, which is a finite number in m; it takes a finite number in m/s.",
+        ),
+        (
+            '<move to="1,2"/>\n<move to="1,2" speed="{data.mass}"/>',
+            "Leaf `move`: `speed` reads `{data.mass}`, which is a finite number in kg; "
+            "it takes a finite number in m/s.",
+        ),
+        (
+            '<move to="1,2"/>\n<lift height="1" count="{data.mass}"/>',
+            "Leaf `lift`: `count` reads `{data.mass}`, which is a finite number in kg; "
+            "it takes a whole number (int32).",
+        ),
+        (
+            '<move to="1,2"/>\n<lift height="1" label="{data.names}"/>',
+            "Leaf `lift`: `label` reads `{data.names}`, which is a list of any length: each a text; it takes a text.",
+        ),
+        (
+            '<move to="1,2"/>\n<move to="{data.spit}"/>',
+            "Leaf `move`: There is no datum `spit`; did you mean `spot`? What exists: `spot`, `mass`, `load`, `lifts` "
+            "and `names`.",
+        ),
+        (
+            '<move to="1,2"/>\n<lift height="{data.spot.z}"/>',
+            "Leaf `lift`: There is no field `z` of `spot`. What exists: `x` and `y`.",
+        ),
+        (
+            '<move to="1,2"/>\n<lift height="{data.mass.z}"/>',
+            "Leaf `lift`: `mass` is a finite number, and has no field `z`.",
+        ),
+    ],
+)
+def test_type_and_unit_of_what_an_input_reads_are_checked(steps: str, problem: str | None) -> None:
+    found = problems_of(with_tree(f"<Sequence>{steps}</Sequence>"), CRANE)
+    assert found == ([] if problem is None else [f"3: {problem}"])
+
+
+READER, WRITER = '<move name="reader" to="{a}"/>', '<move name="writer" to="1,2" at="{a}"/>'
+TOO_EARLY = "2: Leaf `reader`: `to` reads `{a}` before `writer` sets it; put `writer` before this leaf."
+
+
+@pytest.mark.parametrize(
+    ("tree", "is_too_early"),
+    [
+        (f"<Sequence>{READER}{WRITER}</Sequence>", True),
+        (f'<Fallback><Timeout msec="9">{READER}</Timeout>{WRITER}</Fallback>', True),
+        (f"<Repeat num_cycles='2'>{READER}</Repeat>{WRITER}", True),
+        (f"<Sequence>{WRITER}{READER}</Sequence>", False),
+        (f'<Repeat num_cycles="2"><Fallback>{READER}{WRITER}</Fallback></Repeat>', False),
+        (f"<ReactiveFallback>{READER}{WRITER}</ReactiveFallback>", False),
+    ],
+)
+def test_an_entry_that_is_read_before_any_leaf_can_set_it_is_a_problem(tree: str, is_too_early: bool) -> None:
+    found = problems_of(with_tree(f"<Sequence>{tree}</Sequence>"), CRANE)
+    assert [each for each in found if "reads" in each] == ([TOO_EARLY] if is_too_early else [])
+
+
+def test_the_rescue_may_read_what_the_mission_has_written() -> None:
+    text = with_tree(WRITER).replace("<AlwaysSuccess/>", READER)
+    assert problems_of(text, CRANE) == []
+
+
+def test_entries_and_outputs_are_checked_in_python_too(crane: FakeMission) -> None:
+    there, out = BlackboardEntry("there"), BlackboardEntry("length")
+    leaves = [move(crane, "there", there), move(crane, "out", {"x": 1, "y": 2}, length=out)]
+    found = tree_problems([Sequence("all", memory=True, children=leaves)], CRANE)
+    assert [each.text for each in found] == [
+        "Leaf `there`: `to` reads `{there}`, which nothing fills; name it in the `outputs` of a leaf.",
+        "Leaf `out`: There is no output `length` of `move`. What exists: `at`, `to` and `way`.",
     ]

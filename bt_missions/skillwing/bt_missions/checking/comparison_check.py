@@ -4,30 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from skillwing.bt_missions.checking.declared_values import field_at
 from skillwing.bt_missions.leaves.conditions import DataCompare
-from skillwing.dsl.model import ArrayType, EnumType, ScalarType, StructType, Type, UnknownNameError
+from skillwing.dsl.model import ArrayType, DataItem, EnumType, ScalarType, StructType, Type
 from skillwing.dsl.suggest import listed
-from skillwing.services.core.values import type_text
 
 _EQUALITY = ("==", "!=")
 
 
-def comparison_problems(leaf: DataCompare, kind: Type) -> Iterator[str]:
-    """Problems of the fields, the sign and the value of a comparison. kind: type of the whole datum."""
-    path = leaf.datum
-    for name in leaf.fields:
-        if not isinstance(kind, StructType):
-            yield f"`{path}` is {type_text(kind)}, and has no field `{name}`"
-            return
-        known = {field.name: field.type for field in kind.fields}
-        if name not in known:
-            yield str(UnknownNameError(f"field of {path}", name, tuple(known)))
-            return
-        kind = known[name]
-        path = f"{path}.{name}"
-    problem = _value_problem(leaf, kind)
+def comparison_problems(leaf: DataCompare, datum: DataItem) -> Iterator[str]:
+    """Problems of the fields, the sign and the value of a comparison."""
+    try:
+        compared = field_at(datum, leaf.fields)
+    except LookupError as error:
+        yield str(error)
+        return
+    problem = _value_problem(leaf, compared.type)
     if problem is not None:
-        yield f"`{path}` {problem}"
+        yield f"`{'.'.join([datum.name, *leaf.fields])}` {problem}"
 
 
 def _value_problem(leaf: DataCompare, kind: Type) -> str | None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.comparison_check import comparison_problems
+from skillwing.bt_missions.checking.entry_check import entry_problems
 from skillwing.bt_missions.checking.intended_names import missing_names
 from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
@@ -44,7 +45,10 @@ def preflight(
 
 def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[MissionProblem]:
     """All problems of these trees by themselves, or with the skillset."""
+    trees = tuple(trees)
     found: list[MissionProblem] = []
+    for leaf, problem in entry_problems(trees, skillset):
+        found.append(MissionProblem(f"Leaf `{leaf.name}`: {problem}", source_location(leaf)))
     for root in trees:
         found.extend(MissionProblem(problem, source_location(node)) for node, problem in shape_problems(root, skillset))
         for node in root.iterate():
@@ -63,7 +67,7 @@ def _leaf_problems(leaf: Behaviour, skillset: Skillset) -> Iterator[str]:
         yield from _resource_problems(skillset, leaf.resource, leaf.states)
     elif isinstance(leaf, DataCompare):
         problem = next(_unknown(lambda: skillset.datum(leaf.datum)), None)
-        yield from comparison_problems(leaf, skillset.datum(leaf.datum).type) if problem is None else (problem,)
+        yield from comparison_problems(leaf, skillset.datum(leaf.datum)) if problem is None else (problem,)
 
 
 def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
@@ -74,6 +78,9 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
     skill = skillset.skill(leaf.skill)
     yield from _input_problems(leaf, skill)
     yield from _outcome_problems(leaf, skill)
+    outputs = [field.name for field in skill.outputs]
+    for name in leaf.outputs.keys() - set(outputs):
+        yield str(UnknownNameError(f"output of {skill.name}", name, outputs))
     feedback = [field.name for field in skill.feedback]
     for name, counter in leaf.done.items():
         yield from _unknown(lambda name=name: skill.input(name))

@@ -35,6 +35,11 @@ class BlackboardEntry:
         """True if it has a value, or gets one in the run."""
         return self.source is not None or self._value is not _NOTHING
 
+    @property
+    def is_pending(self) -> bool:
+        """True if it has no value until a leaf writes it."""
+        return self._value is _NOTHING and self.source == self._constant
+
     def allow_empty(self) -> BlackboardEntry:
         self.may_be_empty = True
         return self

@@ -79,6 +79,7 @@ class Builder:
             first, lines = references[0], [reference.line for reference in references]
             text = f"`{first.port}` reads `{{{entry.name}}}`, which nothing fills; declare it as a port of the tree."
             self.problems.append(FileProblem(first.line, text + _other_lines(lines)))
+            entry.allow_empty()
         self.problems += [problem for entry, problem in self._early if entry.is_filled]
         for tree, lines in self._callers.items():
             hint = did_you_mean(tree, self._source.trees, f"; there is {listed(self._source.trees)}.")

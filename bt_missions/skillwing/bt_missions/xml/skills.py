@@ -93,7 +93,7 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
             def use(value: object, field: Field = field, port: str = port) -> object:
                 return read_attribute(value if isinstance(value, str) else attribute_text(value), field.type, port)
 
-            inputs[field.name] = config.value(port, use, BlackboardEntry(port))
+            inputs[field.name] = config.value(port, use, BlackboardEntry(port).allow_empty())
     ports = {field.name: output_port(skill, field.name) for field in skill.outputs}
     outputs = {name: config.written(port) for name, port in ports.items() if config.ports[port]}
     outcomes = dict.fromkeys(config.words("success_on"), Status.SUCCESS)
