@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from fake_interface import FakeMission
 from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Failure, Success
 from py_trees.common import Status
 from py_trees.composites import Sequence
 from tree_files import mission_of, problems_of, with_tree
@@ -14,6 +15,7 @@ from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, Missi
 from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import MissionTrees
+from skillwing.bt_missions.subtrees.flow_control import ValueSwitch
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
@@ -145,8 +147,13 @@ def test_an_output_with_the_name_of_an_input_has_a_port_of_its_own(crane: FakeMi
 def test_python_and_tree_file_are_written_alike(crane: FakeMission) -> None:
     where = BlackboardEntry("where")
     here = move(crane, "here", LatestReading(crane.context, "spot"), at=where, to=BlackboardEntry("goal"))
-    text = write_mission("main", MissionTrees(Sequence("all", True, [here, move(crane, "back", where)])), CRANE)
+    load = BlackboardEntry("load")
+    up = SkillAction("up", crane.context, "lift", {"height": 1.0}, outputs={"lifted": load})
+    by_load = ValueSwitch("by load", load, ("HEAVY", "NONE"), [Success("heavy"), Success("none"), Failure("light")])
+    root = Sequence("all", True, [here, move(crane, "back", where), up, by_load])
+    text = write_mission("main", MissionTrees(root), CRANE)
     assert '<move name="here" to="{data.spot}" at="{where}" to_="{goal}" />' in text
+    assert '<Switch2 name="by load" variable="{load}" case_1="HEAVY" case_2="NONE">' in text
     assert '<output_port name="at" type="Spot">' in text
     loaded = mission_of(text)
     assert write_mission("main", loaded.build(crane.context, loaded.Options()), CRANE) == text
@@ -246,8 +253,29 @@ def test_type_and_unit_of_what_an_input_reads_are_checked(steps: str, problem: s
     assert found == ([] if problem is None else [f"3: {problem}"])
 
 
+ELSE = "<AlwaysSuccess/><AlwaysSuccess/><AlwaysFailure/>"
+
+
+@pytest.mark.parametrize(
+    ("variable", "cases", "problem"),
+    [
+        ("{data.load}", ("LIGHT", "HEAVY"), None),
+        ("{data.mass}", ("1", "2.5"), None),
+        ("{data.load}", ("LIGHT", "HEAVI"), "`NONE`, `LIGHT` and `HEAVY` (`Load`); it is never `HEAVI`."),
+        ("{data.mass}", ("1", "much"), "a finite number in kg; it is never `much`."),
+        ("{data.spot}", ("1", "2"), f"{SPOT}; it takes a number, a text, or true and false."),
+    ],
+)
+def test_the_variable_of_a_switch_is_checked(variable: str, cases: tuple[str, str], problem: str | None) -> None:
+    tree = f'<Switch2 variable="{variable}" case_1="{cases[0]}" case_2="{cases[1]}">{ELSE}</Switch2>'
+    found = problems_of(with_tree(tree), CRANE)
+    assert len(found) == (problem is not None), found
+    assert problem is None or found[0].startswith(f"2: Node `Switch2`: `variable` reads `{variable}`, which is ")
+    assert problem is None or found[0].endswith(problem)
+
+
 READER, WRITER = '<move name="reader" to="{a}"/>', '<move name="writer" to="1,2" at="{a}"/>'
-TOO_EARLY = "2: Leaf `reader`: `to` reads `{a}` before `writer` sets it; put `writer` before this leaf."
+TOO_EARLY = "2: Leaf `reader`: `to` reads `{a}` before `writer` sets it; put `writer` before this node."
 
 
 @pytest.mark.parametrize(

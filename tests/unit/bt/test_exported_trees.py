@@ -16,7 +16,10 @@ from skillwing.dsl import load
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 M600 = load(ROOT / "services/skillwing/m600/m600.skillset")
 MISSIONS = (mapping.MISSION, inspection.MISSION)
-CONTROLS = {"Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback", "Parallel"}
+CONTROLS = {
+    *("Sequence", "Fallback", "ReactiveSequence", "ReactiveFallback", "SequenceWithMemory", "Parallel", "IfThenElse"),
+    *(f"Switch{cases}" for cases in range(2, 7)),
+}
 DECORATORS = {
     "Inverter",
     "ForceSuccess",
@@ -25,6 +28,8 @@ DECORATORS = {
     "RetryUntilSuccessful",
     "Repeat",
     "Timeout",
+    "Delay",
+    "RunOnce",
 }
 ACTIONS = {"AlwaysSuccess", "AlwaysFailure"}
 THEIRS = {

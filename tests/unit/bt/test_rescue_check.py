@@ -18,9 +18,11 @@ from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.drone.flight import land_where_it_is, or_pause, rescue, unless_the_pilot_flies
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode
+from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, first_that_works, guarded, in_order
-from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.decorators import Deadline, Delay, RepeatUntil, RunOnce
+from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
 from skillwing.dsl import parse
 from skillwing.m600.robot import ROBOT
 from skillwing.services.rescue_goal import RescueGoal
@@ -51,6 +53,10 @@ def granted() -> Behaviour:
     return ResourceIs("granted?", DRONE, "SDK_authority", "AVAILABLE")
 
 
+def battery() -> LatestReading:
+    return LatestReading(DRONE, "battery")
+
+
 def problems(tree: Behaviour, safe: Behaviour | None = None) -> list[str]:
     return [text for _, text in rescue_problems(tree, safe or rescue(DRONE), M600, GROUND)]
 
@@ -72,6 +78,10 @@ def problems(tree: Behaviour, safe: Behaviour | None = None) -> list[str]:
         in_order("on the ground", skill("stream"), Failure("ill")),
         # Who lands when the drone is not on the ground needs no other way down.
         in_order("up and down", FailureIsSuccess("tried", flight(skill("goto"))), land_where_it_is(DRONE)),
+        handled(SequenceWithMemory("by steps", [skill("takeoff"), skill("goto"), skill("land")])),
+        ValueSwitch("by battery", "1", ("1",), [handled(flight(skill("land"))), skill("stream")]),
+        IfThenElse("if up", flight(skill("goto")), land_where_it_is(DRONE), land_where_it_is(DRONE)),
+        handled(flight(RunOnce("once", skill("goto")), Delay("later", DRONE, 2.0, skill("land")))),
         # It may have been the landing: what cannot be read is told of elsewhere.
         handled(flight(PlaceholderNode("lnd"))),
     ],
@@ -97,6 +107,21 @@ def test_a_mission_that_always_lands_has_no_problem(tree: Behaviour) -> None:
         (OnEnding("or", flight(skill("land")), ("NR",), skill("hover")), "when one of `takeoff` and `hover` fails"),
         (or_pause(DRONE, flight(skill("land"))), "when `takeoff` fails"),
         (flight(PlaceholderNode("lnd")), "when `takeoff` fails"),
+        (IfThenElse("if up", flight(), skill("land")), "when `takeoff` fails"),
+        (IfThenElse("if up", flight(), skill("land"), skill("hover")), "after `hover`"),
+        (ValueSwitch("by value", "1", ("1",), [flight(), Success("well")]), "after `takeoff`"),
+        # The battery falls in the flight: the other child takes over there.
+        (ValueSwitch("by value", battery(), ("1",), [handled(flight(skill("land"))), Success("well")]), "after `well`"),
+        # In the second round, only the third step is run.
+        (
+            Retry("again", SequenceWithMemory("by steps", [skill("takeoff"), skill("goto"), Failure("ill")]), 2),
+            "when one of `takeoff`, `goto` and `ill` fails",
+        ),
+        (
+            Repeat("twice", handled(flight(RunOnce("once", skill("land")))), 2),
+            "after `once`",
+        ),
+        (Delay("later", DRONE, 9.0, flight(skill("land"))), "when `takeoff` fails"),
     ],
     ids=lambda each: each.name if isinstance(each, Behaviour) else "",
 )
@@ -200,6 +225,12 @@ def _grown(below: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviour]:
         st.builds(lambda tree: Deadline("in time", DRONE, 9.0, tree), below),
         st.builds(lambda kind, tree: kind("turned", tree), st.sampled_from([Inverter, FailureIsSuccess]), below),
         st.builds(lambda tree: Retry("again", tree, 2), below),
+        st.builds(lambda tree: Repeat("again", tree, 2), below),
+        st.builds(lambda tree: Delay("later", DRONE, 9.0, tree), below),
+        st.builds(lambda tree: RunOnce("once", tree), below),
+        st.builds(lambda some: SequenceWithMemory("from there", some), many),
+        st.builds(lambda *three: IfThenElse("choice", *three), below, below, below),
+        st.builds(lambda one, other: ValueSwitch("by value", battery(), ("1",), [one, other]), below, below),
     )
 
 

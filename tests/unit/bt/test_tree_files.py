@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Success
-from py_trees.common import ParallelPolicy, Status
+from py_trees.common import OneShotPolicy, ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure
+from py_trees.decorators import FailureIsSuccess, Inverter, OneShot, Repeat, Retry, SuccessIsFailure
 from tree_files import RESCUE, mission_of, problems_of, with_tree
 from typer.testing import CliRunner
 
@@ -21,6 +21,7 @@ from skillwing.bt_missions.checking.mission_check import check_mission, offline_
 from skillwing.bt_missions.cli.mission import mission as mission_command
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees, Progress
@@ -28,7 +29,8 @@ from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.planning.detour import RoutePlanner
 from skillwing.bt_missions.planning.waypoints import Route, WaypointWriter
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
-from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.decorators import Deadline, Delay, RepeatUntil, RunOnce
+from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.writer import NotWritableError, write_mission
 from skillwing.dsl import load
@@ -94,8 +96,14 @@ LEAVES = st.one_of(
 )
 
 
+CONTEXT = offline_context(SKILLSET)
+CASES = ("a", "1", "b c", "", "true", "2.5")
+VARIABLES = st.sampled_from(["text", 2.0, LatestReading(CONTEXT, "datum.field")])
+
+
 def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviour]:
     some = st.lists(children, min_size=1, max_size=3)
+    more = st.lists(children, min_size=3, max_size=7)
     one, every = ParallelPolicy.SuccessOnOne, ParallelPolicy.SuccessOnAll
     return st.one_of(
         st.builds(lambda memory, below: Sequence("in order", memory, below), st.booleans(), some),
@@ -111,6 +119,12 @@ def _grown(children: st.SearchStrategy[Behaviour]) -> st.SearchStrategy[Behaviou
             st.sampled_from([0.5, 900.0]),
             children,
         ),
+        st.builds(lambda below: SequenceWithMemory("from there", below), some),
+        st.builds(lambda below: IfThenElse("choice", *below), st.lists(children, min_size=2, max_size=3)),
+        st.builds(lambda value, below: ValueSwitch("by value", value, CASES[: len(below) - 1], below), VARIABLES, more),
+        st.builds(lambda seconds, child: Delay("later", CONTEXT, seconds, child), st.just(2.5), children),
+        st.builds(lambda child: RunOnce("once", child), children),
+        st.builds(lambda child: OneShot("first end", child, OneShotPolicy.ON_COMPLETION), children),
         st.builds(lambda first, then: OnEnding("or", first, ("NR", "S_BLOCKED"), then), children, children),
         st.builds(
             lambda below: WhileGranted(
@@ -177,8 +191,8 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ("<go><go/></go>", ["2: `go` is a leaf"]),
         ('<go _skipIf="x"/>', ["2: `_skipIf` is a script"]),
         ('<Script code="x:=1"/>', ["2: `Script` of BehaviorTree.CPP is not supported; use R"]),
-        ("<IfThenElse><go/><go/></IfThenElse>", ["2: `IfThenElse` of BehaviorTree.CPP is not supported; put its"]),
-        ('<Switch4 variable="{x}"><go/></Switch4>', ["2: `Switch4` of BehaviorTree.CPP is not supported; ask"]),
+        ("<WhileDoElse><go/><go/></WhileDoElse>", ["2: `WhileDoElse` of BehaviorTree.CPP is not supported; put its"]),
+        ('<Switch4 variable="x"><go/></Switch4>', ["2: `Switch4` has 1 children; it takes 5."]),
         ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
         ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
         ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),

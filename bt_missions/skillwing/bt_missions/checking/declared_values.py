@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from math import isfinite
 from typing import TypeAlias
 
 from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType, Type, UnknownNameError
+from skillwing.dsl.suggest import listed
 from skillwing.services.core.values import type_text
 
 Declared: TypeAlias = Field | DataItem
@@ -40,6 +42,16 @@ def misfit(taken: Declared, given: Declared, text: str) -> str | None:
     return f"`{taken.name}` reads `{text}`, which is {described(given)}; it takes {described(taken)}."
 
 
+def case_misfit(cases: Iterable[str], given: Declared, text: str) -> str | None:
+    """Problem of a choice between `cases` by the value of `given`, written as `text`. None if each is possible."""
+    what = f"`variable` reads `{text}`, which is {described(given)}"
+    if isinstance(given.type, ArrayType | StructType):
+        return f"{what}; it takes a number, a text, or true and false."
+    kind = given.type
+    never = [case for case in cases if not _can_be(kind, case)]
+    return f"{what}; it is never {listed(never)}." if never else None
+
+
 def units_agree(one: str | None, other: str | None) -> bool:
     """True if values with these declared units may be compared and assigned. A value without a unit agrees with all."""
     return one is None or other is None or one == other
@@ -49,6 +61,17 @@ def described(item: Declared) -> str:
     """Type and unit in words: `a finite number in m`."""
     name = f" (`{item.type.name}`)" if isinstance(item.type, StructType | EnumType) else ""
     return f"{type_text(item.type)}{name}{f' in {item.unit}' if item.unit else ''}"
+
+
+def _can_be(kind: EnumType | ScalarType, case: str) -> bool:
+    if isinstance(kind, EnumType):
+        return case in kind.values
+    if kind.name == "bool":
+        return case in ("true", "false")
+    try:
+        return not kind.is_number or isfinite(float(case))
+    except ValueError:
+        return False
 
 
 def _accepts(taken: Type, given: Type) -> bool:

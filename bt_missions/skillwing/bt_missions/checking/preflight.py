@@ -47,8 +47,9 @@ def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[Missio
     """All problems of these trees by themselves, or with the skillset."""
     trees = tuple(trees)
     found: list[MissionProblem] = []
-    for leaf, problem in entry_problems(trees, skillset):
-        found.append(MissionProblem(f"Leaf `{leaf.name}`: {problem}", source_location(leaf)))
+    for node, problem in entry_problems(trees, skillset):
+        kind = "Node" if node.children else "Leaf"
+        found.append(MissionProblem(f"{kind} `{node.name}`: {problem}", source_location(node)))
     for root in trees:
         found.extend(MissionProblem(problem, source_location(node)) for node, problem in shape_problems(root, skillset))
         for node in root.iterate():

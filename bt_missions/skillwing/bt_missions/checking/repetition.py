@@ -6,13 +6,14 @@ from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, SuccessIsFailure
+from py_trees.decorators import FailureIsSuccess, Inverter, OneShot, SuccessIsFailure
 
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.decorators import Deadline, Delay
+from skillwing.bt_missions.subtrees.flow_control import IfThenElse
 from skillwing.bt_missions.subtrees.pausing import WhileGranted
 
-_ONCE = (OnEnding, Inverter, FailureIsSuccess, SuccessIsFailure, Deadline, WhileGranted)
+_ONCE = (OnEnding, IfThenElse, Inverter, FailureIsSuccess, SuccessIsFailure, OneShot, Deadline, Delay, WhileGranted)
 
 
 def repeats(node: Behaviour) -> bool:

@@ -17,15 +17,17 @@ from typing import TypeAlias
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
-from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
+from py_trees.decorators import FailureIsSuccess, Inverter, OneShot, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
 from skillwing.bt_missions.checking.intended_names import intended_name
+from skillwing.bt_missions.checking.repetition import may_run_again
 from skillwing.bt_missions.checking.tree_check import ends_of, skill_of
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil
+from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil, RunOnce
+from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import needed_by
@@ -124,6 +126,10 @@ class _TreeWalker:
                 attempt, then = node.children
                 first = self.walk(attempt, places)
                 walk = _either(first, self.walk(then, first.places_after(Status.FAILURE)))
+            case IfThenElse():
+                walk = self._chosen(node, places)
+            case ValueSwitch():
+                walk = self._switched(node, places)
             case Pausable():
                 _, meanwhile, body = node.children
                 run = self.walk(body, places)
@@ -150,9 +156,27 @@ class _TreeWalker:
                 ends |= {end for each in again for end in each.ends if end.status is not goes_on}
             last = frozenset(end for end in walk.ends if end.status is goes_on)
             reached = walk.places_after(goes_on)
+            if isinstance(node, SequenceWithMemory) and may_run_again(node):
+                reached |= places  # a new run may start with the next child
             if not reached:
                 break
         return NodeOutcome(frozenset(ends) | last, frozenset(during))
+
+    def _chosen(self, node: IfThenElse, places: Places) -> NodeOutcome:
+        condition, then, *otherwise = node.children
+        asked = self.walk(condition, places)
+        walks = [self.walk(then, asked.places_after(Status.SUCCESS))]
+        walks += (self.walk(child, asked.places_after(Status.FAILURE)) for child in otherwise)
+        failed = frozenset(end for end in asked.ends if end.status is Status.FAILURE and not otherwise)
+        return _either(NodeOutcome(failed, asked.during), *walks)
+
+    def _switched(self, node: ValueSwitch, places: Places) -> NodeOutcome:
+        """One of the children. A variable that changes halts it anywhere, and starts another one there."""
+        while True:
+            walk = _either(*(self.walk(child, places) for child in node.children))
+            if not callable(node.variable) or walk.during <= places:
+                return walk
+            places |= walk.during
 
     def _at_once(self, node: Parallel, places: Places) -> NodeOutcome:
         """Children at the same time. One that does not move the robot may end wherever the others bring it."""
@@ -181,6 +205,9 @@ class _TreeWalker:
             case FailureIsSuccess() | SuccessIsFailure():
                 only = Status.SUCCESS if isinstance(node, FailureIsSuccess) else Status.FAILURE
                 ends = frozenset(NodeEnd(only, end.place, end.by) for end in walk.ends)
+            case OneShot() if may_run_again(node):
+                later = {node.when_skipped} if isinstance(node, RunOnce) else {end.status for end in walk.ends}
+                ends = walk.ends | {NodeEnd(status, place, node) for status in later for place in places}
             case Deadline():
                 ends = walk.ends | self._failures(node, walk.during)
             case WhileGranted() if (resource := self._meant_resource(node.resource)) is not None:

@@ -9,14 +9,25 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, Success
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
-from py_trees.decorators import Decorator, FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
+from py_trees.decorators import (
+    Decorator,
+    FailureIsSuccess,
+    Inverter,
+    OneShot,
+    Repeat,
+    Retry,
+    SuccessIsFailure,
+    SuccessIsRunning,
+)
 
 from skillwing.bt_missions.checking.intended_names import intended_name
+from skillwing.bt_missions.checking.repetition import may_run_again
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.placeholder import is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
-from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.decorators import Deadline, Delay, RunOnce
+from skillwing.bt_missions.subtrees.flow_control import IfThenElse, ValueSwitch
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.queries import taken_by
@@ -26,6 +37,7 @@ def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behavi
     """Each problem as a sentence, with its node. No problem is derived from unreadable nodes and unknown names."""
     for node in root.iterate():
         yield from _unreachable(node, skillset)
+        yield from _misplaced(node)
         if isinstance(node, Parallel):
             for problem in (*_run_twice(node, skillset), *_taken_twice(node, skillset)):
                 yield node, problem
@@ -33,6 +45,13 @@ def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behavi
 
 def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
     """Children that are never ticked, as the child before them always has the same end."""
+    if isinstance(node, IfThenElse):
+        yield from _unreachable_branches(node, skillset)
+    if isinstance(node, ValueSwitch):
+        for first, second in combinations(range(len(node.cases)), 2):
+            if node.cases[first] == node.cases[second]:
+                text = f"of `{node.name}` is never reached: cases {first + 1} and {second + 1} are the same."
+                yield node.children[second], f"Branch `{node.children[second].name}` {text}"
     if not isinstance(node, Selector | Sequence):
         return
     needed, word = (Status.FAILURE, "fail") if isinstance(node, Selector) else (Status.SUCCESS, "succeed")
@@ -40,6 +59,22 @@ def _unreachable(node: Behaviour, skillset: Skillset) -> Iterator[tuple[Behaviou
         if needed not in ends_of(before, skillset):
             yield child, f"Branch `{child.name}` of `{node.name}` is never reached: `{before.name}` cannot {word}."
             return
+
+
+def _unreachable_branches(node: IfThenElse, skillset: Skillset) -> Iterator[tuple[Behaviour, str]]:
+    condition, *branches = node.children
+    possible = ends_of(condition, skillset)
+    for branch, needed, word in zip(branches, (Status.SUCCESS, Status.FAILURE), ("succeed", "fail"), strict=False):
+        if needed not in possible:
+            text = f"is never reached: `{condition.name}` cannot {word}."
+            yield branch, f"Branch `{branch.name}` of `{node.name}` {text}"
+
+
+def _misplaced(node: Behaviour) -> Iterator[tuple[Behaviour, str]]:
+    """A node that is skipped, where nothing can skip it."""
+    if isinstance(node, RunOnce) and not isinstance(node.parent, Sequence | Selector | None):
+        remedy = "Put it directly into one, or let it repeat its end: `then_skip` false, in Python `OneShot`"
+        yield node, f"`{node.name}` is skipped after its end, which only a Sequence or a Fallback can do. {remedy}."
 
 
 def _run_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
@@ -86,6 +121,8 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
             ends = {Status.FAILURE}
         case Running():
             ends = set[Status]()
+        case RunOnce() if may_run_again(node):
+            ends = {*ends_of(node.decorated, skillset), node.when_skipped}
         case Decorator():
             ends = _ends_of_decorator(node, skillset)
         case Pausable():
@@ -93,6 +130,8 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
         case OnEnding():
             attempt, then = (ends_of(child, skillset) for child in node.children)
             ends = attempt | then if Status.FAILURE in attempt else attempt
+        case IfThenElse() | ValueSwitch():
+            ends = _ends_of_choice(node, skillset)
         case Sequence() | Selector() | Parallel():
             ends = _ends_of_composite(node, skillset)
         case SkillAction() if not _can_succeed(node, skillset):
@@ -112,12 +151,22 @@ def _ends_of_decorator(node: Decorator, skillset: Skillset) -> set[Status]:
             return below - {Status.SUCCESS}
         case Repeat() if node.num_success < 0:
             return below - {Status.SUCCESS}
-        case Repeat() | Retry():
+        case Repeat() | Retry() | OneShot() | Delay():
             return below
         case Deadline() | WhileGranted():
             return below | {Status.FAILURE}
         case _:
             return {Status.SUCCESS, Status.FAILURE}
+
+
+def _ends_of_choice(node: IfThenElse | ValueSwitch, skillset: Skillset) -> set[Status]:
+    if isinstance(node, ValueSwitch):
+        return set[Status]().union(*(ends_of(child, skillset) for child in node.children))
+    condition, then, *otherwise = (ends_of(child, skillset) for child in node.children)
+    ends = set(then) if Status.SUCCESS in condition else set[Status]()
+    if Status.FAILURE in condition:
+        ends |= otherwise[0] if otherwise else {Status.FAILURE}
+    return ends
 
 
 def _ends_of_composite(node: Sequence | Selector | Parallel, skillset: Skillset) -> set[Status]:

@@ -24,8 +24,9 @@ _EDITOR_ATTRIBUTES = ("_uid", "_fullpath", "_description", "_collapsed")
 """Attributes in which editors store the layout of a node."""
 _REPLACEMENTS = {
     **dict.fromkeys(("Script", "ScriptCondition", "Precondition"), "use ResourceIs or DataCompare."),
-    **dict.fromkeys(("IfThenElse", "WhileDoElse"), "put its parts into Sequence and Fallback."),
-    **dict.fromkeys((f"Switch{cases}" for cases in range(2, 7)), "ask for each case with ResourceIs or DataCompare."),
+    "WhileDoElse": "put its parts into ReactiveSequence and ReactiveFallback.",
+    "SetBlackboard": "write the value where it is read, or declare a port of the tree with that default.",
+    "Sleep": "use Delay.",
 }
 """Nodes of BehaviorTree.CPP that are not supported, each with its replacement."""
 

@@ -102,6 +102,14 @@ class NodeConfig:
         entry.source = LatestReading(self.context, name.removeprefix(DATA))
         return entry
 
+    def live(self, port: str) -> BlackboardEntry | LatestReading | None:
+        """The source of a value that is read in the run. None for a plain value and an option, which can be checked
+        before."""
+        entry = self.entry(port)
+        if entry is None or entry.is_constant:
+            return None
+        return entry.source if isinstance(entry.source, LatestReading) else entry
+
     def output(self, port: str) -> BlackboardEntry:
         """The entry that an output port sets."""
         entry = self.entry(port)

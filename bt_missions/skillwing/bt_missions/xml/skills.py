@@ -8,11 +8,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
-from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import DEFAULT_PATIENCE, SkillAction
 from skillwing.bt_missions.planning.waypoints import PointAbove, Route
-from skillwing.bt_missions.xml.node_type import DATA, Category, NodeConfig, NodeType, Port, PortError
-from skillwing.bt_missions.xml.values import attribute_text, read_attribute
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.values import attribute_text, read_attribute, reference_text
 from skillwing.dsl.model import ArrayType, Field, Skill, Skillset, Type
 from skillwing.services.core.values import type_text
 
@@ -82,13 +81,10 @@ def _make(skill: Skill, config: NodeConfig) -> Behaviour:
     inputs: dict[str, object] = {}
     for field in skill.inputs:
         port = input_port(field.name)
-        text, entry = config.ports[port], config.entry(port)
-        if entry is not None and isinstance(entry.source, LatestReading):
-            inputs[field.name] = entry.source
-        elif entry is not None and not entry.is_constant:
-            # A constant can be checked now; other values are read at the start of the skill.
-            inputs[field.name] = entry
-        elif entry is not None or text != _default(field):
+        live = config.live(port)
+        if live is not None:
+            inputs[field.name] = live
+        elif config.entry(port) is not None or config.ports[port] != _default(field):
 
             def use(value: object, field: Field = field, port: str = port) -> object:
                 return read_attribute(value if isinstance(value, str) else attribute_text(value), field.type, port)
@@ -148,11 +144,8 @@ def _source(node: SkillAction, name: str) -> str:
     value = node.inputs[name]
     if not callable(value):
         return attribute_text(value)
-    if isinstance(value, BlackboardEntry):
-        return f"{{{value.name}}}"
-    if isinstance(value, LatestReading):
-        return f"{{{DATA}{value.path}}}"
-    entry = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}.get(getattr(value, "__func__", None))
+    outputs = {Route.target: TARGET, Route.crab: CRAB, PointAbove.target: UP}
+    entry = reference_text(value) or outputs.get(getattr(value, "__func__", None))
     if entry is None:
         raise PortError(f"`{node.name}` takes `{name}` from Python code, which a tree file cannot hold.")
     return entry

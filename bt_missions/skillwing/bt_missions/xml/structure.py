@@ -86,7 +86,7 @@ def _sequence(tag: str, *, memory: bool) -> NodeType:
         tag,
         Category.CONTROL,
         make=lambda config: Sequence(config.name, memory=memory, children=list(config.children)),
-        describe=lambda node: {} if isinstance(node, Sequence) and node.memory == memory else None,
+        describe=lambda node: {} if type(node) is Sequence and node.memory == memory else None,
         standard=True,
     )
 
@@ -96,7 +96,7 @@ def _fallback(tag: str, *, memory: bool) -> NodeType:
         tag,
         Category.CONTROL,
         make=lambda config: Selector(config.name, memory=memory, children=list(config.children)),
-        describe=lambda node: {} if isinstance(node, Selector) and node.memory == memory else None,
+        describe=lambda node: {} if type(node) is Selector and node.memory == memory else None,
         standard=True,
     )
 

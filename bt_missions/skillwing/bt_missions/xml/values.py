@@ -7,7 +7,9 @@ from typing import Any, cast
 
 import msgspec
 
-from skillwing.bt_missions.xml.node_type import PortError
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.readings import LatestReading
+from skillwing.bt_missions.xml.node_type import DATA, PortError
 from skillwing.dsl.model import ArrayType, StructType, Type
 from skillwing.services.client.inputs import MalformedValueError, read_value
 from skillwing.services.core.values import fit
@@ -51,6 +53,17 @@ def _typed(value: object, kind: Type, name: str) -> Any:
     if isinstance(kind, ArrayType) and isinstance(kind.element, StructType) and parts:
         return [_typed(parts, kind.element, name)]
     return read_attribute(",".join(map(attribute_text, parts)), kind, name)
+
+
+def reference_text(value: object) -> str | None:
+    """The text of an entry, or of a reading of the robot: `{name}`, `{data.name}`. None for another value."""
+    match value:
+        case BlackboardEntry():
+            return f"{{{value.name}}}"
+        case LatestReading():
+            return f"{{{DATA}{value.path}}}"
+        case _:
+            return None
 
 
 def attribute_text(value: object) -> str:
