@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from flights import ROOT, Flight
+from flights import M600, ROOT, Flight
 from typer.testing import CliRunner
 
+from skillwing.bt_missions.checking.mission_check import offline_context
+from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.cli.mission import mission as mission_command
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.readings import LatestReading
+from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.subtrees.composites import in_order
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
-PATROL, WRONG, HOP = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
-MISTAKES, IN_THE_AIR = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
+PATROL, WRONG, HOP, VALUES, HOME = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
+(PYTHON,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+MISTAKES, IN_THE_AIR, MISFIT = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
 LINE = re.compile(r'^ *<goto_straight name="out".*\n', re.MULTILINE)
+WAY_HOME = re.compile(r"^ *<return_home .*\n", re.MULTILINE)
 TREE = re.compile(r' *<BehaviorTree ID="patrol">.*?</BehaviorTree>\n', re.DOTALL)
 FLOWN = ["takeoff", "zed_depthmap", "goto_straight", "hover", "return_home", "land"]
 NEAR = (5.0, 0.0, 4.0)
@@ -70,6 +80,29 @@ def test_it_is_changed_into_a_patrol() -> None:
     assert flight.on_ground
 
 
+@pytest.mark.parametrize(("poles", "stopped_at"), [((), 5.0), (((3.0, 0.0),), 1.0)], ids=["free", "blocked"])
+def test_it_uses_values_of_the_flight(poles: tuple[tuple[float, float], ...], stopped_at: float) -> None:
+    typed("new", "patrol.xml")
+    change(LINE, VALUES)
+    change(WAY_HOME, HOME)
+    assert typed("check", "patrol.xml") == "patrol: fits m600\n"
+    flight = patrol(target=NEAR, poles=poles)
+    assert flight.fly().phase == "SUCCEEDED"
+    ends = [goal.terminal for goal in flight.goals.values() if goal.skill == "goto_straight" and goal.terminal]
+    stops = [end.output["stopped_at"]["x"] for end in ends if end.output]
+    assert stops == pytest.approx([stopped_at, 0.0, stopped_at])
+    assert flight.ends("return_home") == ["S_ARRIVED"]
+    assert flight.on_ground
+
+
+def test_values_of_the_flight_in_python_fit() -> None:
+    context = offline_context(M600)
+    found: dict[str, Any] = {}
+    names = {"context": context, "options": SimpleNamespace(target={"x": 5.0, "y": 0.0, "z": 4.0})}
+    exec(PYTHON, names | {each.__name__: each for each in (SkillAction, BlackboardEntry, LatestReading)}, found)
+    assert tree_problems([in_order("all", found["out"], found["again"], found["home"])], M600) == []
+
+
 def test_an_obstacle_ends_the_flight_on_the_ground() -> None:
     typed("new", "patrol.xml")
     flight = patrol(poles=((5.0, 0.0),))
@@ -95,6 +128,13 @@ def test_mistakes_are_listed_as_the_page_says(what: re.Pattern[str], text: str, 
     typed("new", "patrol.xml")
     change(what, text)
     assert told in typed("check", "patrol.xml")
+
+
+def test_a_value_of_another_type_is_found_as_the_page_says() -> None:
+    typed("new", "patrol.xml")
+    change(LINE, VALUES)
+    change(WAY_HOME, HOME.replace("{data.position.z}", "{where}"))
+    assert typed("check", "patrol.xml") == f"{MISFIT}patrol: 1 problem\n"
 
 
 def test_it_stands_still() -> None:

@@ -25,7 +25,7 @@ RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAIL
 
 
 class Scripted(Behaviour):
-    """Has one status a tick, the last one again and again. ticks: how many it had; halts: how often it was halted."""
+    """Leaf with one status a tick, and then the last one. ticks, halts: their numbers until now."""
 
     def __init__(self, name: str, *statuses: Status) -> None:
         super().__init__(name)
