@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import re
+import sys
+import tomllib
+from importlib.metadata import EntryPoint
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 from flights import M600, ROOT, Flight
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
 from typer.testing import CliRunner
 
 from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.cli.mission import mission as mission_command
-from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, MissingValueError
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.xml import installed_nodes
+from skillwing.bt_missions.xml.node_type import Category, NodeType, Port
+from skillwing.services.protocol import DataReading
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
 PATROL, WRONG, HOP, VALUES, HOME = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
-(PYTHON,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+PYTHON, NODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+(TOML,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 MISTAKES, IN_THE_AIR, MISFIT = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
 LINE = re.compile(r'^ *<goto_straight name="out".*\n', re.MULTILINE)
 WAY_HOME = re.compile(r"^ *<return_home .*\n", re.MULTILINE)
@@ -101,6 +111,32 @@ def test_values_of_the_flight_in_python_fit() -> None:
     names = {"context": context, "options": SimpleNamespace(target={"x": 5.0, "y": 0.0, "z": 4.0})}
     exec(PYTHON, names | {each.__name__: each for each in (SkillAction, BlackboardEntry, LatestReading)}, found)
     assert tree_problems([in_order("all", found["out"], found["again"], found["home"])], M600) == []
+
+
+def test_a_tag_of_ones_own_decides_by_the_battery(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = ModuleType("my_package.nodes")
+    used = (Behaviour, Status, MissionContext, MissingValueError, LatestReading, NodeType, Category, Port)
+    module.__dict__.update({each.__name__: each for each in used})
+    monkeypatch.setitem(sys.modules, "my_package", ModuleType("my_package"))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    exec("from __future__ import annotations\n" + NODE, module.__dict__)
+    ((name, value),) = tomllib.loads(TOML)["project"]["entry-points"][installed_nodes.ENTRY_POINTS].items()
+    entry = EntryPoint(name, value, installed_nodes.ENTRY_POINTS)
+    monkeypatch.setattr(installed_nodes, "entry_points", lambda group, **_: [entry])
+    typed("new", "patrol.xml")
+    change(WAY_HOME, '<EnoughFor name="enough?" metres="{height}"/>\n')
+    assert typed("check", "patrol.xml") == "patrol: fits m600\n"
+    assert '<EnoughFor name="enough?" metres="4" />' in typed("export", "patrol.xml")
+    flight = patrol(target=NEAR)
+    assert flight.fly().phase == "FAILED", "the toy drone does not measure its charge"
+    assert flight.on_ground
+    context = offline_context(M600)
+    leaf = module.__dict__["EnoughFor"]("enough?", context, 1000.0)
+    for charge, status in ((50.0, Status.SUCCESS), (20.0, Status.FAILURE)):
+        reading = DataReading(name="battery", value=charge, t=0.0, age=0.0, stale=False)
+        monkeypatch.setattr(context.interface, "reading", lambda datum, reading=reading: reading)
+        leaf.tick_once()
+        assert leaf.status is status
 
 
 def test_an_obstacle_ends_the_flight_on_the_ground() -> None:

@@ -14,6 +14,7 @@ from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, mark_guess
 from skillwing.bt_missions.leaves.source_location import set_source_location
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.document import Element, FileProblem
+from skillwing.bt_missions.xml.installed_nodes import unusable_reason
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, did_you_mean, listed
@@ -145,6 +146,10 @@ class Builder:
             return None  # the problem of the file's frame is reported already
         if tag in _REPLACEMENTS:
             self._note(element, f"`{tag}` of BehaviorTree.CPP is not supported; {_REPLACEMENTS[tag]}")
+            return None
+        reason = unusable_reason(tag)
+        if reason is not None:
+            self._note(element, reason)
             return None
         near = closest(tag, self._types)
         hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."

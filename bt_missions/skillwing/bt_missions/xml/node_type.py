@@ -46,15 +46,22 @@ class Port:
     output: bool = False
 
 
+def _not_described(node: Behaviour) -> None:
+    """No attributes: a node of this type is not written."""
+
+
 @dataclass(frozen=True, slots=True)
 class NodeType:
     """A tag. make: builds the node, or raises PortError. describe: the attributes for `make` to build the same node
-    again; None for a node of another type. standard: BehaviorTree.CPP has this node."""
+    again; None for a node of another type. Without it, no node of the type is written.
+
+    standard: BehaviorTree.CPP has this node.
+    """
 
     tag: str
     category: Category
     make: Callable[[NodeConfig], Behaviour]
-    describe: Callable[[Behaviour], Mapping[str, str] | None]
+    describe: Callable[[Behaviour], Mapping[str, str] | None] = _not_described
     ports: tuple[Port, ...] = ()
     standard: bool = False
 
@@ -126,6 +133,7 @@ class NodeConfig:
         elif entry.is_constant:
             self.problems.append(f"`{port}` sets `{self.ports[port]}`, which has a fixed value; take another name.")
         else:
+            entry.announce()
             return entry
         return BlackboardEntry(port)
 
