@@ -425,6 +425,15 @@ def test_a_cell_holds_what_was_written_into_it_last() -> None:
     assert root.status is Status.SUCCESS
 
 
+def test_entries_keep_their_names_when_a_file_is_written_again() -> None:
+    point = '<PointAbove height="5" target="{above}"/><goto target="{above}"/>'
+    legs = '<WaypointWriter plan="{plan}" target="{leg}"/><goto target="{leg}"/>'
+    loaded = mission_of(with_tree(f'<Sequence><PlanRoute route="[[1,2,3]]" plan="{{plan}}"/>{point}{legs}</Sequence>'))
+    written = write_mission("main", loaded.build(offline_context(M600), loaded.Options()), M600)
+    again = mission_of(written)
+    assert write_mission("main", again.build(offline_context(M600), again.Options()), M600) == written
+
+
 def test_a_mission_with_two_routes_is_not_written_as_one() -> None:
     context = offline_context(M600)
     routes = [Route(context, RoutePlanner([(x, 0.0, 4.0)])) for x in (5.0, 9.0)]

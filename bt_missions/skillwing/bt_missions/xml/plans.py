@@ -77,6 +77,12 @@ class _Filling(Behaviour):
         return status
 
 
+def _written_name(node: Behaviour, source: Callable[[], object], instead: str) -> str:
+    """The entry that a leaf fills from `source`, as it is written. instead: for a leaf of a mission in Python."""
+    outputs = node.outputs if isinstance(node, _Filling) else {}
+    return next((f"{{{entry.name}}}" for entry, each in outputs.items() if each == source), instead)
+
+
 class _FillingWriter(_Filling, WaypointWriter):
     pass
 
@@ -94,7 +100,10 @@ def _make_writer(config: NodeConfig) -> Behaviour:
 
 
 def _describe_writer(node: Behaviour) -> Mapping[str, str] | None:
-    return {"plan": PLAN, "target": TARGET, "crab": CRAB} if isinstance(node, WaypointWriter) else None
+    if not isinstance(node, WaypointWriter):
+        return None
+    target, crab = _written_name(node, node.route.target, TARGET), _written_name(node, node.route.crab, CRAB)
+    return {"plan": PLAN, "target": target, "crab": crab}
 
 
 def _make_point_above(config: NodeConfig) -> Behaviour:
@@ -105,7 +114,9 @@ def _make_point_above(config: NodeConfig) -> Behaviour:
 
 
 def _describe_point_above(node: Behaviour) -> Mapping[str, str] | None:
-    return {"height": attribute_text(node.height), "target": UP} if isinstance(node, PointAbove) else None
+    if not isinstance(node, PointAbove):
+        return None
+    return {"height": attribute_text(node.height), "target": _written_name(node, node.target, UP)}
 
 
 def _make_until(config: NodeConfig) -> Behaviour:
