@@ -10,6 +10,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from tree_files import mission_of, problems_of, with_tree
 
+from skillwing.bt_missions.checking.declared_values import units_agree
 from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, MissingValueError
 from skillwing.bt_missions.leaves.readings import LatestReading
@@ -186,6 +187,19 @@ def test_references_are_checked(tree: str, problems: list[str]) -> None:
     assert problems_of(with_tree(tree), CRANE) == problems
 
 
+@pytest.mark.parametrize(
+    ("writer", "problem"),
+    [
+        ('<move to="1,2" att="{a}"/>', "`move` has no port `att`; did you mean `at`?"),
+        ('<move to="1,2" finally="{a}"/>', "`move` has no port `finally`; it has "),
+        ('<walk into="{a}"/>', "There is no node `walk`; "),
+    ],
+)
+def test_a_mistake_in_an_output_is_reported_once(writer: str, problem: str) -> None:
+    (found,) = problems_of(with_tree(f'<Sequence>{writer}<move to="{{a}}"/></Sequence>'), CRANE)
+    assert found.startswith(f"2: {problem}")
+
+
 def test_an_output_cannot_replace_an_option() -> None:
     model = (
         '<TreeNodesModel><SubTree ID="main"><input_port name="spot" type="Spot" default="1,2"/></SubTree>'
@@ -307,3 +321,13 @@ def test_entries_and_outputs_are_checked_in_python_too(crane: FakeMission) -> No
         "Leaf `there`: `to` reads `{there}`, which nothing fills; name it in the `outputs` of a leaf.",
         "Leaf `out`: There is no output `length` of `move`. What exists: `at`, `to` and `way`.",
     ]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "agree"),
+    [("m", "m", True), (None, "m", True), ("m", None, True), (None, None, True), ("m", "km", False)],
+)
+def test_units_agree_if_both_are_the_same_or_one_is_not_declared(
+    one: str | None, other: str | None, agree: bool
+) -> None:
+    assert units_agree(one, other) is agree

@@ -109,8 +109,10 @@ class Builder:
         name = attributes.pop("name", tag)
         known = self._types.get(tag) or self._intended_type(element, tag, attributes, children)
         if known is None:
+            self._allow_empty(attributes.values(), blackboard)
             return PlaceholderNode(name, children)
         given = _read_attributes(known, attributes)
+        self._allow_empty((text for text in attributes.values() if text not in given.ports.values()), blackboard)
         self._note(element, *given.problems)
         ports = {port.name: given.ports.get(port.name, port.default) or "" for port in known.ports}
         lacking = frozenset(port.name for port in known.ports if port.default is None and port.name not in given.ports)
@@ -126,6 +128,13 @@ class Builder:
         if given.is_incomplete or ((config.problems or config.early) and children):
             mark_incomplete(node)
         return node
+
+    def _allow_empty(self, texts: Iterable[str], blackboard: Blackboard) -> None:
+        """Excuse the entries of unknown attributes: one of them may be meant to be an output, which fills it."""
+        for text in texts:
+            entry = NodeConfig("", {"": text}, (), blackboard, self._context).entry("")
+            if entry is not None:
+                entry.allow_empty()
 
     def _called(self, element: Element, known: NodeType, config: NodeConfig) -> Behaviour:
         try:
