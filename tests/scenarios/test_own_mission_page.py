@@ -12,21 +12,15 @@ from typing import Any
 
 import pytest
 from flights import M600, ROOT, Flight
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from typer.testing import CliRunner
 
 from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.cli.mission import mission as mission_command
-from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry, MissingValueError
-from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.readings import LatestReading
-from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.subtrees.composites import in_order
 from skillwing.bt_missions.xml import installed_nodes
-from skillwing.bt_missions.xml.node_type import Category, NodeType, Port
 from skillwing.services.protocol import DataReading
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
@@ -106,20 +100,19 @@ def test_it_uses_values_of_the_flight(poles: tuple[tuple[float, float], ...], st
 
 
 def test_values_of_the_flight_in_python_fit() -> None:
-    context = offline_context(M600)
-    found: dict[str, Any] = {}
-    names = {"context": context, "options": SimpleNamespace(target={"x": 5.0, "y": 0.0, "z": 4.0})}
-    exec(PYTHON, names | {each.__name__: each for each in (SkillAction, BlackboardEntry, LatestReading)}, found)
+    found: dict[str, Any] = {
+        "context": offline_context(M600),
+        "options": SimpleNamespace(target={"x": 5.0, "y": 0.0, "z": 4.0}),
+    }
+    exec(PYTHON, found)
     assert tree_problems([in_order("all", found["out"], found["again"], found["home"])], M600) == []
 
 
 def test_a_tag_of_ones_own_decides_by_the_battery(monkeypatch: pytest.MonkeyPatch) -> None:
     module = ModuleType("my_package.nodes")
-    used = (Behaviour, Status, MissionContext, MissingValueError, LatestReading, NodeType, Category, Port)
-    module.__dict__.update({each.__name__: each for each in used})
     monkeypatch.setitem(sys.modules, "my_package", ModuleType("my_package"))
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    exec("from __future__ import annotations\n" + NODE, module.__dict__)
+    exec(NODE, module.__dict__)
     ((name, value),) = tomllib.loads(TOML)["project"]["entry-points"][installed_nodes.ENTRY_POINTS].items()
     entry = EntryPoint(name, value, installed_nodes.ENTRY_POINTS)
     monkeypatch.setattr(installed_nodes, "entry_points", lambda group, **_: [entry])
