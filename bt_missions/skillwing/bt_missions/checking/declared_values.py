@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import isfinite
 from typing import TypeAlias
 
+from skillwing.dsl.checking.units import difference
 from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType, Type, UnknownNameError
 from skillwing.dsl.suggest import listed
 from skillwing.services.core.values import type_text
@@ -54,7 +55,7 @@ def case_misfit(cases: Iterable[str], given: Declared, text: str) -> str | None:
 
 def units_agree(one: str | None, other: str | None) -> bool:
     """True if values with these declared units may be compared and assigned. A value without a unit agrees with all."""
-    return one is None or other is None or one == other
+    return one is None or other is None or difference(one, other) is None
 
 
 def described(item: Declared) -> str:
