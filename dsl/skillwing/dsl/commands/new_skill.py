@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -60,7 +61,7 @@ def new_skill(
         # What the words and classes of the language leave open as a name, only the checker knows.
         first = next(each for each in outcome.diagnostics if has_errors([each]))
         usage_error(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
-    own = {} if body is None else body.files(after, folder)
+    own: Mapping[str, str] = {} if body is None else body.files(after, folder)
     try:
         skillset.write_text(extended, encoding="utf-8", newline="\n")
         typer.echo(f"{skillset}: `{name}` was added.")
