@@ -1,0 +1,133 @@
+"""A mission's tick never sees the end of a goal before the states of the step that ended it.
+
+On real managers, over a network that delays each message by itself. The resource manager is killed and continues.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from unittest.mock import patch
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from py_trees.decorators import FailureIsSuccess, Repeat
+
+from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.running.runner import MissionNode
+from skillwing.dsl import parse
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_view import CausalView
+from skillwing.services.mocking import MockRun, MockScript
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import GoalStatus, Keys, State, Terminal
+from skillwing.services.testing import SkillsetInProcess
+
+SKILLSET = parse(
+    """
+    skillset rover {
+        resource camera { initial OK  extern OK -> FAILED  extern FAILED -> OK }
+        resource wheels { initial PARKED  PARKED -> DRIVING  DRIVING -> PARKED }
+        skill drive {
+            effect { roll: wheels -> DRIVING  park: wheels -> PARKED }
+            precondition { sees: resource=(camera == OK)  parked: resource=(wheels == PARKED)  success roll }
+            invariant { sees: resource=(camera == OK) violation=park }
+            interrupt { apply=park }
+            lost { apply=park }
+            result { success ARRIVED: apply=park }
+        }
+    }
+    """,
+    "rover.skillset",
+)
+SCRIPT = MockScript(skills={"drive": (MockRun(delay=0.7),)})
+KEYS = Keys(SKILLSET.name)
+
+
+class Rounds(Mission):
+    """Drives again and again. Each end is compared with the states that the tick sees."""
+
+    name = "rounds"
+    summary = "Drive again and again."
+
+    def __init__(self) -> None:
+        self.steps: dict[str, int] = {}
+        """Number of the step that ended a goal, by its id, as its manager published it."""
+        self.seen: list[tuple[str, str, int | None]] = []
+        """Id and label of each goal whose end a tick saw, with the step whose states the tick saw."""
+
+    def note(self, status: GoalStatus) -> None:
+        if status.state is State.TERMINATED:
+            self.steps[status.goal_id] = status.after_step
+
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        drive = SkillAction("drive", context, "drive", on_end=lambda terminal: self.compare(context, drive, terminal))
+        return MissionTrees(Repeat("rounds", FailureIsSuccess("round", drive), -1))
+
+    def compare(self, context: MissionContext, leaf: SkillAction, terminal: Terminal) -> None:
+        """Called within the tick that sees an end."""
+        view: CausalView = context.interface._resources  # type: ignore[attr-defined] - the mission's states are its
+        assert leaf.goal is not None
+        self.seen.append((leaf.goal.goal_id, terminal.label, view.number))
+
+    @property
+    def early(self) -> list[str]:
+        """Ends that a tick saw too early."""
+        return [
+            f"{label} after step {self.steps[goal_id]}, at step {number}"
+            for goal_id, label, number in self.seen
+            if goal_id in self.steps and (number is None or number < self.steps[goal_id])
+        ]
+
+
+def fly(seed: int, jitter: float, actions: list[tuple[str, float]]) -> Rounds:
+    """A run of the mission, in which these things happen."""
+    robot = SkillsetInProcess(SKILLSET, script=SCRIPT, seed=seed, jitter=jitter)
+    mission = Rounds()
+    robot.network.bus("observer").subscribe(KEYS.status("drive"), message_reader(GoalStatus, mission.note), events=True)
+    robot.network.attach(MissionNode(mission, SKILLSET, mission.read_options({})))
+    robot.run(1.0)
+    running = True
+    for action, seconds in actions:
+        match action:
+            case "fail" | "mend" if running:
+                target = "FAILED" if action == "fail" else "OK"
+                if robot.states.get("camera") != target:
+                    robot.trigger("camera", target)
+            case "kill" if running:
+                robot.kill(RESOURCE_MANAGER)
+                running = False
+            case "restart" if not running:
+                robot.restart(RESOURCE_MANAGER)
+                running = True
+            case _:
+                pass
+        robot.run(seconds)
+    if not running:
+        robot.restart(RESOURCE_MANAGER)
+    robot.run(3.0)
+    return mission
+
+
+ACTIONS = st.lists(
+    st.tuples(st.sampled_from(["fail", "mend", "kill", "restart", "wait"]), st.sampled_from([0.01, 0.2, 0.9])),
+    max_size=12,
+)
+JITTERS = st.sampled_from([0.002, 0.05, 0.2])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000), JITTERS, ACTIONS)
+def test_no_tick_sees_an_end_before_the_states_of_its_step(
+    seed: int, jitter: float, actions: list[tuple[str, float]]
+) -> None:
+    mission = fly(seed, jitter, actions)
+    assert mission.seen, "goals have ended"
+    assert mission.early == []
+
+
+def test_without_holding_ticks_do_see_it() -> None:
+    """The test before would find it."""
+    with patch.object(CausalView, "take_status", lambda view, status: (status,)):
+        assert any(fly(seed, 0.05, []).early for seed in range(10))

@@ -1,0 +1,88 @@
+"""The plain client prints a goal's status after the states of the step that it follows from."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from msgspec import msgpack
+
+FILE = Path(__file__).parents[3] / "examples" / "plain_client" / "client.py"
+_spec = importlib.util.spec_from_file_location("plain_client", FILE)
+assert _spec is not None
+assert _spec.loader is not None
+plain_client = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(plain_client)
+
+
+def payload(message: dict[str, Any]) -> SimpleNamespace:
+    return SimpleNamespace(payload=SimpleNamespace(to_bytes=lambda: msgpack.encode(message)))
+
+
+class Network:
+    """The part of a Zenoh session that the client uses. `step` is that of the resource manager."""
+
+    def __init__(self) -> None:
+        self.step = 5
+        self.hear: Callable[[Any], None] = lambda sample: None
+
+    def get(self, key: str, **_: Any) -> list[SimpleNamespace]:
+        assert key == "rover/resource/state"
+        states = {"step": self.step, "epoch": "e", "states": {"wheels": f"after {self.step}"}}
+        return [SimpleNamespace(ok=payload(states), err=None)]
+
+    def declare_subscriber(self, key: str, callback: Any) -> str:
+        self.hear = callback if callable(callback) else callback.callback
+        return key
+
+
+@pytest.fixture
+def heard(monkeypatch: pytest.MonkeyPatch) -> tuple[Network, Any]:
+    network = Network()
+    handlers = SimpleNamespace(Callback=lambda hear, indirect: hear)
+    monkeypatch.setattr(plain_client.zenoh, "handlers", handlers)
+    return network, plain_client.Skill(network, "rover", "schema", "drive")
+
+
+def status(after_step: int, **more: Any) -> dict[str, Any]:
+    return {"goal_id": "g", "state": "RUNNING", "after_step": after_step, **more}
+
+
+def step(number: int) -> dict[str, Any]:
+    record = {"kind": "resource", "subject": "wheels", "after": f"after {number}"}
+    return {"number": number, "epoch": "e", "records": [record]}
+
+
+END = {"ending": "S", "success": True}
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_status_that_comes_before_its_step_is_printed_after_it(
+    capsys: pytest.CaptureFixture[str], heard: tuple[Network, Any], lost: bool
+) -> None:
+    network, client = heard
+    network.step = 7
+    late = [] if lost else [step(6), step(7)]
+    for message in (status(7), *late, status(7, state="TERMINATED", terminal=END)):
+        network.hear(payload(message))
+    assert client.follow("g") == END
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    told = [each.get("step", each.get("state")) for each in lines]
+    assert told == [5, 7, "RUNNING", "TERMINATED"]
+    assert lines[1]["states"] == {"wheels": "after 7"}
+
+
+def test_steps_in_order_are_printed_as_they_come(
+    capsys: pytest.CaptureFixture[str], heard: tuple[Network, Any]
+) -> None:
+    network, client = heard
+    for message in (step(6), step(6), status(6), step(7), status(7, terminal=END)):
+        network.hear(payload(message))
+    client.follow("g")
+    told = [json.loads(line).get("step", "status") for line in capsys.readouterr().out.splitlines()]
+    assert told == [5, 6, "status", 7, "status"]
