@@ -337,6 +337,47 @@ def test_data_follow_a_goal() -> None:
     assert stage.datum("note") == "there"
 
 
+ON_THE_WAY = (
+    Reaction(when=When(starts="reach"), set={"at": {"to": {"input": "target"}, "over": 2.0}}),
+    Reaction(when=When(starts="reach"), after=1.0, fire="cut"),
+    Reaction(when=When(starts="reach"), after=1.0, set={"note": "late"}),
+)
+
+
+def test_an_interrupted_goal_stops_what_it_began() -> None:
+    stage = Stage(script(*ON_THE_WAY, skills={"reach": (MockRun(delay=5.0),)}))
+    goal = stage.running()
+    stage.network.run_for(0.5)
+    stage.client.interrupt(goal)
+    assert stage.end(goal) == "IT"
+    there = stage.datum("at")["x"]
+    assert 0.0 < there < 1.5
+    stage.network.run_for(5.0)
+    assert stage.datum("at")["x"] == pytest.approx(there, abs=0.2)
+    assert stage.datum("note") == ""
+    assert stage.client.states["power"] == "ON"
+
+
+def test_a_goal_that_ends_with_a_result_leaves_its_reactions_to_go_on() -> None:
+    stage = Stage(script(*ON_THE_WAY, skills={"reach": (MockRun(delay=0.5),)}))
+    assert stage.run() == "S_THERE"
+    stage.network.run_for(5.0)
+    assert stage.datum("at") == TARGET["target"]
+    assert stage.datum("note") == "late"
+    assert stage.client.states["power"] == "OFF"
+
+
+def test_a_reaction_to_the_interrupt_goes_on_from_the_place_of_the_stop() -> None:
+    back = Reaction(when=When(ends="reach", ending="IT"), set={"at": {"to": {"x": 0.0, "z": 0.0}, "over": 1.0}})
+    stage = Stage(script(*ON_THE_WAY, back, skills={"reach": (MockRun(delay=5.0),)}))
+    goal = stage.running()
+    stage.network.run_for(0.8)
+    stage.client.interrupt(goal)
+    assert stage.end(goal) == "IT"
+    stage.network.run_for(2.0)
+    assert stage.datum("at") == {"x": 0.0, "z": 0.0}
+
+
 def test_a_reaction_ends_a_goal() -> None:
     end = Reaction(when=When(resource="power", becomes="OFF"), end={"reach": "STUCK"})
     stage = Stage(script(end, Reaction(after=3.0, fire="cut"), skills={"reach": (MockRun(forever=True),)}))

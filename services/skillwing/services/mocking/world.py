@@ -13,12 +13,22 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.retry import ask_until_answered
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.managers.serving import serve
 from skillwing.services.mocking.fitting import fit_datum, fit_script
 from skillwing.services.mocking.script import MockRun, MockScript
 from skillwing.services.mocking.signals import Signal
-from skillwing.services.mocking.world_core import Due, EndMockedGoal, Fire, MockedValues, Reactions, SetDatum, Trigger
+from skillwing.services.mocking.world_core import (
+    Due,
+    EndMockedGoal,
+    Fire,
+    MockedValues,
+    Reactions,
+    SetDatum,
+    StopReactions,
+    Trigger,
+)
 from skillwing.services.names import MOCKED_WORLD
 from skillwing.services.protocol import (
     DataSample,
@@ -62,6 +72,7 @@ class MockWorld:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._alive: Handle | None = None
+        self._delayed: BoundedDict[str, list[Handle]] = BoundedDict(GOALS_REMEMBERED)
         keys = self._keys
         self._reactions = Reactions(self._script)
         self._values = MockedValues(self._skillset, self._script, bus.now())
@@ -108,7 +119,9 @@ class MockWorld:
     def _take(self, dues: tuple[Due, ...]) -> None:
         for due in dues:
             if due.after > 0.0:
-                self._bus.after(due.after, partial(self._do, due))
+                timer = self._bus.after(due.after, partial(self._do, due))
+                if due.goal_id is not None:
+                    self._delayed[due.goal_id] = [*(self._delayed.get(due.goal_id) or ()), timer]
             else:
                 self._do(due)
 
@@ -120,11 +133,15 @@ class MockWorld:
             case Fire(event):
                 request = FireEvent(event=event, source=self.name, cause=due.cause)
                 self._ask(self._keys.event(event), encode(request), f"fire {event}")
-            case SetDatum(datum, signal, inputs):
+            case SetDatum(datum, signal, inputs, goal_id):
                 try:
-                    self._set(datum, signal, dict(inputs))
+                    self._set(datum, signal, dict(inputs), goal_id)
                 except KeyError as error:
                     log.warning("%s stays as it is: the goal has no input %s", datum, error)
+            case StopReactions(goal_id):
+                for timer in self._delayed.pop(goal_id) or ():
+                    timer.cancel()
+                self._values.hold(goal_id, self._bus.now())
             case EndMockedGoal(skill, result):
                 run = msgspec.to_builtins(MockRun(result=result, delay=0.0))
                 request = encode(DirectMock(run=run, when="now"))
@@ -152,8 +169,8 @@ class MockWorld:
         for publish in self._publish.values():
             publish()
 
-    def _set(self, datum: str, signal: Signal, inputs: dict[str, Any]) -> None:
-        self._values.set(datum, signal, self._bus.now(), inputs)
+    def _set(self, datum: str, signal: Signal, inputs: dict[str, Any], goal_id: str | None = None) -> None:
+        self._values.set(datum, signal, self._bus.now(), inputs, goal_id)
         self._publish[datum]()
 
     def _answer(self, call: MockedWorldCall, key: str) -> MockedData:

@@ -27,11 +27,12 @@ class Fire:
 
 @dataclass(frozen=True, slots=True)
 class SetDatum:
-    """Set a datum. inputs: of the goal that sets it."""
+    """Set a datum. inputs: of the goal that sets it. goal_id: the goal whose end without a result stops the change."""
 
     datum: str
     signal: Signal
     inputs: Mapping[str, Any]
+    goal_id: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,16 +41,27 @@ class EndMockedGoal:
     result: str
 
 
-MockAction: TypeAlias = "Trigger | Fire | SetDatum | EndMockedGoal"
+@dataclass(frozen=True, slots=True)
+class StopReactions:
+    """Cancel the delayed actions of a goal, and hold the data that it changes."""
+
+    goal_id: str
+
+
+MockAction: TypeAlias = "Trigger | Fire | SetDatum | EndMockedGoal | StopReactions"
 
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """An action that is due `after` so many seconds. cause: the timeline record that led to it."""
+    """An action that is due `after` so many seconds. cause: the timeline record that led to it.
+
+    goal_id: the goal that `StopReactions` names to cancel the action; None for an action that does not stop.
+    """
 
     action: MockAction
     after: float
     cause: str | None
+    goal_id: str | None = None
 
 
 class Reactions:
@@ -81,16 +93,29 @@ class Reactions:
         return self._react(concerned, {}, change.id)
 
     def on_status(self, status: GoalStatus) -> tuple[Due, ...]:
-        """The state of a goal has changed. Repetitions are ignored."""
+        """The state of a goal has changed. Repetitions are ignored.
+
+        What a goal began stops with its end, unless it ended with a result.
+        """
         seen = self._running if status.state is State.RUNNING else self._over
         if status.state not in (State.RUNNING, State.TERMINATED) or status.goal_id in seen:
             return ()
         seen[status.goal_id] = None
         inputs = self._inputs.get(status.goal_id) or {}
-        return self._react(lambda reaction: _concerns(reaction, status), inputs, status.record)
+        end = status.terminal
+        found = self._react(
+            lambda reaction: _concerns(reaction, status), inputs, status.record, status.goal_id if end is None else None
+        )
+        if end is None or end.ending in _WITH_A_RESULT or status.goal_id not in self._running:
+            return found
+        return (Due(StopReactions(status.goal_id), 0.0, status.record), *found)
 
     def _react(
-        self, concerned: Callable[[FittedReaction], bool], inputs: Mapping[str, Any], cause: str | None
+        self,
+        concerned: Callable[[FittedReaction], bool],
+        inputs: Mapping[str, Any],
+        cause: str | None,
+        goal_id: str | None = None,
     ) -> tuple[Due, ...]:
         found: list[Due] = []
         for number, reaction in enumerate(self._script.reactions):
@@ -98,8 +123,12 @@ class Reactions:
                 continue
             if reaction.said.once:
                 self._done.add(number)
-            found += [Due(action, reaction.said.after, cause) for action in _actions(reaction, inputs)]
+            actions = _actions(reaction, inputs, goal_id)
+            found += [Due(action, reaction.said.after, cause, goal_id) for action in actions]
         return tuple(found)
+
+
+_WITH_A_RESULT = (Ending.SUCCEEDED, Ending.NOT_HELD)
 
 
 def _concerns(reaction: FittedReaction, status: GoalStatus) -> bool:
@@ -116,8 +145,8 @@ def _concerns(reaction: FittedReaction, status: GoalStatus) -> bool:
     return not reaction.endings or not names.isdisjoint(reaction.endings)
 
 
-def _actions(reaction: FittedReaction, inputs: Mapping[str, Any]) -> Iterator[MockAction]:
-    yield from (SetDatum(name, signal, inputs) for name, signal in reaction.set.items())
+def _actions(reaction: FittedReaction, inputs: Mapping[str, Any], goal_id: str | None) -> Iterator[MockAction]:
+    yield from (SetDatum(name, signal, inputs, goal_id) for name, signal in reaction.set.items())
     yield from (Trigger(name, state) for name, state in reaction.said.trigger.items())
     yield from (Fire(event) for event in reaction.fire)
     yield from (EndMockedGoal(skill, result) for skill, result in reaction.said.end.items())
@@ -128,12 +157,13 @@ def _actions(reaction: FittedReaction, inputs: Mapping[str, Any]) -> Iterator[Mo
 
 @dataclass(slots=True)
 class _Track:
-    """The signal of a datum since `begun`."""
+    """The signal of a datum since `begun`. goal_id: as in `SetDatum`."""
 
     signal: Signal
     before: Any
     begun: float
     inputs: Mapping[str, Any]
+    goal_id: str | None = None
     samples: int = 0
 
 
@@ -151,12 +181,26 @@ class MockedValues:
         for name, value in self._defaults.items():
             self._tracks[name] = _Track(self._script.data.get(name, Constant(value)), value, now, {})
 
-    def set(self, datum: str, signal: Signal, now: float, inputs: Mapping[str, Any] | None = None) -> None:
+    def set(
+        self,
+        datum: str,
+        signal: Signal,
+        now: float,
+        inputs: Mapping[str, Any] | None = None,
+        goal_id: str | None = None,
+    ) -> None:
         """Give a datum another signal, from its present value on. Raises KeyError for an unknown input."""
         before = self.value(datum, now)
-        track = _Track(signal, before, now, inputs or {})
+        track = _Track(signal, before, now, inputs or {}, goal_id)
         self._evaluate(track, now)
         self._tracks[datum] = track
+
+    def hold(self, goal_id: str, now: float) -> None:
+        """Hold the data that a goal changes at their present values."""
+        for datum, track in self._tracks.items():
+            if track.goal_id == goal_id:
+                value = self._evaluate(track, now)
+                self._tracks[datum] = _Track(Constant(value), value, now, {})
 
     def value(self, datum: str, now: float) -> Any:
         """The value at a time."""
