@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from skillwing.dsl import parse
-from skillwing.services.mocking import Choices, MockRun, MockScript
+from skillwing.services.mocking import Choices, InputDelay, MockRun, MockScript
 from skillwing.services.mocking.fitting import fit_run, fit_script
 from skillwing.services.mocking.player import SkillPlayer
 
@@ -46,6 +46,12 @@ def test_a_look_ahead_uses_nothing_up() -> None:
     seen = mocks.peek()
     assert mocks.peek() is seen
     assert mocks.take() is seen
+
+
+def test_a_delay_from_an_input_is_that_of_the_goal() -> None:
+    by_input = MockRun(delay=InputDelay("x"))
+    mocks = player(MockScript(skills={"a": (by_input,)}))
+    assert [mocks.take({"x": x}).delay for x in (2.5, 0.0, -1.0)] == [2.5, 0.0, 0.0]
 
 
 def test_choices_are_drawn_by_weight_and_seed() -> None:

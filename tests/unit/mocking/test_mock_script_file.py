@@ -23,7 +23,7 @@ skillset arm {
     event cut { guard resource=(power == ON) effect { power -> OFF } }
     skill reach {
         progress=0.5 { left: float64 [m] }
-        input { distance: float64 [m] in 0.0..2.0 }
+        input { distance: float64 [m] in 0.0..2.0  label: string }
         output { reached: float64 [m] in 0.0..2.0 }
         effect { take: joints -> USED  release: joints -> FREE }
         precondition { free: resource=(joints == FREE)  success take }
@@ -105,6 +105,11 @@ PROBLEMS = [
     ("[skill.reach]\ndelay = nan", "seconds from 0 on"),
     ("[skill.reach]\ndelay = [2, 1]", "seconds from 0 on"),
     ('[skill.reach]\ndelay = "fast"', "seconds from 0 on"),
+    ("[skill.reach]\ndelay = {input = 3}", '{input = "NAME"}'),
+    ('[skill.reach]\ndelay = {inptu = "distance"}', '{input = "NAME"}'),
+    ('[skill.reach]\ndelay = {input = "distnace"}', "skill.reach.delay takes the input `distnace`, which there is not"),
+    ('[skill.reach]\ndelay = {input = "distnace"}', "did you mean `distance`?"),
+    ('[skill.reach]\nruns = [{}, {delay = {input = "label"}}]', "skill.reach.runs[1].delay takes a finite number"),
     ('[skill.reach]\nstop_delay = "nevr"', 'or "never"'),
     ('[skill.reach]\nresult = "THEER"', "did you mean `THERE`?"),
     ('[skill.reach]\nresult = "THERE"\ncrash = true', "says `result` and `crash`"),

@@ -11,7 +11,17 @@ from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
-from skillwing.services.mocking import MockRun, MockScript, MockWorld, Reaction, ScriptError, When, make_mock_managers
+from skillwing.services.mocking import (
+    InputDelay,
+    MockRun,
+    MockScript,
+    MockWorld,
+    Reaction,
+    ScriptError,
+    When,
+    make_mock_managers,
+)
+from skillwing.services.mocking.wording import run_text
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import (
     DataReading,
@@ -214,6 +224,27 @@ def test_a_goal_that_is_directed_while_it_stops_still_stops(run: dict[str, Any])
     stage.end(goal)
     assert goal.terminal is not None
     assert (goal.terminal.ending, goal.terminal.forced) == (Ending.INTERRUPTED, False)
+
+
+def test_a_delay_comes_from_an_input_of_the_goal() -> None:
+    stage = Stage(None, MockRun(delay=InputDelay("target.x")))
+    goal = stage.running()
+    stage.network.run_for(TARGET["target"]["x"] - 0.3)
+    assert goal.state is State.RUNNING
+    stage.network.run_for(0.6)
+    assert goal.terminal is not None
+    assert goal.terminal.label == "S_THERE"
+
+
+def test_a_run_with_a_delay_from_an_input_is_directed() -> None:
+    stage = Stage(None, MockRun(forever=True))
+    answer = direct(stage, "next", result="STUCK", delay={"input": "target.z"})
+    assert isinstance(answer, Answered)
+    (run,) = decode(answer.payload, MockPlan).given
+    assert run_text(run) == "STUCK after `target.z` seconds"
+    assert stage.run() == "S_STUCK"
+    stage.running()
+    assert isinstance(direct(stage, "now", result="THERE", delay={"input": "target.z"}), Answered)
 
 
 def test_a_typing_error_changes_nothing() -> None:

@@ -7,7 +7,7 @@ are the public API.
 
 from __future__ import annotations
 
-from skillwing.services.mocking.script import Choices, MockRun, MockScript, Reaction, ScriptError, When
+from skillwing.services.mocking.script import Choices, InputDelay, MockRun, MockScript, Reaction, ScriptError, When
 from skillwing.services.mocking.script_file import load_script, load_scripts
 from skillwing.services.mocking.skill import MockHooks, MockSkillNode
 from skillwing.services.mocking.system import make_mock_managers, make_mock_skill
@@ -15,6 +15,7 @@ from skillwing.services.mocking.world import MockWorld
 
 __all__ = [
     "Choices",
+    "InputDelay",
     "MockHooks",
     "MockRun",
     "MockScript",

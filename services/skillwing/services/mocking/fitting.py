@@ -8,9 +8,18 @@ from typing import Any, Literal, TypeAlias
 
 import msgspec
 
-from skillwing.dsl.model import Field, Resource, Skill, Skillset, UnknownNameError
-from skillwing.services.mocking.script import LONGEST, Choices, MockRun, MockScript, Reaction, ScriptError, When
-from skillwing.services.mocking.signals import Fields, Signal, SignalReader
+from skillwing.dsl.model import Field, Resource, ScalarType, Skill, Skillset, UnknownNameError
+from skillwing.services.mocking.script import (
+    LONGEST,
+    Choices,
+    InputDelay,
+    MockRun,
+    MockScript,
+    Reaction,
+    ScriptError,
+    When,
+)
+from skillwing.services.mocking.signals import Fields, FromInput, Signal, SignalReader
 from skillwing.services.protocol import Ending
 
 How: TypeAlias = Literal["result", "forever", "invalid", "error", "hang", "crash"]
@@ -22,13 +31,13 @@ HOWS: tuple[How, ...] = ("result", "forever", "invalid", "error", "hang", "crash
 class FittedRun:
     """A run of one skill, complete except for its drawn delay.
 
-    text: the result's name, or the sentence of `invalid` and `error`. delay: bounds in seconds. stop_delay: None for
-    never. said: the run as written by its author.
+    text: the result's name, or the sentence of `invalid` and `error`. delay: bounds in seconds, or an input.
+    stop_delay: None for never. said: the run as written by its author.
     """
 
     how: How
     text: str
-    delay: tuple[float, float]
+    delay: tuple[float, float] | FromInput
     output: Fields
     progress: Fields
     stop_delay: float | None
@@ -95,19 +104,27 @@ def fit_run(run: MockRun, skill: Skill, report: Report, where: str = "The run") 
     if run.output and how != "result":
         report(f"{where} has an `output`, and no result that it could go with. Leave out one of the two.")
     reader = SignalReader(report, skill.inputs)
-    low, high = run.delay if isinstance(run.delay, tuple) else (run.delay, run.delay)
-    if not 0.0 <= low <= high <= LONGEST:
-        report(f"{where}.delay is {run.delay}; it takes seconds from 0 on, or [lowest, highest].")
     return FittedRun(
         how=how,
         text=text if isinstance(text, str) else "",
-        delay=(low, high),
+        delay=_fit_delay(run.delay, reader, f"{where}.delay"),
         output=reader.read_fields(run.output, skill.outputs, f"{where}.output"),
         progress=reader.read_fields(run.progress, skill.feedback, f"{where}.progress"),
         stop_delay=None if run.stop_delay == "never" else run.stop_delay,
         weight=run.weight,
         said=msgspec.structs.replace(run, result=str(text)) if how == "result" else run,
     )
+
+
+def _fit_delay(
+    delay: float | tuple[float, float] | InputDelay, reader: SignalReader, where: str
+) -> tuple[float, float] | FromInput:
+    if isinstance(delay, InputDelay):
+        return reader.from_input(delay.input, Field("delay", ScalarType("float64")), where) or FromInput(())
+    low, high = delay if isinstance(delay, tuple) else (delay, delay)
+    if not 0.0 <= low <= high <= LONGEST:
+        reader.report(f'{where} is {delay}; it takes seconds from 0 on, [lowest, highest], or {{input = "NAME"}}.')
+    return low, high
 
 
 def fit_datum(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from random import Random
 from typing import Any
@@ -10,15 +11,24 @@ from typing import Any
 from skillwing.dsl.model import Skill
 from skillwing.services.mocking.defaults import default_fields
 from skillwing.services.mocking.fitting import FittedRun, FittedRuns
-from skillwing.services.mocking.signals import SignalContext, value_at
+from skillwing.services.mocking.script import LONGEST
+from skillwing.services.mocking.signals import FromInput, SignalContext, value_at
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """A run with its drawn delay."""
+    """A run with its delay, drawn or from an input."""
 
     run: FittedRun
     delay: float
+
+
+def shortest_delay(run: FittedRun, inputs: Mapping[str, Any]) -> float:
+    """The shortest delay of a run in seconds, for a goal with these inputs."""
+    if isinstance(run.delay, FromInput):
+        seconds = float(value_at(run.delay, SignalContext(None, inputs=inputs)))
+        return min(max(0.0, seconds), LONGEST)
+    return run.delay[0]
 
 
 class SkillPlayer:
@@ -42,12 +52,16 @@ class SkillPlayer:
         """The run of the next goal. It stays the same until it is taken."""
         if self._planned is None:
             run = self._next[0] if self._next else self._drawn()
-            self._planned = PlannedRun(run, self._random.uniform(*run.delay))
+            # A delay from an input is known with the goal.
+            drawn = 0.0 if isinstance(run.delay, FromInput) else self._random.uniform(*run.delay)
+            self._planned = PlannedRun(run, drawn)
         return self._planned
 
-    def take(self) -> PlannedRun:
-        """Take the next goal's run."""
+    def take(self, inputs: Mapping[str, Any] | None = None) -> PlannedRun:
+        """Take the next goal's run. inputs: of that goal; without them a delay from an input is 0."""
         planned, self._planned = self.peek(), None
+        if inputs is not None and isinstance(planned.run.delay, FromInput):
+            planned = PlannedRun(planned.run, shortest_delay(planned.run, inputs))
         if self._next:
             self._next.popleft()
         else:

@@ -32,11 +32,17 @@ class ScriptError(InvalidOptionError):
         super().__init__("script", f"{where} has {count}. Change what is said here; docs/mocks.md has it all.{lines}")
 
 
+class InputDelay(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A delay in seconds from an input of the goal, such as `duration` or `plan.duration`; 0 for a negative one."""
+
+    input: str
+
+
 class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Run of one goal.
 
-    delay: robot time in seconds from the dispatch to the end, or the two bounds of a random delay. output: of the
-    result, by field; missing fields get a valid value. progress: feedback by field, each a value or a signal
+    delay: robot time in seconds from the dispatch to the end, the two bounds of a random delay, or an input. output: of
+    the result, by field; missing fields get a valid value. progress: feedback by field, each a value or a signal
     (`signals.py`). stop_delay: robot time from an interrupt to its confirmation. weight: relative probability among
     `Choices`.
 
@@ -46,7 +52,7 @@ class MockRun(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """
 
     # Without the bounds of `Seconds`: msgspec 0.22 crashes where a bounded number may also be a tuple.
-    delay: float | tuple[float, float] = DEFAULT_DELAY
+    delay: float | tuple[float, float] | InputDelay = DEFAULT_DELAY
     result: str | None = None
     forever: bool = False
     invalid: str | None = None

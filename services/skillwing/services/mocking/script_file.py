@@ -32,7 +32,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 Report = Callable[[str], None]
 
 TAKES: Mapping[str, str] = {
-    "delay": "seconds from 0 on, or [lowest, highest]",
+    "delay": 'seconds from 0 on, [lowest, highest], or {input = "NAME"}',
     "stop_delay": 'seconds from 0 on, or "never"',
     "after": "seconds from 0 on",
     "weight": "a number above 0",

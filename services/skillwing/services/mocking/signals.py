@@ -173,7 +173,7 @@ class SignalReader:
                 fitted = [self._constant(value, target, f"{where}.each[{n}]") for n, value in enumerate(values)]
                 return ListOf(tuple(each.value for each in fitted if each is not None))
             case {"input": str() as path, **rest} if not rest:
-                return self._from_input(path, target, where)
+                return self.from_input(path, target, where)
             case {"to": _, **rest} if rest.keys() <= {"from", "over"}:
                 return self._ramp(raw, target, where)
             case _:
@@ -195,7 +195,8 @@ class SignalReader:
             return None
         return Ramp(target.type, start, end, None if over is None else float(over))
 
-    def _from_input(self, path: str, target: Field, where: str) -> Signal | None:
+    def from_input(self, path: str, target: Field, where: str) -> FromInput | None:
+        """The input at a path, for a field; None if a problem was reported."""
         if self.inputs is None:
             self.report(f"{where} takes an input, and there is no goal here to take it from. Give a value.")
             return None

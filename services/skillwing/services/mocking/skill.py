@@ -16,7 +16,7 @@ from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.serving import serve
 from skillwing.services.managers.skill_manager import SkillManagerNode
 from skillwing.services.mocking.fitting import FittedRun, FittedScript, fit_run
-from skillwing.services.mocking.player import PlannedRun, SkillPlayer
+from skillwing.services.mocking.player import PlannedRun, SkillPlayer, shortest_delay
 from skillwing.services.mocking.script_file import read_run
 from skillwing.services.protocol import (
     DirectMock,
@@ -72,7 +72,7 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         return run.text
 
     def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
-        self._planned = self.player.take()
+        self._planned = self.player.take(goal.inputs)
         self._dispatched_at = self.bus.now()
         self._feedbacks = 0
         self._goals.put(encode(MockedGoal(skill=self.skill, goal_id=goal.id, inputs=goal.inputs)))
@@ -107,7 +107,7 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         if goal is None or self._planned is None:
             raise RefusedError(ErrorCode.NOT_ALLOWED, f"No goal of `{self.skill}` is running.", help="Start one.")
         self._forget_ending()
-        self._end_after(goal, run, run.delay[0])
+        self._end_after(goal, run, shortest_delay(run, goal.inputs))
 
     def _end_after(self, goal: Goal[dict[str, Any]], run: FittedRun, delay: float) -> None:
         if run.how != "forever":

@@ -7,13 +7,13 @@ from typing import Any, Generic, Literal, TypeAlias, TypeVar
 
 import msgspec
 
-from skillwing.services.mocking.script import MockRun, MockScript
+from skillwing.services.mocking.script import InputDelay, MockRun, MockScript
 
 O = TypeVar("O")  # noqa: E741
 F = TypeVar("F")
 
-Delay: TypeAlias = float | tuple[float, float]
-"""Robot time in seconds, or the bounds between which it is drawn."""
+Delay: TypeAlias = float | tuple[float, float] | InputDelay
+"""Robot time in seconds, the bounds between which it is drawn, or an input of the goal."""
 StopDelay: TypeAlias = float | Literal["never"]
 """Robot time in seconds from an interrupt to its confirmation, or "never"."""
 Runs: TypeAlias = Sequence[MockRun]

@@ -27,7 +27,7 @@ def plan_texts(plan: MockPlan) -> tuple[str, str]:
 def run_text(run: Mapping[str, Any]) -> str:
     """One run: `BLOCKED after 0.2 s`."""
     delay = run.get("delay", DEFAULT_DELAY)
-    after = f"after {_number(delay)} s" if isinstance(delay, int | float) else f"after {_range(delay)} s"
+    after = f"after {_delay(delay)}"
     match run:
         case {"invalid": text}:
             return f"NV ({text})"
@@ -47,9 +47,15 @@ def _weight(run: Mapping[str, Any]) -> float:
     return float(run.get("weight", 1.0))
 
 
-def _range(bounds: Any) -> str:
-    low, high = bounds
-    return f"{_number(low)} to {_number(high)}"
+def _delay(delay: Any) -> str:
+    match delay:
+        case {"input": name}:
+            return f"`{name}` seconds"
+        case int() | float():
+            return f"{_number(delay)} s"
+        case _:
+            low, high = delay
+            return f"{_number(low)} to {_number(high)} s"
 
 
 def _number(value: float) -> str:
