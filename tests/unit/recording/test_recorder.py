@@ -20,7 +20,19 @@ from skillwing.services.errors import (
 )
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.history.history import History
-from skillwing.services.protocol import PROTOCOL_VERSION, Keys, MissionPhase, MissionStatus, Record, RecordKind
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import (
+    PROTOCOL_VERSION,
+    Ending,
+    GoalStatus,
+    Keys,
+    MissionPhase,
+    MissionStatus,
+    Record,
+    RecordKind,
+    State,
+    Terminal,
+)
 from skillwing.services.recording.mission_view import causes_in_words, in_lines
 from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
@@ -215,6 +227,56 @@ def test_a_recorder_that_is_started_again_goes_on_where_the_first_one_died(tmp_p
     assert (tmp_path / "run" / RECORDING_FILE).read_bytes() == (tmp_path / "whole" / RECORDING_FILE).read_bytes()
     shown = states_of(tmp_path / "run", "/skills/02_zed_depthmap", file="recording-2.rrd")
     assert shown == {6.2: "RI", 20.53: ""}
+
+
+def goal(state: State, t: float, terminal: Terminal | None = None, *, source: str = "skill/goto") -> GoalStatus:
+    return GoalStatus(
+        goal_id="g", skill="goto", state=state, t=t, terminal=terminal, record=f"{source}#{t}", source=source
+    )
+
+
+def lost(goal_id: str, t: float) -> Record:
+    return Record(
+        id=f"{RESOURCE_MANAGER}#{t}",
+        t=t,
+        source=RESOURCE_MANAGER,
+        kind=RecordKind.GOAL,
+        subject="goto",
+        before=None,
+        after="LOST",
+        text="The manager `skill/goto` was lost: silent for 2.0 s.",
+        goal_id=goal_id,
+    )
+
+
+DONE = Terminal(ending=Ending.SUCCEEDED, reason="arrived", result="ARRIVED", success=True)
+
+
+def test_a_lost_goal_has_its_end_in_the_recording_and_no_later_one(tmp_path: Path) -> None:
+    """Its manager exited before it could publish one. If it only hung, it publishes another one when it goes on."""
+    story = Story()
+    story.messages = [
+        (1.0, goal(State.RUNNING, 1.0)),
+        (3.0, lost("g", 3.0)),
+        (9.0, goal(State.TERMINATED, 9.0, DONE)),
+    ]
+    record(story, tmp_path)
+    (end,) = [each for each in read_goals(tmp_path) if each.terminal is not None]
+    assert (end.goal_id, end.label, end.t, end.source) == ("g", "LOST", 3.0, RESOURCE_MANAGER)
+    assert end.terminal is not None
+    assert end.terminal.detected_by == RESOURCE_MANAGER
+    (bar,) = History.of(read_records(tmp_path), read_goals(tmp_path)).bars
+    assert (bar.terminal, bar.t_start, bar.t_end) == ("LOST", 1.0, 3.0)
+    record(story, tmp_path)
+    assert [each.label for each in read_goals(tmp_path)] == ["RUNNING", "LOST"], "another recorder adds nothing"
+
+
+def test_a_lost_goal_of_which_nothing_else_was_recorded_is_no_refused_one(tmp_path: Path) -> None:
+    story = Story()
+    story.messages = [(3.0, lost("g", 3.0))]
+    record(story, tmp_path)
+    (bar,) = History.of(read_records(tmp_path), read_goals(tmp_path)).bars
+    assert (bar.terminal, bar.refused) == ("LOST", False)
 
 
 def test_a_full_disk_is_reported_in_a_sentence() -> None:

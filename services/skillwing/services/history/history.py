@@ -14,6 +14,7 @@ from enum import StrEnum
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
+from skillwing.services.history.goal_ends import was_lost
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import Ending, GoalStatus, MissionPhase, Record, RecordKind, State, Terminal
 
@@ -200,7 +201,7 @@ class History:
         """
         known = self._statuses[goal_id]
         start = min(status.t for status in known)
-        ran = any(status.state in _RAN for status in known)
+        ran = any(status.state in _RAN or was_lost(status) for status in known)
         ends = [status for status in known if status.terminal is not None]
         last = min(ends, key=_when) if ends else max(known, key=_when)
         bar = SkillBar(last.skill, goal_id, start, ran, record=last.record)

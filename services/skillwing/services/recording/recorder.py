@@ -28,7 +28,9 @@ from skillwing.services.history.files import (
     read_records,
     repair,
 )
+from skillwing.services.history.goal_ends import status_of_loss
 from skillwing.services.history.history import History
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, Record, TreeSnapshot
 from skillwing.services.recording.options import RecorderOptions, part, read_options
 
@@ -115,6 +117,8 @@ class Recorder:
         self._earlier = [], []
 
     def _on_record(self, record: Record) -> None:
+        if record.source == RESOURCE_MANAGER and (end := status_of_loss(record)) is not None:
+            self._on_status(end)  # the goal's manager does not publish it any more
         if self.history.add_record(record):
             self._records.write(record)
             self._show_record(record)
@@ -126,7 +130,7 @@ class Recorder:
                 self._recording.mission.show_goal(self.history.bar(record.goal_id))
 
     def _on_status(self, status: GoalStatus) -> None:
-        if status.terminal is None and self.history.is_late(status):
+        if self.history.is_late(status):
             return  # its record is in the timeline
         if self.history.add_status(status):
             self._goals.write(status)
