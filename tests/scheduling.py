@@ -13,6 +13,7 @@ PROCESSES = (
     "integration/test_cli_commands.py",
     "integration/test_cli_processes.py",
     "integration/test_containers.py",
+    "integration/test_crashes_are_seen.py",
     "integration/test_demo.py",
     "integration/test_forklift_day.py",
     "integration/test_frozen_reader.py",

@@ -123,6 +123,70 @@ def test_a_lost_goal_is_known_without_any_status_of_its_manager() -> None:
     assert now.last.ending is Ending.LOST
 
 
+def test_a_granted_goal_runs_although_its_manager_and_its_statuses_are_gone() -> None:
+    present = LiveState()
+    present.add_record(record("r1", RecordKind.GOAL, "hover", "GRANTED", 2.0, goal_id="a", text="to skill/hover"))
+    now = present.skill("hover")
+    assert (now.goal_id, now.state, now.since) == ("a", State.RUNNING, 2.0)
+    goal = present.goal("hover")
+    assert goal is not None
+    assert goal.goal_id == "a"
+
+
+ENDS = [
+    record("r2", RecordKind.GOAL, "hover", "ENDED", 3.0, goal_id="a", text="DONE"),
+    record("r2", RecordKind.GOAL, "hover.clear", "VIOLATED", 3.0, goal_id="a", text="`area` is OCCUPIED."),
+    record("r2", RecordKind.GOAL, "hover", "LOST", 3.0, goal_id="a", text="Its manager is gone."),
+]
+
+
+@pytest.mark.parametrize("end", ENDS, ids=lambda end: end.after)
+@pytest.mark.parametrize("end_first", [True, False])
+def test_a_granted_goal_runs_until_the_resource_manager_has_ended_it(end: Record, end_first: bool) -> None:
+    present = LiveState()
+    granted = record("r1", RecordKind.GOAL, "hover", "GRANTED", 2.0, goal_id="a")
+    for each in (end, granted) if end_first else (granted, end):
+        present.add_record(each)
+    assert present.skill("hover").state == "IDLE"
+
+
+def test_statuses_of_a_goal_say_more_than_its_grant() -> None:
+    present = LiveState()
+    present.add_status(status("a", State.VALIDATING, 1.0))
+    present.add_record(record("r1", RecordKind.GOAL, "hover", "GRANTED", 2.0, goal_id="a"))
+    assert present.skill("hover").state == State.VALIDATING
+    present.add_status(status("a", State.TERMINATED, 3.0))
+    assert present.skill("hover").state == "IDLE"
+
+
+@pytest.mark.parametrize(
+    ("alive", "known"),
+    [
+        ((), True),
+        (("skill/hover",), True),
+        (("resource_manager",), True),
+        (("resource_manager", "skill/hover"), False),
+    ],
+)
+def test_a_recorded_goal_counts_if_no_living_process_would_know_of_it(alive: tuple[str, ...], known: bool) -> None:
+    present = LiveState()
+    present.add_recorded({"hover": status("a", State.RUNNING, 1.0)}, alive)
+    assert (present.goal("hover") is not None) is known
+
+
+def test_a_recorded_end_counts_only_without_a_later_goal() -> None:
+    recorded = {"hover": status("a", State.TERMINATED, 9.0)}
+    present = LiveState()
+    present.add_recorded(recorded, ("resource_manager", "skill/hover"))
+    assert present.goal("hover") == recorded["hover"]
+    present = LiveState()
+    present.add_status(status("b", State.TERMINATED, 1.0))
+    present.add_recorded(recorded, ())
+    goal = present.goal("hover")
+    assert goal is not None
+    assert goal.goal_id == "b"
+
+
 def test_resources_tell_since_when_and_by_whom() -> None:
     present = LiveState()
     present.add_record(record("c", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))

@@ -22,6 +22,7 @@ WHOLE = SystemOverview(
     processes=[RUNS],
     goals=[],
     silent=[],
+    unmanaged=[],
     # What a hook has done once is told, and over.
     blocked={"goto": "`on_dispatch` blocks."},
     states=ResourceStates(step=1, t=1.0, states={}),

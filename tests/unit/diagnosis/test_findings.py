@@ -15,7 +15,16 @@ from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition, ProcessState
-from skillwing.services.protocol import PROTOCOL_VERSION, DataReading, ErrorCode, ErrorReply, GoalStatus, State
+from skillwing.services.protocol import (
+    PROTOCOL_VERSION,
+    DataReading,
+    Ending,
+    ErrorCode,
+    ErrorReply,
+    GoalStatus,
+    State,
+    Terminal,
+)
 
 USED = Usage(cpu=1.0, memory=1, uptime=100.0, stopped=False)
 WELL = SystemSeen(
@@ -34,6 +43,13 @@ WELL = SystemSeen(
     goals=(GoalStatus(goal_id="g", skill="goto", state=State.RUNNING, t=1.0),),
     clients=frozenset({"client/mission-1"}),
     disk=Disk(Path("runs/x"), 10 * LITTLE_ROOM, writable=True),
+)
+LOST = GoalStatus(
+    goal_id="g",
+    skill="goto",
+    state=State.TERMINATED,
+    t=1.0,
+    terminal=Terminal(ending=Ending.LOST, reason="The manager `skill/goto` was lost: silent."),
 )
 IN_AIR = Unattended(robot="m600", resource="flight_status", state="IN_AIR", where="in the air", ends_with="land")
 
@@ -122,6 +138,12 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             "no_data",
             False,
             "`battery`: never published",
+        ),
+        (
+            replace(WELL, lost=(LOST,)),
+            "goal_lost",
+            False,
+            "`goto` ended LOST. The manager `skill/goto` was lost: silent.",
         ),
         (replace(WELL, clients=frozenset()), "goal_of_nobody", False, "skillwing interrupt goto"),
         (

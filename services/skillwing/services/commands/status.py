@@ -14,7 +14,8 @@ from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
 from skillwing.services.errors import NoReplyError, RefusedError
-from skillwing.services.names import skill_process
+from skillwing.services.history.goal_ends import recorded_goals
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition, running_count
@@ -24,6 +25,7 @@ from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.live_state import LiveState
 from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
+    NO_MANAGER,
     end_text,
     make_console,
     print_json,
@@ -38,14 +40,16 @@ class SystemOverview:
     """Overview of a system.
 
     goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
-    blocked: managers' reports on hooks that block them, by skill. states: None if unknown. unattended: set if the robot
-    is away from its rescue goal, and nobody commands it.
+    unmanaged: skills with an unfinished goal, whose manager holds no alive token. blocked: managers' reports on hooks
+    that block them, by skill. states: None if unknown. unattended: set if the robot is away from its rescue goal, and
+    nobody commands it.
     """
 
     target: Target
     processes: list[ProcessStatus]
     goals: list[GoalStatus]
     silent: list[str]
+    unmanaged: list[str]
     blocked: Mapping[str, str]
     states: ResourceStates | None
     unattended: Unattended | None
@@ -59,7 +63,11 @@ class SystemOverview:
     @property
     def troubles(self) -> dict[str, str]:
         """Problems of the managers of skills, by skill."""
-        return {**self.blocked, **dict.fromkeys(self.silent, DOES_NOT_ANSWER)}
+        return {
+            **self.blocked,
+            **dict.fromkeys(self.unmanaged, NO_MANAGER),
+            **dict.fromkeys(self.silent, DOES_NOT_ANSWER),
+        }
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
@@ -93,15 +101,18 @@ def _overview(system: System) -> SystemOverview:
         if goal is not None:
             live_state.add_status(goal)
     # The timeline, whose history has arrived before the managers' answers, has goals that were lost with their manager,
-    # and reports on hooks.
-    goals = [goal for skill in skills if (goal := live_state.goal(skill)) is not None]
+    # and reports on hooks. The recording has goals whose managers and resource manager are both gone.
     states = _states(system)
+    answering = alive if states is not None else alive - {RESOURCE_MANAGER}
+    live_state.add_recorded(recorded_goals(system.target.run_dir), answering)
+    goals = [goal for skill in skills if (goal := live_state.goal(skill)) is not None]
     running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
     return SystemOverview(
         target=system.target,
         processes=processes,
         goals=goals,
         silent=silent,
+        unmanaged=[skill for skill in running if skill_process(skill) not in alive],
         blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
         unattended=unattended_state(system.target, system.skillset, states.states if states else {}, alive, running),

@@ -8,6 +8,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Annotated, Any
 
+import msgspec
 import typer
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -16,6 +17,8 @@ from rich.text import Text
 from skillwing.services.bus import Answer, Answered, NoReply
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
+from skillwing.services.history.goal_ends import recorded_goals
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import (
@@ -33,6 +36,7 @@ from skillwing.services.terminal.keyboard import when_pressed
 from skillwing.services.terminal.live_state import LiveState, ResourceNow, SkillNow
 from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
+    NO_MANAGER,
     end_text,
     make_console,
     make_table,
@@ -40,7 +44,7 @@ from skillwing.services.terminal.output import (
     state_text,
     value_text,
 )
-from skillwing.services.terminal.process_table import duration, process_facts, process_table
+from skillwing.services.terminal.process_table import STYLES, duration, process_facts, process_table
 
 PERIOD = 1.0
 """Period of the display, and time over which the load of a process is measured [wall s]."""
@@ -67,6 +71,7 @@ def top(
         watch.update()
         system.bus.run_until(lambda: False, PERIOD)
         watch.update()
+        watch.add_recorded()
         if as_json or once or not console.is_terminal:
             # Only the timeout of a query distinguishes a process that hangs from a slow one.
             system.bus.run_until(lambda: watch.heard_all)
@@ -156,6 +161,12 @@ class SystemTop:
             with suppress(ProtocolError):  # `doctor` reports such processes
                 self._live_state.add_status(decode(answer.payload, GoalStatus))
 
+    def add_recorded(self) -> None:
+        """Add the goals of the run's recording on which no living process has an answer."""
+        runs = self._condition(RESOURCE_MANAGER) is ProcessCondition.RUNS
+        answering = self._alive if runs else self._alive - {RESOURCE_MANAGER}
+        self._live_state.add_recorded(recorded_goals(self._system.target.run_dir), answering)
+
     # --- output ------------------------------------------------------------------------------------------------------
 
     @property
@@ -197,17 +208,39 @@ class SystemTop:
 
     def _troubles(self) -> dict[str, str]:
         """Problems of the managers of skills, by skill."""
-        reports = {skill.skill: skill.blocked for skill in self._skills() if skill.blocked}
+        skills = list(self._skills())
+        reports = {skill.skill: skill.blocked for skill in skills if skill.blocked}
+        for skill in skills:
+            if skill.goal_id is not None and self._manager(skill.skill) is not ProcessCondition.RUNS:
+                reports[skill.skill] = NO_MANAGER
         return reports | dict.fromkeys(sorted(self._silent), DOES_NOT_ANSWER)
 
+    def _manager(self, skill: str) -> ProcessCondition:
+        """Condition of a skill's manager."""
+        return self._condition(skill_process(skill))
+
+    def _condition(self, name: str) -> ProcessCondition:
+        for entry in self._processes:
+            if entry.state.name == name:
+                return entry.condition
+            if name in entry.nodes:
+                return entry.nodes[name]
+        return ProcessCondition.RUNS if name in self._alive else ProcessCondition.DOWN
+
+    def _state(self, skill: SkillNow) -> Text:
+        """The state of a skill: that of its goal, else IDLE, or the condition of a manager that does not run."""
+        manager = self._manager(skill.skill)
+        if skill.goal_id is not None:
+            return Text(skill.state, "blue" if manager is ProcessCondition.RUNS else STYLES[manager])
+        return Text(skill.state, "dim") if manager is ProcessCondition.RUNS else Text(manager.upper(), STYLES[manager])
+
     def _skill_row(self, skill: SkillNow) -> tuple[str | Text, ...]:
-        running = skill.goal_id is not None
         last: str | Text = "" if skill.last is None else end_text(skill.last)
         if isinstance(last, Text):
             last.truncate(60, overflow="ellipsis")
         return (
             skill.skill,
-            Text(skill.state, "blue" if running else "dim"),
+            self._state(skill),
             self._age(skill.since),
             value_text(skill.feedback) if skill.feedback is not None else "",
             last,
@@ -229,7 +262,10 @@ class SystemTop:
                 }
                 for entry in self._processes
             },
-            "skills": {skill.skill: skill for skill in self._skills()},
+            "skills": {
+                skill.skill: {**msgspec.to_builtins(skill), "manager": self._manager(skill.skill)}
+                for skill in self._skills()
+            },
             "silent_skills": sorted(self._silent),
             "resources": {resource.resource: resource for resource in self._resources()},
         }

@@ -62,8 +62,9 @@ class SystemSeen:
     local: it runs on this machine, and has a run state. router: a router answers. listener: process at its port, None
     if unknown. Without a router the rest is empty.
     states: of the resources, None if unknown. resources: their names in the skillset file. clients: owners of goals.
-    published_by: skills without which a datum is not published, by datum. unattended: the robot is away from its rescue
-    goal, and nobody commands it.
+    lost: goals that were lost, each the latest of its skill by the run's recording. published_by: skills without which
+    a datum is not published, by datum. unattended: set if the robot is away from its rescue goal, and nobody commands
+    it.
     """
 
     robot: str
@@ -80,6 +81,7 @@ class SystemSeen:
     states: Mapping[str, str] | None = None
     resources: frozenset[str] = frozenset()
     goals: tuple[GoalStatus, ...] = ()
+    lost: tuple[GoalStatus, ...] = ()
     clients: frozenset[str] = frozenset()
     disk: Disk | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])

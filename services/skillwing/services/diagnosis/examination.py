@@ -18,6 +18,7 @@ from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, Syst
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, probe, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
 from skillwing.services.errors import NoSystemError
+from skillwing.services.history.goal_ends import recorded_goals, was_lost
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.proc_files import Listener, listener, port_of
@@ -77,6 +78,7 @@ def examine_system(target: Target) -> SystemSeen:
     skillset = load(target.skillset)
     keys = Keys(skillset.name)
     disk = None if target.run_dir is None else _disk(target.run_dir)
+    lost = tuple(filter(was_lost, recorded_goals(target.run_dir).values()))
     port = port_of(target.endpoint)
     try:
         session = open_client(target.endpoint, target.robot, CONNECT_TIMEOUT)
@@ -91,6 +93,7 @@ def examine_system(target: Target) -> SystemSeen:
             listener=None if port is None else _stranger(port, target),
             processes=tuple(process_statuses(target.processes, None)),
             disk=disk,
+            lost=lost,
         )
     with session:
         held = frozenset(key.removeprefix(keys.alive("")) for key in alive(session, keys.alive("**")))
@@ -116,6 +119,7 @@ def examine_system(target: Target) -> SystemSeen:
         states=states,
         resources=frozenset(resource.name for resource in skillset.resources),
         goals=statuses,
+        lost=lost,
         clients=frozenset(name for name in held if name.startswith(CLIENT)),
         disk=disk,
         published_by={} if (table := _table(target)) is None else table.published_by,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import msgspec
 
 from skillwing.services.diagnosis.evidence import Examination, SystemSeen
-from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
@@ -278,6 +278,17 @@ def goals_of_nobody(system: SystemSeen) -> Iterator[Finding]:
             )
 
 
+def goals_lost(system: SystemSeen) -> Iterator[Finding]:
+    for goal in system.lost:
+        if goal.terminal is not None:
+            yield Finding(
+                about="goal_lost",
+                what=f"The last goal of `{goal.skill}` ended LOST. {goal.terminal.reason}",
+                remedy=f"Look at the log of {skill_process(goal.skill)}, then start the skill again.",
+                serious=False,
+            )
+
+
 def unattended(system: SystemSeen) -> Iterator[Finding]:
     if system.unattended is not None:
         yield Finding(about="unattended", what=system.unattended.what, remedy=system.unattended.remedy)
@@ -313,6 +324,7 @@ SYSTEM_RULES: tuple[SystemRule, ...] = (
     clock,
     stale_data,
     goals_of_nobody,
+    goals_lost,
     unattended,
     disk,
 )

@@ -5,13 +5,14 @@ Pure: messages may come in any order, and repeatedly. Times are robot time in se
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
+from skillwing.services.history.goal_ends import status_of_loss
 from skillwing.services.history.wording import headline
-from skillwing.services.names import BLOCKED, skill_process
+from skillwing.services.names import BLOCKED, RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
     Ending,
     GoalProgress,
@@ -22,6 +23,10 @@ from skillwing.services.protocol import (
     State,
     Terminal,
 )
+
+GRANTED = "GRANTED"
+GRANT_ENDS = ("ENDED", "VIOLATED", "LOST")
+"""Last words of the resource manager's records on a goal (core/grants.py, ends.py, invariants.py, losses.py)."""
 
 RECORDS_REMEMBERED = 2000
 """Number of records that can be named as the cause of a later one."""
@@ -64,6 +69,8 @@ class LiveState:
         self._ended: dict[str, GoalStatus] = {}
         self._ended_own: dict[str, GoalStatus] = {}
         self._progress: dict[str, GoalProgress] = {}
+        self._granted: dict[str, GoalStatus] = {}
+        self._over: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
         self._changes: dict[str, Record] = {}
         self._blocked: dict[str, Record] = {}
         self._records: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
@@ -96,26 +103,55 @@ class LiveState:
 
     def add_record(self, record: Record) -> None:
         self._records[record.id] = record
-        if record.kind is RecordKind.GOAL and record.after == Ending.LOST and record.goal_id is not None:
-            self._end_lost(record, record.goal_id)
+        if record.kind is RecordKind.GOAL and record.goal_id is not None:
+            self._note_grant(record, record.goal_id)
+        if (lost := status_of_loss(record)) is not None:
+            self.add_status(lost)
         if record.kind is RecordKind.RESOURCE:
             _keep_latest(self._changes, record)
         if record.kind is RecordKind.PROCESS and record.after == BLOCKED:
             _keep_latest(self._blocked, record)
 
-    def _end_lost(self, record: Record, goal_id: str) -> None:
-        """End a goal whose manager exited before it published the end. Its earlier statuses may be gone with it."""
-        terminal = Terminal(ending=Ending.LOST, reason=record.text, detected_by=record.source)
-        skill, state = record.subject, State.TERMINATED
-        self.add_status(GoalStatus(goal_id=goal_id, skill=skill, state=state, t=record.t, terminal=terminal))
+    def add_recorded(self, recorded: Mapping[str, GoalStatus], alive: Collection[str]) -> None:
+        """Add the recorded goals of skills of which no goal is known. alive: holders of alive tokens.
+
+        If the resource manager and the manager live, one of them would know of an unfinished goal. Then the recorded
+        one is from before a restart of the system.
+        """
+        attended = alive if RESOURCE_MANAGER in alive else ()
+        for skill, status in recorded.items():
+            if self.goal(skill) is None and (status.terminal is not None or skill_process(skill) not in attended):
+                self.add_status(status)
+
+    def _note_grant(self, record: Record, goal_id: str) -> None:
+        """Note the resource manager's word on a grant. The statuses of its goal may be gone with their manager."""
+        if record.after == GRANTED:
+            skill, t = record.subject, record.t
+            known = self._granted.get(skill)
+            if known is None or known.t <= t:
+                self._granted[skill] = GoalStatus(goal_id=goal_id, skill=skill, state=State.RUNNING, t=t)
+        elif record.after in GRANT_ENDS:
+            self._over[goal_id] = None
+
+    def _granted_goal(self, skill: str) -> GoalStatus | None:
+        """The goal with a grant, of which nothing later is known."""
+        granted, ended = self._granted.get(skill), self._ended_own.get(skill)
+        if granted is None or granted.goal_id in self._over:
+            return None
+        if ended is not None and (ended.goal_id == granted.goal_id or ended.t > granted.t):
+            return None
+        return granted
+
+    def _running_goal(self, skill: str) -> GoalStatus | None:
+        return self._running.get(skill) or self._granted_goal(skill)
 
     def goal(self, skill: str) -> GoalStatus | None:
         """The running goal of a skill, else the one that ended last; None without any."""
-        return self._running.get(skill) or self._ended.get(skill)
+        return self._running_goal(skill) or self._ended.get(skill)
 
     def skill(self, name: str) -> SkillNow:
         """The present state of a skill."""
-        running, ended = self._running.get(name), self._ended.get(name)
+        running, ended = self._running_goal(name), self._ended.get(name)
         last = None if ended is None else ended.terminal
         ended_at = None if ended is None else ended.t
         blocked = self._report_on_hooks(name, running or ended)
@@ -123,7 +159,7 @@ class LiveState:
             return SkillNow(name, last=last, ended=ended_at, blocked=blocked)
         progress = self._progress.get(name)
         feedback = progress.feedback if progress is not None and progress.goal_id == running.goal_id else None
-        began = self._began[name]
+        began = self._began[name] if name in self._running else running.t
         return SkillNow(name, running.goal_id, running.state, began, feedback, last, ended_at, blocked)
 
     def _report_on_hooks(self, name: str, latest: GoalStatus | None) -> str:

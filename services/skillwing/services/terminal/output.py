@@ -16,6 +16,7 @@ from skillwing.services.history.wording import time_text
 from skillwing.services.protocol import Ending, Record, RecordKind, Terminal
 
 PIPE_WIDTH = 200
+NO_MANAGER = "its manager does not run; the resource manager ends the goal as LOST"
 DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or it is stopped"
 
 
