@@ -253,7 +253,7 @@ DONE = Terminal(ending=Ending.SUCCEEDED, reason="arrived", result="ARRIVED", suc
 
 
 def test_a_lost_goal_has_its_end_in_the_recording_and_no_later_one(tmp_path: Path) -> None:
-    """Its manager exited before it could publish one. If it only hung, it publishes another one when it goes on."""
+    """The manager exited before it could publish one. A manager that hung publishes another one when it goes on."""
     story = Story()
     story.messages = [
         (1.0, goal(State.RUNNING, 1.0)),
