@@ -15,6 +15,7 @@ __all__ = [
     "NoSystemError",
     "PassingError",
     "RefusedError",
+    "SeveralSystemsError",
     "SkillwingError",
     "TimedOutError",
     "WrongSkillsetError",
@@ -51,6 +52,10 @@ class PassingError(SkillwingError):
 
 class NoSystemError(SkillwingError):
     """No running system."""
+
+
+class SeveralSystemsError(NoSystemError):
+    """Several running systems, of which none was chosen."""
 
 
 class BadRecordingError(SkillwingError):

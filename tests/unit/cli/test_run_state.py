@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from skillwing.dsl import load
 from skillwing.services.client.connection import find_target
-from skillwing.services.errors import NoSystemError, SkillwingError
+from skillwing.services.errors import NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes import run_state
 from skillwing.services.processes.run_state import (
     Announcement,
@@ -100,7 +100,7 @@ def test_of_several_systems_one_has_to_be_chosen() -> None:
     assert find_target(None).robot == "a"
     write_run_state(state("b"))
     assert [each.robot for each in running_systems()] == ["a", "b"]
-    with pytest.raises(NoSystemError, match=r'`--robot a` in a command, `connect\("a"\)` in a script'):
+    with pytest.raises(SeveralSystemsError, match=r'`--robot a` in a command, `connect\("a"\)` in a script'):
         find_target(None)
     assert find_target("b").robot == "b"
     with pytest.raises(NoSystemError, match="`c`"):

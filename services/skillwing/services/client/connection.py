@@ -17,7 +17,7 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.retry import wait_for_answer
-from skillwing.services.errors import NoReplyError, NoSystemError, SkillwingError
+from skillwing.services.errors import NoReplyError, NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
@@ -57,7 +57,7 @@ def find_target(
 
     robot: its name. It may be missing if one system runs here, or one with the skillset of the hash `schema`.
     table: robot of the system at an endpoint, as `find_robot` takes it; by default SKILLWING_ROBOT. Raises
-    NoSystemError, and as `find_robot` does.
+    NoSystemError, SeveralSystemsError, and as `find_robot` does.
     """
     endpoint = endpoint or os.environ.get("SKILLWING_CONNECT")
     if endpoint:
@@ -78,7 +78,7 @@ def find_target(
             names = ", ".join(f"`{state.robot}`" for state in systems)
             name = (fitting or systems)[0].robot
             choice = f'Choose one: `--robot {name}` in a command, `connect("{name}")` in a script.'
-            raise NoSystemError(f"Several systems are running: {names}. {choice}")
+            raise SeveralSystemsError(f"Several systems are running: {names}. {choice}")
 
 
 def _schema_of(state: RunState) -> str | None:

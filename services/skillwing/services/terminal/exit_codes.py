@@ -9,6 +9,7 @@ from skillwing.services.errors import (
     InvalidOptionError,
     NoSystemError,
     RefusedError,
+    SeveralSystemsError,
     SkillwingError,
 )
 from skillwing.services.journal.errors import JournalError
@@ -18,7 +19,7 @@ OK = 0
 FAILED = 1
 """Exit code: done without success. A goal ended in failure, a process died, or no process answered."""
 USAGE = 2
-"""Exit code: not done. An unknown name, a malformed value, a broken file, or a directory that is not writable."""
+"""Exit code: not done. An unknown name, no name of several systems, a malformed value, or a file of no use."""
 NO_SYSTEM = 3
 """Exit code: no running system."""
 REFUSED = 4
@@ -44,6 +45,8 @@ def user_message(error: Exception) -> str | None:
 def exit_code_of(error: Exception) -> int:
     """The exit code of a command that ended with this error."""
     match error:
+        case SeveralSystemsError():
+            return USAGE
         case NoSystemError():
             return NO_SYSTEM
         case RefusedError():
