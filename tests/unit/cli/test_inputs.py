@@ -134,7 +134,7 @@ def test_all_problems_are_reported_at_once() -> None:
     [
         (["laps=a"], {"laps", "target", "height"}),
         (["x=1", "y=2"], {"x", "y", "target", "height"}),
-        (["target.x=1", "target.y=a", "height=99"], {"target.y", "target.z"}),
+        (["target.x=1", "target.y=a", "height=99"], {"target.y", "target.z", "height"}),
         # What is meant, or wrong in a part, is not missing as well.
         (["heigth=1", "target=1,2"], {"heigth", "target"}),
         (["target.w=1", "height=1"], {"target.w"}),

@@ -112,6 +112,13 @@ def test_wrong_inputs_are_reported_at_once(generated: Generated) -> None:
         Rig(generated).go(speed="fast")
 
 
+def test_a_missing_input_does_not_hide_one_out_of_range(generated: Generated) -> None:
+    rig = Rig(generated)
+    with pytest.raises(InvalidInputError) as caught:
+        rig.system.interface.start("go", {"speed": 99.0})
+    assert set(caught.value.problems) == {"place", "speed"}
+
+
 def test_resources_are_read_awaited_and_driven(generated: Generated) -> None:
     rig = Rig(generated, MockRun(delay=1.0))
     motor, power = rig.lift.resources.motor, rig.lift.resources.power

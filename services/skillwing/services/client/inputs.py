@@ -27,8 +27,8 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
     """The inputs in words of the form NAME=VALUE, with the types that the skill declares.
 
     Structures and arrays are values separated by commas, JSON, or field by field. Raises InvalidInputError with a
-    sentence for each word that cannot be read, and then also for each missing input. If all words can be read, missing
-    inputs and ranges are checked elsewhere.
+    sentence for each word that cannot be read, and then also for each missing input and each value out of range. If all
+    words can be read, `SkillsetInterface.start` checks the values.
     """
     values: dict[str, Any] = {}
     problems: dict[str, str] = {}
@@ -62,12 +62,12 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
 
 
 def _unfit(skill: Skill, values: dict[str, Any], reported: Collection[str]) -> dict[str, str]:
-    """Problems of values except for their ranges. reported: paths that have, or contain, a reported problem."""
+    """Problems of values. reported: paths that have, or contain, a reported problem."""
     _, found = fit_fields(skill.inputs, values)
     return {
         each.path: each.sentence
         for each in found
-        if each.kind != "range" and not any(f"{path}.".startswith(f"{each.path}.") for path in reported)
+        if not any(f"{path}.".startswith(f"{each.path}.") for path in reported)
     }
 
 

@@ -112,7 +112,7 @@ class SkillsetInterface:
 
         inputs: by name; structures as mappings or typed structs. cause: the timeline record that led to this start.
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
-        a wrong type or a missing one. The manager checks ranges: such a goal ends NV.
+        a wrong type or a missing one. The manager checks ranges: such a goal ends NV. The error names them as well.
         """
         fitted = self.fitted(skill, inputs)
         tracker = self._track(skill, goal_id or self._new_goal_id())
@@ -136,9 +136,8 @@ class SkillsetInterface:
         for name in given:
             model.input(name)
         fitted, problems = fit_fields(model.inputs, given)
-        wrong = {problem.path: problem.sentence for problem in problems if problem.kind != "range"}
-        if wrong:
-            raise InvalidInputError(skill, wrong)
+        if any(problem.kind != "range" for problem in problems):
+            raise InvalidInputError(skill, {problem.path: problem.sentence for problem in problems})
         return fitted
 
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
