@@ -6,7 +6,7 @@ import json
 import re
 import subprocess
 import sys
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, version
 from pathlib import Path
 
 import pytest
@@ -28,6 +28,11 @@ def listed() -> dict[str, str]:
     _, _, listed = shown.partition("Commands:\n")
     words = [line.split(maxsplit=1) for line in listed.splitlines() if re.match(r" {2}\S", line)]
     return {name: text for name, *rest in words for text in rest}
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    said = CliRunner().invoke(cli.app, ["--version"])
+    assert (said.exit_code, said.stdout) == (0, f"skillwing {version('skillwing')}\n")
 
 
 @pytest.mark.parametrize("entry", COMMANDS.values(), ids=lambda entry: entry.name)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib.machinery import PathFinder
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, cast
 
@@ -205,9 +205,19 @@ app = typer.Typer(
 )
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"skillwing {version('skillwing')}")
+        raise typer.Exit
+
+
 @app.callback()
-def root() -> None:
-    """Callback without effect: without it typer would take a single command for the whole program."""
+def root(
+    show_version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Callback of the whole program: without it typer would take a single command for it."""
 
 
 def main() -> None:
