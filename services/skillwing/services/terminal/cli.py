@@ -24,6 +24,7 @@ from typer.main import get_command
 
 GROUP = "skillwing.commands"
 OWN_COMMANDS = "skillwing.services.commands"
+JSON_OPTION = "--json"
 LONGEST_SENTENCE = 200
 """Letters of the sentence on a command in the list of all."""
 _UsageError = cast("type[Exception]", typer.BadParameter.__bases__[0])
@@ -235,8 +236,18 @@ def main() -> None:
             sys.exit(INTERRUPTED)
         if (message := user_message(error)) is None:
             raise
-        sys.stderr.write(f"{message}\n")
-        sys.exit(exit_code_of(error))
+        code = exit_code_of(error)
+        sys.stderr.write(f"{_as_json(error, message, code) if JSON_OPTION in sys.argv else message}\n")
+        sys.exit(code)
+
+
+def _as_json(error: Exception, message: str, code: int) -> str:
+    """The error in one line of JSON; the message for a `--json` that is no option."""
+    import json  # noqa: PLC0415 - needed for an error only
+
+    from skillwing.services.terminal.error_facts import error_facts, wants_json  # noqa: PLC0415
+
+    return json.dumps(error_facts(error, message, code)) if wants_json(sys.argv[1:]) else message
 
 
 if __name__ == "__main__":
