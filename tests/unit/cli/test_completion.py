@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from skillwing.dsl import parse
 from skillwing.m600.robot import ROBOT
-from skillwing.services.terminal import cli
+from skillwing.services.terminal import cli, completion
 
 SKILLSET = ROBOT.load_skillset()
 SKILLS = {skill.name for skill in SKILLSET.skills}
@@ -54,6 +55,61 @@ def offered(line: str, shell: str = "bash") -> set[str]:
 )
 def test_names_are_offered(line: str, expected: set[str]) -> None:
     assert offered(line) == expected
+
+
+LIFT = parse("""
+skillset truck {
+    enum Mode { SLOW FAST }
+    skill lift { input { mode: Mode  gently: bool  height: float64 } result { success UP } }
+}
+""")
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("skillwing start lift m", {"mode="}),
+        ("skillwing start lift mode=", {"mode=SLOW", "mode=FAST"}),
+        ("skillwing start lift mode=F", {"mode=FAST"}),
+        ("skillwing start lift gently=t", {"gently=true"}),
+        ("skillwing start lift height=", set[str]()),
+        ("skillwing start lift nothing=", set[str]()),
+        # bash makes three words of NAME=VALUE.
+        ("skillwing start lift mode =", {"SLOW", "FAST"}),
+        ("skillwing start lift mode = S", {"SLOW"}),
+        ("skillwing start lift height = 1", set[str]()),
+    ],
+)
+def test_values_of_inputs_are_offered(line: str, expected: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(completion, "_skillset", lambda ctx: LIFT)
+    assert offered(line) == expected
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("survey", {"survey.xml", "survey.py"}),
+        ("fie", {"fields/"}),
+        ("fields/", {"fields/north.xml"}),
+        ("./s", {"./survey.xml", "./survey.py"}),
+        ("nowhere/", set[str]()),
+    ],
+)
+def test_mission_files_are_offered(
+    word: str, expected: set[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "fields").mkdir()
+    for name in ("survey.xml", "survey.py", "survey.md", "fields/north.xml", "fields/.hidden.xml"):
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    assert offered(f"skillwing mission run {word}") == expected
+
+
+def test_missions_and_their_files_are_offered_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mapping_of_mine.py").touch()
+    monkeypatch.chdir(tmp_path)
+    assert offered("skillwing mission run mapp") == {"mapping", "mapping_of_mine.py"}
+    assert offered("skillwing campaign mapp") == {"mapping"}, "a campaign flies installed missions only"
 
 
 def test_zsh_gets_the_same() -> None:

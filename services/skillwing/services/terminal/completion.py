@@ -8,18 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import TypeAlias
 
 import typer
 
 from skillwing.dsl import SkillsetError, load
-from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.dsl.model import EnumType, ScalarType, Skillset, Type, UnknownNameError
 from skillwing.services.client.connection import DEFAULT_ROBOT, find_target
 from skillwing.services.errors import NoSystemError, SkillwingError
 from skillwing.services.processes.run_state import running_systems
 from skillwing.services.robot import ROBOTS, find_robot
 
 MISSIONS = "skillwing.missions"
+MISSION_GROUP = "mission"
+FILES = (".py", ".xml")
+"""Endings of the names of mission files."""
 
 Complete: TypeAlias = Callable[[typer.Context, str], list[str]]
 """Function from the earlier words of the line and the beginning of a word to the word's completions."""
@@ -47,10 +51,38 @@ def of_skillset(names: Callable[[Skillset, typer.Context], Iterable[str]]) -> Co
     return complete
 
 
-def _input_words(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
-    given = {word.partition("=")[0] for word in ctx.params.get("inputs") or ()}
-    inputs = skillset.skill(ctx.params.get("skill") or "").inputs
-    return [f"{each.name}=" for each in inputs if each.name not in given]
+def _inputs(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Names of inputs, and after `NAME=` the values of an enum or a bool.
+
+    bash splits words at `=`: the words are then `NAME`, `=` and the beginning of the value, which alone is replaced. An
+    `=` at the end does not get here.
+    """
+    words: list[str] = ctx.params.get("inputs") or []
+    try:
+        inputs = _skillset(ctx).skill(ctx.params.get("skill") or "").inputs
+    except (SkillwingError, SkillsetError, UnknownNameError, OSError):
+        return []
+    values = {each.name: _values(each.type) for each in inputs}
+    if not incomplete and words and words[-1] in values:
+        return _beginning("", values[words[-1]])
+    if words[-1:] == ["="]:
+        return _beginning(incomplete, values.get("".join(words[-2:-1]), ()))
+    name, equals, begun = incomplete.partition("=")
+    if equals:
+        return [f"{name}={value}" for value in _beginning(begun, values.get(name, ()))]
+    given = {word.partition("=")[0] for word in words}
+    return _beginning(incomplete, (f"{name}=" for name in values if name not in given))
+
+
+def _values(kind: Type) -> tuple[str, ...]:
+    """All values of a type with few of them; empty for any other type."""
+    match kind:
+        case EnumType(values=values):
+            return values
+        case ScalarType(name="bool"):
+            return ("false", "true")
+        case _:
+            return ()
 
 
 def _states(skillset: Skillset, ctx: typer.Context) -> Iterable[str]:
@@ -64,10 +96,27 @@ data = of_skillset(lambda skillset, _: (each.name for each in skillset.data))
 skills_and_data = of_skillset(lambda skillset, _: (each.name for each in (*skillset.skills, *skillset.data)))
 resources = of_skillset(lambda skillset, _: (each.name for each in skillset.resources))
 states = of_skillset(_states)
-inputs = of_skillset(_input_words)
+inputs: Complete = _inputs
 running = one_of(lambda: (state.robot for state in running_systems()))
 robots = one_of(lambda: entry_points(group=ROBOTS).names)
-missions = one_of(lambda: entry_points(group=MISSIONS).names)
+
+
+def missions(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Installed missions; for a command of the group `mission` files of missions, too, and folders."""
+    takes_files = ctx.parent is not None and ctx.parent.info_name == MISSION_GROUP
+    files = _mission_files(incomplete) if takes_files else []
+    return [*_beginning(incomplete, entry_points(group=MISSIONS).names), *files]
+
+
+def _mission_files(incomplete: str) -> list[str]:
+    folder, slash, begun = incomplete.rpartition("/")
+    try:
+        found = sorted(Path(f"{folder}{slash}" or ".").iterdir())
+    except OSError:
+        return []
+    shown = [each for each in found if each.name.startswith(begun) and not (each.name.startswith(".") and not begun)]
+    names = [each.name + ("/" if each.is_dir() else "") for each in shown if each.is_dir() or each.suffix in FILES]
+    return [f"{folder}{slash}{name}" for name in names]
 
 
 def _skillset(ctx: typer.Context) -> Skillset:
