@@ -244,6 +244,18 @@ def test_states_that_are_not_there_and_conditions_that_never_hold() -> None:
         test.run_until(lambda: False, 3.0, "the moon")
 
 
+def test_a_failed_assertion_names_the_states_and_data_of_the_skills_conditions() -> None:
+    test = SkillTest(LIFTER, Lift, states={"power": "ON"})
+    with pytest.raises(AssertionError) as caught:
+        test.start(height=2.0).assert_running()
+    said = str(caught.value)
+    assert "Its conditions and effects are on: hoist FREE; power ON; load never received." in said
+    test.set_data(load=120.0)
+    with pytest.raises(AssertionError, match=r"are on: hoist FREE; power ON; load = 120\.0, 0\.\d\d s old\.") as caught:
+        test.start(height=2.0).assert_ended("S_UP")
+    assert "    height never received" in str(caught.value), "the story has all data"
+
+
 def test_a_long_story_ends_with_what_happened_last() -> None:
     test = bench()
     for _ in range(20):

@@ -12,7 +12,7 @@ from typing import Any, NoReturn, Self
 
 import msgspec
 
-from skillwing.dsl.model import Skillset
+from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
@@ -25,7 +25,7 @@ from skillwing.services.testing.context import ContextError, checked_states, ext
 from skillwing.services.testing.data_feed import DataFeed
 from skillwing.services.testing.fake_layer import FakeLayer
 from skillwing.services.testing.goal import WITHIN, GoalUnderTest
-from skillwing.services.testing.story import tell
+from skillwing.services.testing.story import concerned, tell
 
 CLIENT = "test"
 SETTLE = 0.01
@@ -192,6 +192,10 @@ class Bench:
     def chain(self, record_id: str | None) -> list[str]:
         """The chain of causes of a record of the timeline, the root first, as short texts."""
         return headlines(self.history.chain(record_id))
+
+    def concerned(self, skill: Skill) -> str:
+        """The resources and data that a skill's guards and effects name, each with its present state or value."""
+        return concerned(skill, self.states, self.client.reading)
 
     def story(self, goal_id: str | None = None) -> str:
         """The timeline, from the first record of a goal on or whole, and the present states."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from skillwing.dsl.expressions import names_used
+from skillwing.dsl.model import Skill
+from skillwing.dsl.queries import guards_of, named_by
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headline
 from skillwing.services.protocol import DataReading, Record
@@ -30,8 +33,19 @@ def tell(
             *_timeline(history, goal_id),
             f"How things stand at {now:.3f}:",
             *(f"    {name} {state}" for name, state in states.items()),
-            *(f"    {_reading(reading)}" for reading in readings if reading.t is not None),
+            *(f"    {_reading(reading)}" for reading in readings),
             *_layer(layer),
+        ]
+    )
+
+
+def concerned(skill: Skill, states: Mapping[str, str], reading: Callable[[str], DataReading]) -> str:
+    """`power OFF; load never received`: the states and data that a skill's guards and effects name."""
+    data = sorted(name for guard in guards_of(skill) for name in names_used(guard, "data"))
+    return "; ".join(
+        [
+            *(f"{name} {states.get(name, 'unknown')}" for name in sorted(named_by(skill))),
+            *(_reading(reading(name)) for name in dict.fromkeys(data)),
         ]
     )
 
@@ -68,6 +82,8 @@ def _why(record: Record, history: History) -> str:
 
 
 def _reading(reading: DataReading) -> str:
+    if reading.t is None:
+        return f"{reading.name} never received"
     age = "" if reading.age is None else f", {reading.age:.2f} s old"
     return f"{reading.name} = {_short(reading.value)}{age}{', stale' if reading.stale else ''}"
 
