@@ -88,10 +88,16 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
             self.interrupted(goal.id)
 
     def terminated(
-        self, goal_id: str, result: str, output: dict[str, Any] | None = None, *, cause: str | None = None
+        self,
+        goal_id: str,
+        result: str,
+        output: dict[str, Any] | None = None,
+        *,
+        cause: str | None = None,
+        why: str = "",
     ) -> None:
         self._logbook.stood_still.add(goal_id)
-        super().terminated(goal_id, result, output, cause=cause)
+        super().terminated(goal_id, result, output, cause=cause, why=why)
 
     def interrupted(self, goal_id: str) -> None:
         self._logbook.stood_still.add(goal_id)

@@ -47,11 +47,12 @@ class Holder:
     remaining: float = 0.0
     stopped_at: float = 0.0
     authority_lost: bool = False
+    text: str = ""
 
     @property
     def status(self) -> AxisStatus:
         lost = self.authority_lost and self.state is MotionState.ABORTED
-        text = "the safety pilot has taken over" if lost else ""
+        text = "the safety pilot has taken over" if lost else self.text
         return AxisStatus(
             goal_id=self.goal_id, state=self.state, remaining=self.remaining, text=text, authority_lost=lost
         )

@@ -58,7 +58,8 @@ class GuidanceClient:
     A motion that is ABORTED because the authority is lost is reported after `VERDICT_PATIENCE` only. The resource
     manager ends such a goal (`RI`), but guidance may hear of the pilot before it, and a drone at rest aborts at once.
 
-    record: timeline record of the reason for which the goal's motion ended early; None if it did not.
+    record: timeline record of the reason for which the goal's motion ended early; None if it did not. why: that reason
+    in words, empty if guidance gave none.
     """
 
     def __init__(
@@ -76,6 +77,7 @@ class GuidanceClient:
         self._timeline = Timeline(hooks.bus, KEYS)
         self._lost_at: float | None = None
         self.record: str | None = None
+        self.why = ""
 
     @property
     def remaining(self) -> float:
@@ -175,6 +177,7 @@ class GuidanceClient:
 
     def _report(self, goal: Goal[Any], axis: AxisStatus) -> None:
         if axis.state in ENDED_EARLY and self.record is None:
+            self.why = axis.text
             self.record = self._timeline.record(
                 RecordKind.HEALTH, SUBJECT, None, axis.state, text=axis.text, goal_id=goal.id
             )
@@ -205,5 +208,6 @@ class GuidanceClient:
         if self._watchdog is not None:
             self._watchdog.cancel()
         self._lost_at = self.record = None
+        self.why = ""
         self._goal = self._command = self._watchdog = self._accepted_at = None
         self._stopping = self._given_back = False

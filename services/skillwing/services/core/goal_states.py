@@ -298,7 +298,7 @@ class Executing(Holding, frozen=True):
             reason = f"The output of {event.result} cannot be sent: {problem}."
             return self.ask_end(EndKind.ERROR, reason, cause=cause)
         output = fitted if event.output is not None else None
-        reason = f"The skill ended with {event.result}."
+        reason = f"The skill ended with {event.result}{f': {event.why}' if event.why else ''}."
         cause = event.cause if result.success else cause
         return self.ask_end(EndKind.RESULT, reason, cause=cause, result=event.result, output=output)
 

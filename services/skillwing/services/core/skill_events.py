@@ -68,12 +68,16 @@ class Raised(OwnNews, frozen=True):
 
 
 class Terminated(OwnNews, frozen=True):
-    """End of the skill by itself. cause: the timeline record that ended it, if the developer names one."""
+    """End of the skill by itself. cause: the timeline record that ended it, if the developer names one.
+
+    why: a phrase for the reason.
+    """
 
     goal_id: str
     result: str
     output: Mapping[str, object] | None = None
     cause: str | None = None
+    why: str = ""
 
 
 class StopConfirmed(OwnNews, frozen=True):

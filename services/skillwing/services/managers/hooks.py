@@ -30,7 +30,7 @@ class Goal(Generic[I]):
 class GoalControl(Protocol):
     """Calls of hooks to the manager that runs their goal."""
 
-    def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None: ...
+    def terminated(self, goal_id: str, result: str, output: object, cause: str | None, why: str) -> None: ...
     def interrupted(self, goal_id: str) -> None: ...
     def failed(self, goal_id: str, reason: str, cause: str | None) -> None: ...
 
@@ -97,13 +97,16 @@ class SkillHooks(Generic[I, O, F]):
 
     # --- to call ---------------------------------------------------------------------------------------------------
 
-    def terminated(self, goal_id: str, result: str, output: O | None = None, *, cause: str | None = None) -> None:
+    def terminated(
+        self, goal_id: str, result: str, output: O | None = None, *, cause: str | None = None, why: str = ""
+    ) -> None:
         """End the goal with a result of the skill; the generated `terminated_<RESULT>` call this.
 
         cause: id of the timeline record that led to this end, such as a resource's last change. Without it the cause of
         a success is the goal's last record. A failure then comes of the request to stop, or is the root of a chain.
+        why: a phrase for the goal's reason, such as `no view of the way ahead`.
         """
-        self._control.terminated(goal_id, result, output, cause)
+        self._control.terminated(goal_id, result, output, cause, why)
 
     def interrupted(self, goal_id: str) -> None:
         """Confirm that the interrupted skill has stopped."""

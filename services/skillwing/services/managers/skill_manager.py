@@ -189,9 +189,9 @@ class SkillManagerNode:
 
     # --- requests of hooks -------------------------------------------------------------------------------------------
 
-    def terminated(self, goal_id: str, result: str, output: object, cause: str | None) -> None:
+    def terminated(self, goal_id: str, result: str, output: object, cause: str | None, why: str) -> None:
         fields = None if output is None else msgspec.to_builtins(output)
-        self._step(Terminated(goal_id, result, fields, cause))
+        self._step(Terminated(goal_id, result, fields, cause, why))
 
     def interrupted(self, goal_id: str) -> None:
         self._step(StopConfirmed(goal_id))
