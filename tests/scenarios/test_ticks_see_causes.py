@@ -66,7 +66,7 @@ class Rounds(Mission):
         return MissionTrees(Repeat("rounds", FailureIsSuccess("round", drive), -1))
 
     def compare(self, context: MissionContext, leaf: SkillAction, terminal: Terminal) -> None:
-        """Called within the tick that sees an end."""
+        """Note an end, within the tick that sees it."""
         view: CausalView = context.interface._resources  # type: ignore[attr-defined] - the mission's states are its
         assert leaf.goal is not None
         self.seen.append((leaf.goal.goal_id, terminal.label, view.number))
