@@ -316,6 +316,79 @@ class QueryStates(Message, frozen=True, kw_only=True):
     """Ask for the states of all resources."""
 
 
+class QueryReady(Message, frozen=True, kw_only=True):
+    """Ask whether a skill may start now, or with an empty `skill` whether each one may. Nothing is started.
+
+    `inputs` are those of the start. None asks without them: defaults count, and a precondition that needs another
+    input is not checked. `schema` as in `FireExtern`.
+    """
+
+    skill: Label = ""
+    inputs: dict[str, Any] | None = None
+    schema: Label = ""
+
+
+class Holder(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Running goal that holds a grant. `owner` is its client, empty if the resource manager has restarted since."""
+
+    skill: str
+    goal_id: str
+    owner: str = ""
+
+
+class MissingState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A resource that has to change before a skill may start.
+
+    `state` is the present one, `wanted` are those that would do. `holder` is the goal that holds the resource. `skills`
+    have an effect that leads to a wanted state. `events` and `extern` transitions lead there from the present state;
+    `extern` has their targets.
+    """
+
+    resource: str
+    state: str
+    wanted: tuple[str, ...]
+    holder: Holder | None = None
+    skills: tuple[str, ...] = ()
+    events: tuple[str, ...] = ()
+    extern: tuple[str, ...] = ()
+
+
+class FailingCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A failing precondition. `effect NAME` is a start effect that cannot be applied.
+
+    `reason` is the sentence of a refused start. `missing` are its resources, `data` and `inputs` the other names in it.
+    """
+
+    name: str
+    reason: str
+    missing: tuple[MissingState, ...] = ()
+    data: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+
+
+class SkillReady(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Readiness of a skill. `ready` is true if nothing fails and the skill has no running goal.
+
+    `failing` are all failing preconditions. `inputs` maps inputs that do not fit to sentences. `unchecked` are the
+    preconditions that need an input which was not given. `running` is the goal of the skill that holds a grant.
+    """
+
+    skill: str
+    ready: bool
+    failing: tuple[FailingCheck, ...] = ()
+    inputs: dict[str, str] = {}
+    unchecked: tuple[str, ...] = ()
+    running: Holder | None = None
+
+
+class ReadyReport(Message, frozen=True, kw_only=True):
+    """Reply to `QueryReady`: the skills that were asked for, at one instant. `step` as in `ResourceStates`."""
+
+    step: int
+    t: Time
+    skills: tuple[SkillReady, ...]
+
+
 class FireExtern(Message, frozen=True, kw_only=True, tag="fire_extern"):
     """Drive an extern transition. `source` names the sender, `cause` the record that made it happen.
 
@@ -769,6 +842,10 @@ class Keys:
     @property
     def resource_states(self) -> str:
         return f"{self.skillset}/resource/state"
+
+    @property
+    def resource_ready(self) -> str:
+        return f"{self.skillset}/resource/ready"
 
     @property
     def resource_extern(self) -> str:

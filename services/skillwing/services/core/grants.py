@@ -28,14 +28,14 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
         require_known_data(state, check.expression, now)
     if request.incarnation:
         replace_predecessors(state, request.manager, request.incarnation, now)
-    failing = failing_preconditions(state, skill, inputs, now)
+    failing = failing_preconditions(state.skillset, skill, state.environment(inputs, now))
     if failing:
         return decline(state, request, skill, inputs, failing, now)
     record = state.record_goal(skill, "GRANTED", now, request.goal_id, request.cause, f"to {request.manager}")
     state.apply_effect(skill, skill.preconditions.success, record, request.goal_id, now)
     token = state.ledger.next_token(now)
     granted = Granted(goal_id=request.goal_id, token=token, step=state.step, record=record)
-    state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted))
+    state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted, request.owner))
     enforce_invariants(state, now)
     # An invariant may be false from the start, for instance without data: then the goal is finished already.
     return state.ledger.verdict(request.goal_id, skill.name) or granted

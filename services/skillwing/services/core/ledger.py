@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from skillwing.dsl.model import Skill
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
@@ -17,6 +17,7 @@ class Grant:
     """Grant of a goal.
 
     inputs: defaults filled in. manager, incarnation: name of the process that runs it, and which one of that name.
+    owner: client that started the goal; not in the journal, so empty for a grant from before a restart.
     """
 
     skill: Skill
@@ -24,6 +25,7 @@ class Grant:
     manager: str
     incarnation: str
     granted: Granted
+    owner: str = field(default="", compare=False)
 
     @property
     def goal_id(self) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
-from skillwing.dsl.expressions import Expression, names_used
-from skillwing.dsl.model import Skill
+from skillwing.dsl.expressions import Environment, Expression, names_used
+from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.core.causes import refusal_cause
 from skillwing.services.core.guards import explain_failure
 from skillwing.services.core.invariants import enforce_invariants
 from skillwing.services.core.manager_state import ManagerState
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.resource_table import transition_obstacle
 from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import NO_TOKEN, BeginGoal, ErrorCode, NotReady
@@ -37,14 +38,18 @@ def require_known_data(state: ManagerState, guard: Expression | None, now: float
 
 
 def failing_preconditions(
-    state: ManagerState, skill: Skill, inputs: Mapping[str, object], now: float
+    skillset: Skillset, skill: Skill, known: Environment, unchecked: Collection[str] = ()
 ) -> dict[str, str]:
-    """Every check that fails, and why. A start effect that cannot be applied counts as one."""
-    environment = state.environment(inputs, now)
-    reasons = {check.name: explain_failure(check.expression, environment) for check in skill.preconditions.checks}
+    """Every check that fails, and why. A start effect that cannot be applied counts as one.
+
+    The one rule of readiness: starts and `QueryReady` use it. unchecked: names of checks that are left out.
+    """
+    checks = [check for check in skill.preconditions.checks if check.name not in unchecked]
+    reasons = {check.name: explain_failure(check.expression, known) for check in checks}
     failing = {name: reason for name, reason in reasons.items() if reason is not None}
     start = skill.preconditions.success
-    if not failing and (obstacle := state.table.obstacle(skill.transitions(start))) is not None:
+    obstacle = transition_obstacle(skillset.resource, known.resources, skill.transitions(start))
+    if not failing and obstacle is not None:
         failing[f"effect {start}"] = f"The effect `{start}` cannot be applied: {obstacle}"
     return failing
 

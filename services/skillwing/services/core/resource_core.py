@@ -26,6 +26,7 @@ from skillwing.services.core.ledger import Grant, Ledger
 from skillwing.services.core.losses import attach_manager, lose_goal, lose_manager
 from skillwing.services.core.manager_state import ManagerState, Publication
 from skillwing.services.core.outbox import RecordOutbox
+from skillwing.services.core.ready_report import ready_report
 from skillwing.services.core.resource_table import ResourceTable
 from skillwing.services.core.snapshot import EMPTY_SNAPSHOT, DatumEntry, Entry, Snapshot
 from skillwing.services.protocol import (
@@ -37,6 +38,8 @@ from skillwing.services.protocol import (
     FireExtern,
     GoalVerdict,
     Lost,
+    QueryReady,
+    ReadyReport,
     RecordKind,
     RecordOutcome,
     RenewGoal,
@@ -141,6 +144,10 @@ class ResourceCore:
     def resource_states(self, now: float) -> ResourceStates:
         """All states as a message."""
         return self._state.resource_states(now)
+
+    def ready_report(self, query: QueryReady, now: float) -> ReadyReport:
+        """The reply to a query whether skills may start; nothing changes."""
+        return ready_report(self._state, query, now)
 
     def initial_entries(self) -> tuple[Entry, ...]:
         """The entries that a new journal begins with."""

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from skillwing.dsl.model import Skillset
+from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.snapshot import OnEntry, ResourceEntry
 from skillwing.services.protocol import RecordKind
 
 Transitions: TypeAlias = Iterable[tuple[str, str]]
 """(resource, target state) pairs."""
+
+
+def transition_obstacle(
+    resource_of: Callable[[str], Resource], states: Mapping[str, str], transitions: Transitions, *, extern: bool = False
+) -> str | None:
+    """None if all transitions may be taken from these states, else a sentence on the first that may not."""
+    for name, target in transitions:
+        source = states[name]
+        if not resource_of(name).allows(source, target, extern):
+            kind = "extern" if extern else "internal"
+            return f"`{name}` has no {kind} transition from {source} to {target}."
+    return None
 
 
 class ResourceTable:
@@ -54,12 +66,7 @@ class ResourceTable:
 
     def obstacle(self, transitions: Transitions, *, extern: bool = False) -> str | None:
         """None if all transitions may be taken now, else a sentence on the first that may not."""
-        for name, target in transitions:
-            source = self._states[name]
-            if not self._resources[name].allows(source, target, extern):
-                kind = "extern" if extern else "internal"
-                return f"`{name}` has no {kind} transition from {source} to {target}."
-        return None
+        return transition_obstacle(self._resources.__getitem__, self._states, transitions, extern=extern)
 
     def extern_targets(self, name: str) -> tuple[str, ...]:
         """States that the functional layer may bring a resource to from its present one."""

@@ -42,7 +42,9 @@ from skillwing.services.protocol import (
     Message,
     ProtocolError,
     QueryData,
+    QueryReady,
     QueryStates,
+    ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
@@ -165,6 +167,7 @@ class ResourceManagerNode:
         for each in self._core.data.names:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
+        serve(bus, keys.resource_ready, QueryReady, self._answer_ready)
         serve(bus, keys.event("*"), FireEvent, self._answer_event)
         for key, request in (
             (keys.resource_extern, FireExtern),
@@ -213,6 +216,11 @@ class ResourceManagerNode:
         del query, key
         self._guard(self._journaled.check_hold)
         return self._core.resource_states(self._bus.now())
+
+    def _answer_ready(self, query: QueryReady, key: str) -> ReadyReport:
+        del key
+        self._guard(self._journaled.check_hold)
+        return self._core.ready_report(query, self._bus.now())
 
     def _on_datum(self, sample: Sample) -> None:
         try:

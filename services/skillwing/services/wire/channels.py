@@ -36,7 +36,9 @@ from skillwing.services.protocol import (
     PauseMission,
     QueryData,
     QueryGoal,
+    QueryReady,
     QueryStates,
+    ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
@@ -56,6 +58,7 @@ SIMULATOR, SIMULATED = "the simulator, where there is one", "every process of a 
 UNKNOWN = (ErrorCode.UNKNOWN_GOAL,)
 STARTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.TOO_LATE)
 UNDECIDED = (ErrorCode.UNAVAILABLE,)
+ASKED = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.UNAVAILABLE)
 CHANGES = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE)
 ATTACHMENTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.REPLACED, ErrorCode.UNAVAILABLE)
 GRANTS = (
@@ -72,6 +75,7 @@ PUBLIC = (
     Channel(
         lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates, UNDECIDED
     ),
+    Channel(lambda keys, _: keys.resource_ready, Kind.QUERY, RESOURCES, CLIENTS, QueryReady, ReadyReport, ASKED),
     Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, CLIENTS, ResourceStep),
     Channel(
         lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, OPERATORS, FireExtern, ResourceStates, CHANGES
