@@ -25,7 +25,18 @@ from skillwing.services.client.outcome import Outcome, Reading, Signature, known
 from skillwing.services.client.retry import accepted
 from skillwing.services.errors import SkillwingError
 from skillwing.services.ids import new_goal_id
-from skillwing.services.protocol import DataReading, Keys, ProtocolError, QueryData, State, Terminal, decode, encode
+from skillwing.services.protocol import (
+    DataReading,
+    Keys,
+    ProtocolError,
+    QueryData,
+    ReadyReport,
+    SkillReady,
+    State,
+    Terminal,
+    decode,
+    encode,
+)
 
 __all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
 
@@ -98,6 +109,14 @@ class Client:
 
         self.bus.post(begin)
         return goal
+
+    async def ready(self, skill: str, inputs: Mapping[str, Any] | None = None) -> SkillReady:
+        """Answer whether a skill may start now; see `skillwing.services.client.sync.Client.ready`."""
+        name = self.interface.skillset.skill(skill).name
+        fitted = None if inputs is None else self.interface.fitted(name, inputs)
+        key = self.keys.resource_ready
+        answer = await self.answer(key, lambda take: self.interface.ask_ready(name, take, fitted))
+        return decode(answer.payload, ReadyReport).skills[0]
 
     async def until(self, condition: Callable[[], bool]) -> None:
         """Wait until a condition on the known goals, resources and data holds.

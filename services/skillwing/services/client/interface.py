@@ -33,6 +33,7 @@ from skillwing.services.protocol import (
     M,
     ProtocolError,
     QueryData,
+    QueryReady,
     ResourceStep,
     StartGoal,
     decode,
@@ -139,6 +140,20 @@ class SkillsetInterface:
         if any(problem.kind != "range" for problem in problems):
             raise InvalidInputError(skill, {problem.path: problem.sentence for problem in problems})
         return fitted
+
+    def ask_ready(
+        self, skill: str, on_answer: Callable[[Answer], None], inputs: Mapping[str, Any] | None = None
+    ) -> None:
+        """Ask whether a skill may start now; the answer is a `ReadyReport`. Nothing is started.
+
+        inputs: None to ask without them. An empty skill asks about all. Hooks such as `validate` are not called. Raises
+        as `start` does.
+        """
+        given = None if inputs is None else self.fitted(skill, inputs)
+        query = QueryReady(
+            skill=skill and self.skillset.skill(skill).name, inputs=given, schema=self.skillset.schema_hash
+        )
+        self._bus.ask(self._keys.resource_ready, encode(query), on_answer)
 
     def follow(self, skill: str, goal_id: str) -> GoalHandle:
         """A handle on a goal that another client started. Raises UnknownNameError for an unknown skill."""

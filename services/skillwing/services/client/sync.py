@@ -18,7 +18,7 @@ from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
 from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.errors import SkillwingError, TimedOutError
-from skillwing.services.protocol import DataReading, Keys, QueryData, State, decode, encode
+from skillwing.services.protocol import DataReading, Keys, QueryData, ReadyReport, SkillReady, State, decode, encode
 
 __all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
 
@@ -71,6 +71,15 @@ class Client:
         """Start a skill and return at once. Raises InvalidInputError for a value of a wrong type."""
         handle = self.interface.start(signature.skill, inputs, goal_id=goal_id, cause=cause)
         return Goal(self, signature, handle)
+
+    def ready(self, skill: str, inputs: Mapping[str, Any] | None = None) -> SkillReady:
+        """Answer whether a skill may start now, and what is missing. Nothing is started, and no hook is called.
+
+        inputs: None to ask without them. Raises UnknownNameError, InvalidInputError, RefusedError, NoReplyError.
+        """
+        name, key = self.interface.skillset.skill(skill).name, self.keys.resource_ready
+        answer = self.answer(key, lambda take: self.interface.ask_ready(name, take, inputs))
+        return decode(answer.payload, ReadyReport).skills[0]
 
     def wait_until(self, condition: Callable[[], bool], awaited: str, timeout: float | None = None) -> None:
         """Take in messages until a condition holds.
