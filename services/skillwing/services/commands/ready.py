@@ -1,0 +1,84 @@
+"""`skillwing ready`: the readiness of skills, without a start."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from skillwing.services.client.inputs import parse_inputs
+from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
+from skillwing.services.names import skill_process
+from skillwing.services.protocol import ReadyReport, SkillReady, decode
+from skillwing.services.terminal import completion
+from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.output import make_console, print_json, print_table
+from skillwing.services.terminal.ready_text import lines, rows, unheld
+from skillwing.services.terminal.start_advice import start_advice
+from skillwing.services.terminal.system_state import system_state
+
+
+def ready(
+    skill: Annotated[
+        str | None,
+        typer.Argument(metavar="[SKILL]", help="Skill; all by default.", autocompletion=completion.skills),
+    ] = None,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME=VALUE",
+            help="Inputs, as in height=5 target=10,5,4 target.x=10.",
+            autocompletion=completion.inputs,
+        ),
+    ] = None,
+    robot: RobotOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show whether a skill may start, and what is missing. Nothing is started.
+
+    Without SKILL: a table of all skills. Given inputs are checked, too. The `validate` hook of the skill is not called,
+    so that a start may still be refused by it.
+
+    Exit codes: 0 ready (for the table: it is printed), 1 not ready, or no answer, 2 unknown name or malformed value,
+    3 no system is running, 4 the resource manager refuses to answer now.
+    """
+    with connect(robot) as system:
+        report = _ask(
+            system, skill or "", parse_inputs(system.skillset.skill(skill), inputs) if skill and inputs else None
+        )
+        alive = system.alive()
+        unmanaged = [each.skill for each in report.skills if skill_process(each.skill) not in alive]
+        advice = [] if as_json or skill is None else _advice(system, report.skills[0])
+    if as_json:
+        print_json({"step": report.step, "t": report.t, "skills": report.skills, "without_manager": unmanaged})
+    elif skill is None:
+        print_table(make_console(), ("SKILL", "READY", "WHY"), rows(report.skills, unmanaged))
+    else:
+        console = make_console()
+        for line in lines(report.skills[0], advice):
+            console.print(line, markup=False)
+    if skill is None:
+        raise typer.Exit(OK)
+    if unmanaged:
+        raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
+    raise typer.Exit(OK if report.skills[0].ready else FAILED)
+
+
+def _ask(system: System, skill: str, values: dict[str, Any] | None) -> ReadyReport:
+    """The answer of the resource manager. Raises as `SkillsetInterface.ask_ready`, NoReplyError and RefusedError."""
+    interface = system.make_interface()
+    key = system.keys.resource_ready
+    return decode(
+        system.wait_for_answer(key, lambda take: interface.ask_ready(skill, take, values)).payload, ReadyReport
+    )
+
+
+def _advice(system: System, skill: SkillReady) -> list[str]:
+    """Ways to make preconditions hold of which no goal holds a resource; none without the states of the resources."""
+    if not (names := unheld(skill)):
+        return []
+    try:
+        return list(start_advice(system.skillset, system.skillset.skill(skill.skill), names, system_state(system)))
+    except (NoReplyError, RefusedError):
+        return []
