@@ -28,10 +28,13 @@ from skillwing.services.protocol import (
     Message,
     QueryData,
     QueryGoal,
+    QueryReady,
     QueryStates,
+    ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
+    SkillReady,
     StartGoal,
     State,
     Terminal,
@@ -214,6 +217,15 @@ class System:
         """States of all resources, with the number of the step; None without an answer."""
         answer = self.ask(self.keys.resource_states, encode(QueryStates()), patience)
         return decode(answer.payload, ResourceStates) if isinstance(answer, Answered) else None
+
+    def ready(
+        self, skill: str, inputs: dict[str, Any] | None = None, schema: str | None = None
+    ) -> tuple[SkillReady, ...] | ErrorReply:
+        """Readiness of a skill, or of all for an empty name."""
+        query = QueryReady(skill=skill, inputs=inputs, schema=schema or self.skillset.schema_hash)
+        answer = self.ask(self.keys.resource_ready, encode(query))
+        assert not isinstance(answer, NoReply), "the resource manager does not answer"
+        return answer.error if isinstance(answer, Refused) else decode(answer.payload, ReadyReport).skills
 
     def trigger(self, resource: str, target: str) -> ResourceStates | ErrorReply:
         """Report a transition of the robot. The answer holds the states after all its consequences."""

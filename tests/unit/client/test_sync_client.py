@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from lift_robot import MockedLift
 
+from skillwing.dsl.model import UnknownNameError
 from skillwing.services.client.outcome import GoalFailedError
 from skillwing.services.client.sync import Client
 from skillwing.services.errors import InvalidInputError, RefusedError, TimedOutError
@@ -166,3 +167,23 @@ def test_a_script_of_mocks_is_typed_by_skill(generated: Generated) -> None:
     assert script.skills == {"go": [MockRun(invalid="full"), MockRun(error="jammed"), MockRun(crash=True)]}
     rig = Rig(generated, *script.skills["go"][:2])
     assert [rig.go().wait().ending for _ in range(2)] == [Ending.NOT_VALIDATED, Ending.ERROR]
+
+
+def test_a_script_asks_whether_a_skill_may_start(generated: Generated) -> None:
+    rig = Rig(generated, MockRun(forever=True))
+    client = Client(rig.system.bus, rig.system.interface)
+    place = rig.types.Place(floor=3)
+    assert client.ready("go").ready
+    assert client.ready("go", {"place": place}).ready
+    assert "speed" in client.ready("go", {"place": place, "speed": 9.0}).inputs
+    goal = rig.go()
+    client.wait_until(lambda: goal.handle.state is State.RUNNING, "the goal to run")
+    busy = client.ready("go", {"place": place})
+    assert not busy.ready
+    assert busy.running is not None and busy.running.goal_id == goal.id
+    (free,) = busy.failing
+    assert free.missing[0].holder == busy.running
+    with pytest.raises(InvalidInputError):
+        client.ready("go", {})
+    with pytest.raises(UnknownNameError):
+        client.ready("fly")
