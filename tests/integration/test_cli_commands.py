@@ -100,6 +100,28 @@ def test_not_ready_names_every_failing_precondition(ready: Command) -> None:
     assert "homepoint_status is INVALID" in said.out
 
 
+def test_ready_says_what_is_missing_and_starts_nothing(ready: Command) -> None:
+    assert ready("trigger", "SDK_authority", "UNAVAILABLE").code == OK
+    said = ready("ready", "takeoff", "height=5")
+    assert said.code == FAILED
+    assert "takeoff is not ready." in said.out
+    assert "SDK_authority is UNAVAILABLE" in said.out
+    assert ready("trigger", "SDK_authority", "AVAILABLE").code == OK
+    assert ready("ready", "takeoff", "height=5").out == "takeoff is ready.\n"
+    assert ready("ready", "takeoff", "height=500").code == FAILED
+    assert ready("ready", "takeoff", "height=high").code == USAGE
+    assert ready("ready", "fly").code == USAGE
+    answer = ready("ready", "takeoff", "--json").json
+    assert [(each["skill"], each["ready"]) for each in answer["skills"]] == [("takeoff", True)]
+
+
+def test_ready_without_a_skill_is_a_table_of_all(ready: Command) -> None:
+    said = ready("ready")
+    assert said.code == OK
+    assert "takeoff" in said.out
+    assert "No manager of it runs." in next(line for line in said.out.splitlines() if line.startswith("hover"))
+
+
 def test_a_skill_whose_manager_does_not_run_is_not_started(ready: Command) -> None:
     said = ready("start", "hover", "duration=1")
     assert said.code == FAILED
@@ -255,7 +277,7 @@ def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: 
 # --- up and down -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["status", "resources", "data", "down"])
+@pytest.mark.parametrize("command", ["status", "resources", "ready", "data", "down"])
 def test_without_a_system_commands_say_how_to_start_one(
     command: str, skillwing: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
