@@ -202,12 +202,11 @@ def test_a_waiting_call_fails_when_the_connection_closes(generated: Generated) -
 
 def test_a_script_asks_whether_a_skill_may_start(generated: Generated) -> None:
     async def scenario(lift: Any, types: Any) -> None:
-        client = lift.go.__self__._client
-        assert (await client.ready("go")).ready
-        assert "speed" in (await client.ready("go", {"place": types.Place(floor=3), "speed": 9.0})).inputs
+        assert (await lift.ready("go")).ready
+        assert "speed" in (await lift.ready("go", {"place": types.Place(floor=3), "speed": 9.0})).inputs
         with pytest.raises(InvalidInputError):
-            await client.ready("go", {})
+            await lift.ready("go", {})
         with pytest.raises(UnknownNameError):
-            await client.ready("fly")
+            await lift.ready("fly")
 
     play(generated, scenario)

@@ -171,19 +171,18 @@ def test_a_script_of_mocks_is_typed_by_skill(generated: Generated) -> None:
 
 def test_a_script_asks_whether_a_skill_may_start(generated: Generated) -> None:
     rig = Rig(generated, MockRun(forever=True))
-    client = Client(rig.system.bus, rig.system.interface)
     place = rig.types.Place(floor=3)
-    assert client.ready("go").ready
-    assert client.ready("go", {"place": place}).ready
-    assert "speed" in client.ready("go", {"place": place, "speed": 9.0}).inputs
+    assert rig.lift.ready("go").ready
+    assert rig.lift.ready("go", {"place": place}).ready
+    assert "speed" in rig.lift.ready("go", {"place": place, "speed": 9.0}).inputs
     goal = rig.go()
-    client.wait_until(lambda: goal.handle.state is State.RUNNING, "the goal to run")
-    busy = client.ready("go", {"place": place})
+    rig.system.bus.run_until(lambda: goal.handle.state is State.RUNNING, 10.0)
+    busy = rig.lift.ready("go", {"place": place})
     assert not busy.ready
     assert busy.running is not None and busy.running.goal_id == goal.id
     (free,) = busy.failing
     assert free.missing[0].holder == busy.running
     with pytest.raises(InvalidInputError):
-        client.ready("go", {})
+        rig.lift.ready("go", {})
     with pytest.raises(UnknownNameError):
-        client.ready("fly")
+        rig.lift.ready("fly")

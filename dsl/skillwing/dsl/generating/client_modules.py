@@ -119,6 +119,10 @@ def _signature(skill: Skill, names: TypeNames) -> Iterator[str]:
         yield from (f"{skill.name} = {kind}(", f'{INDENT}"{skill.name}", {outputs}, {feedback}', ")")
 
 
+READY = "ready"
+"""Name of the method that asks whether a skill may start."""
+
+
 def lines(skillset: Skillset, style: ClientStyle) -> Iterator[str]:
     """The lines of the client's module."""
     robot = class_name(skillset.name)
@@ -135,7 +139,8 @@ def lines(skillset: Skillset, style: ClientStyle) -> Iterator[str]:
     for _, suffix, write in present:
         body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, style)]
     # A skill called like a view hides it: `M600Data(client)` still makes one.
-    body += _robot(robot, style, [(view, suffix) for view, suffix, _ in present if view not in hidden])
+    shown = [(view, suffix) for view, suffix, _ in present if view not in hidden]
+    body += _robot(robot, style, shown, asks=READY not in hidden)
     connect = _CONNECT.format(skillset=skillset.name, robot=robot, runtime=style.runtime, **vars(style))
     body += connect.splitlines()
     yield f'"""Typed access to `{skillset.name}`, {style.summary}: {style.goal}.'
@@ -270,10 +275,13 @@ def _events(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterato
 # --- the robot
 
 
-def _robot(robot: str, style: ClientStyle, views: list[tuple[str, str]]) -> Iterator[str]:
+def _robot(robot: str, style: ClientStyle, views: list[tuple[str, str]], *, asks: bool) -> Iterator[str]:
+    """The class of the robot. asks: it has `ready`, which no skill hides."""
     yield from ("", "", f"class {robot}({robot}Skills):")
     yield f'{INDENT}"""The robot: its skills, resources, data and events."""'
     yield ""
     yield f"{INDENT}def __init__(self, client: {style.runtime}.Client) -> None:"
     yield f"{INDENT * 2}super().__init__(client)"
     yield from (f"{INDENT * 2}self.{view} = {robot}{suffix}(client)" for view, suffix in views)
+    if asks:
+        yield f"{INDENT * 2}self.{READY} = client.{READY}"

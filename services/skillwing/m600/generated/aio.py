@@ -280,6 +280,7 @@ class M600(M600Skills):
         super().__init__(client)
         self.resources = M600Resources(client)
         self.data = M600Data(client)
+        self.ready = client.ready
 
 
 @asynccontextmanager
