@@ -36,6 +36,7 @@ from skillwing.services.protocol import (
     Terminal,
     decode,
     encode,
+    require_sendable,
 )
 
 __all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
@@ -111,9 +112,13 @@ class Client:
         return goal
 
     async def ready(self, skill: str, inputs: Mapping[str, Any] | None = None) -> SkillReady:
-        """Answer whether a skill may start now; see `skillwing.services.client.sync.Client.ready`."""
+        """Answer whether a skill may start now; see `skillwing.services.client.sync.Client.ready`.
+
+        Raises as that does, and ProtocolError for inputs too large to be sent.
+        """
         name = self.interface.skillset.skill(skill).name
         fitted = None if inputs is None else self.interface.fitted(name, inputs)
+        require_sendable(fitted)
         key = self.keys.resource_ready
         answer = await self.answer(key, lambda take: self.interface.ask_ready(name, take, fitted))
         return decode(answer.payload, ReadyReport).skills[0]

@@ -40,8 +40,8 @@ def ready(
     Without SKILL: a table of all skills. Given inputs are checked, too. The `validate` hook of the skill is not called,
     so that a start may still be refused by it.
 
-    Exit codes: 0 ready (for the table: it is printed), 1 not ready, or no answer, 2 unknown name or malformed value,
-    3 no system is running, 4 the resource manager refuses to answer now.
+    Exit codes: 0 ready, or the table is printed; 1 not ready, or no answer; 2 unknown name or malformed value.
+    Code 3: no system is running. Code 4: the resource manager refuses to answer now.
     """
     with connect(robot) as system:
         report = _ask(
