@@ -30,10 +30,15 @@ from msgspec import msgpack
 REFUSAL = "application/vnd.skillwing.refusal+msgpack"
 UNAVAILABLE = "UNAVAILABLE"
 """Code of the refusal after which the same request is to be sent again, as after a silence."""
+UNKNOWN_GOAL = "UNKNOWN_GOAL"
+"""Code of the refusal by a manager that does not know the goal: it was replaced, and the goal is lost."""
+LOST = {"ending": "LOST", "result": None, "success": False}
 PAUSE = 0.5
 """Time before that [s]."""
 PATIENCE = 2.0
 """Time without a message after which the client asks for the goal's state [s]."""
+ORDER = ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING", "TERMINATED")
+"""States of a goal in their order. Replies and events come on different ways: an older state is no news."""
 ATTEMPTS = 5
 """Consecutive requests without a reply after which the robot counts as gone."""
 
@@ -105,25 +110,37 @@ class Skill:
 
     def follow(self, goal_id: str) -> dict[str, Any]:
         """Print all messages about a goal until it has ended; return its terminal answer."""
-        said = None
+        said = -1
         while True:
             try:
-                news = self._news.get(timeout=PATIENCE)
-            except queue.Empty:
-                news = ask(self._session, f"{self._prefix}/goal", {"goal_id": goal_id})
-            if news is None:
-                # The goal is over when its status says so, not when it was asked to stop.
-                news = ask(self._session, f"{self._prefix}/interrupt", {"goal_id": goal_id, "client": "plain_client"})
+                news = self._next_news(goal_id)
+            except RefusedError as error:
+                if error.code != UNKNOWN_GOAL:
+                    raise
+                # The manager was replaced. What the goal had taken is released by the resource manager.
+                news = {"goal_id": goal_id, "state": "TERMINATED", "terminal": {**LOST, "reason": str(error)}}
             if "number" in news:
                 self._take_step(news)
-            elif news["goal_id"] == goal_id and news != said:
+            elif news["goal_id"] == goal_id and "state" not in news:
+                _print(news)  # feedback
+            elif news["goal_id"] == goal_id and ORDER.index(news["state"]) > said:
                 if news.get("after_step", 0) > self._step:
                     # The status came before the step that it follows from. The states now contain that step.
                     self._print_states()
                 _print(news)
-                said = news
+                said = ORDER.index(news["state"])
                 if news.get("terminal"):
                     return news["terminal"]
+
+    def _next_news(self, goal_id: str) -> dict[str, Any]:
+        """The next message, or the reply to a request. The goal is over when its status says so, not before."""
+        try:
+            news = self._news.get(timeout=PATIENCE)
+        except queue.Empty:
+            return ask(self._session, f"{self._prefix}/goal", {"goal_id": goal_id})
+        if news is None:
+            return ask(self._session, f"{self._prefix}/interrupt", {"goal_id": goal_id, "client": "plain_client"})
+        return news
 
     def _take_step(self, step: dict[str, Any]) -> None:
         """Print what a step of the resource manager changed, unless its states were printed already."""
@@ -159,7 +176,11 @@ def main() -> int:
         sys.stderr.write("usage: client.py ENDPOINT ROBOT SKILLSET SCHEMA SKILL [INPUTS AS JSON]\n")
         return 2
     endpoint, robot, skillset, schema, skill = sys.argv[1:6]
-    inputs = json.loads(sys.argv[6]) if len(sys.argv) == 7 else {}
+    try:
+        inputs = json.loads(sys.argv[6]) if len(sys.argv) == 7 else {}
+    except ValueError as error:
+        sys.stderr.write(f"The inputs are no JSON: {error}. Write them as in '{{\"height\": 5}}'.\n")
+        return 2
     with open_session(endpoint, robot) as session:
         started = False
         try:

@@ -81,8 +81,36 @@ def test_steps_in_order_are_printed_as_they_come(
     capsys: pytest.CaptureFixture[str], heard: tuple[Network, Any]
 ) -> None:
     network, client = heard
-    for message in (step(6), step(6), status(6), step(7), status(7, terminal=END)):
+    for message in (step(6), step(6), status(6), step(7), status(7, state="TERMINATED", terminal=END)):
         network.hear(payload(message))
     client.follow("g")
     told = [json.loads(line).get("step", "status") for line in capsys.readouterr().out.splitlines()]
     assert told == [5, 6, "status", 7, "status"]
+
+
+def test_a_state_that_is_older_than_the_last_one_is_not_printed(
+    capsys: pytest.CaptureFixture[str], heard: tuple[Network, Any]
+) -> None:
+    """The reply to a start may come after statuses that were published later."""
+    network, client = heard
+    for state in ("RUNNING", "VALIDATING", "RUNNING"):
+        network.hear(payload(status(5, state=state)))
+    network.hear(payload(status(5, state="TERMINATED", terminal=END)))
+    client.follow("g")
+    told = [json.loads(line).get("state") for line in capsys.readouterr().out.splitlines()]
+    assert told == [None, "RUNNING", "TERMINATED"]
+
+
+def test_a_goal_that_its_manager_does_not_know_is_lost(
+    heard: tuple[Network, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, client = heard
+    refusal = {"message": "`drive` knows of no goal g.", "help": "Start one.", "code": "UNKNOWN_GOAL"}
+
+    def refuse(*_: Any) -> None:
+        raise plain_client.RefusedError(refusal)
+
+    monkeypatch.setattr(plain_client, "ask", refuse)
+    monkeypatch.setattr(plain_client, "PATIENCE", 0.01)
+    terminal = client.follow("g")
+    assert (terminal["ending"], terminal["success"]) == ("LOST", False)
