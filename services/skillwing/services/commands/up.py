@@ -10,7 +10,7 @@ import typer
 
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking.script_file import load_scripts
-from skillwing.services.mocking.system import mock_processes, scripts_for
+from skillwing.services.mocking.system import mock_processes, scripts_for, without_layer
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.robot import Robot, find_robot
@@ -148,7 +148,7 @@ def up(
         if mock
         else table.managers(run)
     )
-    started = Robot(table.name, table.skillset, table.hooks, clock="wall") if everything else table
+    started = without_layer(table) if everything else table
     raise typer.Exit(run_system(started, (*layer, *managers), directory, settings))
 
 

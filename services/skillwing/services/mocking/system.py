@@ -118,10 +118,29 @@ class MockedRobot(Robot):
 
     def managers(self, run: Mapping[str, Any] = MappingProxyType({})) -> tuple[ProcessSpec, ...]:
         """Processes as of `mock_processes`, with the script beside the skillset and the seed of the run."""
-        robot = Robot(self.name, self.skillset, self.hooks, clock=self.clock)
-        return mock_processes(robot, scripts=scripts_for(self.skillset), seed=run.get("seed"), run=run)
+        return mock_processes(without_layer(self), scripts=scripts_for(self.skillset), seed=run.get("seed"), run=run)
 
 
 def mocked(robot: Robot) -> MockedRobot:
     """A mocked copy of a robot, named after it, such as `m600-mocks`. Its clock is wall time."""
-    return MockedRobot(f"{robot.name}-mocks", robot.skillset, robot.hooks, clock="wall")
+    alone = without_layer(robot)
+    return MockedRobot(
+        f"{robot.name}-mocks",
+        robot.skillset,
+        robot.hooks,
+        clock=alone.clock,
+        rescue_goal=alone.rescue_goal,
+        mission_templates=alone.mission_templates,
+    )
+
+
+def without_layer(robot: Robot) -> Robot:
+    """A robot on mocks alone, in wall time: without functional layer, site and judge, with what its missions need."""
+    return Robot(
+        robot.name,
+        robot.skillset,
+        robot.hooks,
+        clock="wall",
+        rescue_goal=robot.rescue_goal,
+        mission_templates=robot.mission_templates,
+    )

@@ -1,0 +1,16 @@
+"""A robot on mocks keeps what its missions need."""
+
+from __future__ import annotations
+
+import pytest
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services.mocking.system import mocked, without_layer
+from skillwing.services.robot import Robot
+
+
+@pytest.mark.parametrize("robot", [without_layer(ROBOT), mocked(ROBOT)], ids=["up --mock", "m600-mocks"])
+def test_missions_of_a_mocked_robot_are_checked_as_those_of_the_real_one(robot: Robot) -> None:
+    assert robot.rescue_goal == ROBOT.rescue_goal
+    assert robot.mission_templates == ROBOT.mission_templates
+    assert (robot.clock, robot.judge, robot.functional_layer({})) == ("wall", None, ())
