@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from skillset_strategies import skillsets
 
-from skillwing.dsl.model import Skillset
+from skillwing.dsl import parse
+from skillwing.dsl.model import Precondition, Skillset
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
@@ -44,3 +47,27 @@ def test_ready_says_yes_if_and_only_if_a_start_is_granted(data: st.DataObject, s
         if isinstance(step.reply, NotReady):
             own = {check.name: check.reason for check in ready.failing}
             assert own.items() <= step.reply.failing.items()
+
+
+def test_an_effect_of_the_start_and_of_a_refusal_has_the_reason_of_the_refusal() -> None:
+    """The law found it: the answer and the refused start told different sentences."""
+    text = """
+    skillset s {
+        resource r { initial A  A -> B  extern A -> C  extern B -> A  extern C -> A }
+        skill k {
+            effect { take: r -> B }
+            precondition { success take }
+            interrupt { apply=take }
+            result { DONE }
+        }
+    }
+    """
+    checked = parse(text, "s.skillset")
+    skill = replace(checked.skill("k"), preconditions=Precondition(success="take", failure="take"))
+    skillset = replace(checked, skills=(skill,))  # the checker refuses it, the managers do not
+    core = ResourceCore(skillset, source="rm", new_record_id=RecordIds("rm"), found={"r": "C"})
+    (ready,) = core.ready_report(QueryReady(skill="k"), 0.0).skills
+    begin = BeginGoal(goal_id="g", skill="k", inputs={}, manager="m", owner="test", schema=skillset.schema_hash)
+    reply = core.step(begin, 0.0).reply
+    assert isinstance(reply, NotReady)
+    assert reply.failing == {check.name: check.reason for check in ready.failing}

@@ -65,7 +65,9 @@ def decline(
     """Apply the failure effect of a goal that may not begin, and finish the goal."""
     effect = skill.preconditions.failure
     if (obstacle := state.table.obstacle(skill.transitions(effect))) is not None:
-        failing = {**failing, f"effect {effect}": f"The effect `{effect}` could not be applied: {obstacle}"}
+        # The reason of the refusal stays if it is about this very effect.
+        failing = dict(failing)
+        failing.setdefault(f"effect {effect}", f"The effect `{effect}` could not be applied: {obstacle}")
     data_records: dict[str, str] = {}
     cause = refusal_cause(state, skill, inputs, data_records, now)
     record = state.record_goal(skill, "NOT_READY", now, request.goal_id, cause, " ".join(failing.values()))
