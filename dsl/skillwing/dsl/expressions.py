@@ -100,7 +100,8 @@ class Implies:
     right: Expression
 
 
-Expression: TypeAlias = "Comparison | Not | And | Or | Implies | Name | Literal"
+Term: TypeAlias = "Comparison | Name | Literal"
+Expression: TypeAlias = "Term | Not | And | Or | Implies"
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +153,22 @@ def references(expression: Expression) -> Iterator[Name]:
         case And(left, right) | Or(left, right) | Implies(left, right):
             yield from references(left)
             yield from references(right)
+
+
+def terms(expression: Expression) -> Iterator[Term]:
+    """Yield the comparisons and bare operands of an expression from left to right.
+
+    Uses no recursion, so that the depth does not matter.
+    """
+    pending = [expression]
+    while pending:
+        match pending.pop():
+            case Not(operand):
+                pending.append(operand)
+            case And(left, right) | Or(left, right) | Implies(left, right):
+                pending += [right, left]
+            case term:
+                yield term
 
 
 def depth(expression: Expression) -> int:

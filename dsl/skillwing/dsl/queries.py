@@ -7,17 +7,14 @@ from itertools import product
 from math import prod
 
 from skillwing.dsl.expressions import (
-    And,
     Comparison,
     Environment,
     Expression,
-    Implies,
     Name,
     NamedValue,
-    Not,
-    Or,
     evaluate,
     names_used,
+    terms,
 )
 from skillwing.dsl.model import Effect, Event, Skill, Skillset
 
@@ -97,18 +94,14 @@ def states_named(skillset: Skillset) -> frozenset[tuple[str, str]]:
 
 
 def _states_asked(guard: Expression) -> Iterator[tuple[str, str]]:
-    match guard:
-        case Comparison(left=Name(scope="resource") as name, right=NamedValue(name=state)):
-            yield name.root, state
-        case Comparison(left=NamedValue(name=state), right=Name(scope="resource") as name):
-            yield name.root, state
-        case Not(operand):
-            yield from _states_asked(operand)
-        case And(left, right) | Or(left, right) | Implies(left, right):
-            yield from _states_asked(left)
-            yield from _states_asked(right)
-        case _:
-            pass
+    for term in terms(guard):
+        match term:
+            case Comparison(left=Name(scope="resource") as name, right=NamedValue(name=state)):
+                yield name.root, state
+            case Comparison(left=NamedValue(name=state), right=Name(scope="resource") as name):
+                yield name.root, state
+            case _:
+                pass
 
 
 def data_in_guards(skillset: Skillset) -> frozenset[str]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 
 from skillwing.dsl.checking.reachability.situations import Situations
-from skillwing.dsl.expressions import And, Expression, Implies, Not, Or
+from skillwing.dsl.expressions import Expression, terms
 from skillwing.dsl.model import Resource
 from skillwing.dsl.spans import Span
 from skillwing.dsl.suggest import listed
@@ -13,21 +13,8 @@ from skillwing.dsl.suggest import listed
 
 def span_of(expression: Expression) -> Span | None:
     """The span from the first to the last comparison of a predicate."""
-    spans = list(_spans(expression))
+    spans = [term.span for term in terms(expression) if term.span is not None]
     return spans[0].to(spans[-1]) if spans else None
-
-
-def _spans(expression: Expression) -> Iterator[Span]:
-    match expression:
-        case And(left, right) | Or(left, right) | Implies(left, right):
-            yield from _spans(left)
-            yield from _spans(right)
-        case Not(operand):
-            yield from _spans(operand)
-        case _ if expression.span is not None:
-            yield expression.span
-        case _:
-            pass
 
 
 def possible_states(names: Collection[str], situations: Situations) -> str:

@@ -13,7 +13,7 @@ from typing import TypeAlias
 from skillwing.dsl.checking.types import SCALARS
 from skillwing.dsl.editor.names import Declaration, Index, NameScope, Occurrence, Symbol, SymbolKind
 from skillwing.dsl.editor.positions import Lines
-from skillwing.dsl.expressions import And, Comparison, Expression, Implies, Literal, Name, NamedValue, Not, Or
+from skillwing.dsl.expressions import Comparison, Name, NamedValue, Term, terms
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.spans import Span, Word
@@ -32,7 +32,6 @@ _Named: TypeAlias = (
     | syntax.InvariantSyntax
     | syntax.ResultSyntax
 )
-_Leaf: TypeAlias = Comparison | Name | Literal
 
 
 def index(root: syntax.SkillsetSyntax | None, lines: Lines, words: Sequence[Lexeme]) -> Index:
@@ -199,13 +198,13 @@ class _Builder:
     def _use_predicate(self, predicate: syntax.PredicateSyntax, skill: str | None) -> None:
         """Collect the names of a predicate. skill: the one whose inputs it may name."""
         inputs = () if skill is None else (NameScope("input", skill),)
-        for leaf in _leaves(predicate.expression):
+        for leaf in terms(predicate.expression):
             if predicate.kind == "resource":
                 self._use_states(leaf)
             else:
                 self._use_values(leaf, (*inputs, _DATA))
 
-    def _use_states(self, leaf: _Leaf) -> None:
+    def _use_states(self, leaf: Term) -> None:
         """`resource == STATE`, either side first."""
         sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
         names = [side for side in sides if isinstance(side, Name)]
@@ -216,7 +215,7 @@ class _Builder:
             scope = _RESOURCES if subject is None or name is subject else NameScope("state", subject.path)
             self._use_path(name, (scope,))
 
-    def _use_values(self, leaf: _Leaf, scopes: tuple[NameScope, ...]) -> None:
+    def _use_values(self, leaf: Term, scopes: tuple[NameScope, ...]) -> None:
         """Collect data, inputs and their fields. Another word may be a value of the other side's enum."""
         sides = [leaf.left, leaf.right] if isinstance(leaf, Comparison) else [leaf]
         for side, other in zip(sides, reversed(sides), strict=True):
@@ -318,16 +317,3 @@ def _applied(section: syntax.Section) -> Iterator[Word]:
             yield from (apply.effect for apply in applies)
         case _:
             pass
-
-
-def _leaves(expression: Expression) -> Iterator[_Leaf]:
-    """The comparisons and bare operands of an expression. Uses no recursion, so that the depth does not matter."""
-    pending = [expression]
-    while pending:
-        match pending.pop():
-            case Not(operand):
-                pending.append(operand)
-            case And(left, right) | Or(left, right) | Implies(left, right):
-                pending += [left, right]
-            case leaf:
-                yield leaf

@@ -7,18 +7,15 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from skillwing.dsl.expressions import (
-    And,
     Comparison,
     Environment,
     Expression,
-    Implies,
     Literal,
     Name,
-    Not,
-    Or,
     UnboundNameError,
     evaluate,
     names_used,
+    terms,
 )
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, Skillset, StructType
 
@@ -169,18 +166,14 @@ def _candidates(target: Field, thresholds: Sequence[Any]) -> Iterator[Any]:
 
 def _thresholds(expression: Expression, leaf: _Leaf) -> Iterator[Any]:
     """The values that an expression compares a leaf with."""
-    match expression:
-        case Comparison(left=Name() as name, right=Literal(value=value)) if _is(name, leaf):
-            yield value
-        case Comparison(left=Literal(value=value), right=Name() as name) if _is(name, leaf):
-            yield value
-        case Not(operand):
-            yield from _thresholds(operand, leaf)
-        case And(left, right) | Or(left, right) | Implies(left, right):
-            yield from _thresholds(left, leaf)
-            yield from _thresholds(right, leaf)
-        case _:
-            pass
+    for term in terms(expression):
+        match term:
+            case Comparison(left=Name() as name, right=Literal(value=value)) if _is(name, leaf):
+                yield value
+            case Comparison(left=Literal(value=value), right=Name() as name) if _is(name, leaf):
+                yield value
+            case _:
+                pass
 
 
 def _is(name: Name, leaf: _Leaf) -> bool:
