@@ -11,7 +11,7 @@ from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import ReadyReport, SkillReady, decode
 from skillwing.services.terminal import completion
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.output import make_console, print_json, print_table
 from skillwing.services.terminal.ready_text import lines, rows, unheld
@@ -24,14 +24,7 @@ def ready(
         str | None,
         typer.Argument(metavar="[SKILL]", help="Skill; all by default.", autocompletion=completion.skills),
     ] = None,
-    inputs: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="NAME=VALUE",
-            help="Inputs, as in height=5 target=10,5,4 target.x=10.",
-            autocompletion=completion.inputs,
-        ),
-    ] = None,
+    inputs: InputsArgument = None,
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -17,7 +17,7 @@ from skillwing.services.names import skill_process
 from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Ending, State, Terminal
 from skillwing.services.terminal import completion
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
 from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
 from skillwing.services.terminal.start_advice import busy_advice, start_advice
@@ -33,14 +33,7 @@ def start(
         str,
         typer.Argument(metavar="SKILL", help="Skill to start.", show_default=False, autocompletion=completion.skills),
     ],
-    inputs: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="NAME=VALUE",
-            help="Inputs, as in height=5 target=10,5,4 target.x=10.",
-            autocompletion=completion.inputs,
-        ),
-    ] = None,
+    inputs: InputsArgument = None,
     follow: Annotated[
         bool, typer.Option("--follow", "-f", help="Show progress until the end; Ctrl-C interrupts the goal.")
     ] = False,

@@ -25,7 +25,7 @@ from skillwing.services.processes.run_options import run_options
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryStates, ResourceStates
 from skillwing.services.robot import find_robot
-from skillwing.services.terminal.completion import running
+from skillwing.services.terminal.completion import inputs, running
 
 RobotOption = Annotated[
     str | None,
@@ -35,6 +35,12 @@ RobotOption = Annotated[
         metavar="NAME",
         help="Running robot; needed if there are several.",
         autocompletion=running,
+    ),
+]
+InputsArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="NAME=VALUE", help="Inputs, as in height=5 target=10,5,4 target.x=10.", autocompletion=inputs
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
