@@ -91,7 +91,7 @@ def fly(seed: int, jitter: float, actions: list[tuple[str, float]]) -> Rounds:
     running = True
     for action, seconds in actions:
         match action:
-            case "fail" | "mend" if running:
+            case "fail" | "repair" if running:
                 target = "FAILED" if action == "fail" else "OK"
                 if robot.states.get("camera") != target:
                     robot.trigger("camera", target)
@@ -111,7 +111,7 @@ def fly(seed: int, jitter: float, actions: list[tuple[str, float]]) -> Rounds:
 
 
 ACTIONS = st.lists(
-    st.tuples(st.sampled_from(["fail", "mend", "kill", "restart", "wait"]), st.sampled_from([0.01, 0.2, 0.9])),
+    st.tuples(st.sampled_from(["fail", "repair", "kill", "restart", "wait"]), st.sampled_from([0.01, 0.2, 0.9])),
     max_size=12,
 )
 JITTERS = st.sampled_from([0.002, 0.05, 0.2])

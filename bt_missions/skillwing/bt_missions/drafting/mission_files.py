@@ -61,7 +61,8 @@ def draft_python_file(name: str, skillset: Skillset, goal: RescueGoal | None) ->
     """A module with a first mission. name: of the mission."""
     steps = draft_steps(skillset, goal)
     leaves = [f"{_leaf(skill)}," for skill in steps.skills] or ['Success("nothing to do"),']
-    run = [f'in_order(\n    "{name}",\n{indent(chr(10).join(leaves), "    ")}\n)']
+    steps_of_run = indent("\n".join(leaves), "    ")
+    run = f'in_order(\n    "{name}",\n{steps_of_run}\n)'
     names = ["in_order"] if goal is None else ["first_that_works", "in_order"]
     states = {resource: (state,) for resource, state in steps.needs.items()}
     needs = f"\n    needs = {_python(states)}" if states else ""
@@ -71,8 +72,7 @@ def draft_python_file(name: str, skillset: Skillset, goal: RescueGoal | None) ->
         summary=_summary(skillset),
         needs=needs,
         composites=", ".join(names),
-        run=indent("".join(run), "        ").lstrip(),
-        run_within=indent("".join(run), "            ").lstrip(),
+        run=indent(run, "        " if goal is None else "            ").lstrip(),
         resource="" if goal is None else goal.resource,
         state="" if goal is None else goal.state,
         skill="" if goal is None else goal.skill,
@@ -212,7 +212,7 @@ class DraftedMission(Mission):
     def build(self, context: MissionContext, options: MissionOptions) -> MissionTrees:
         run = first_that_works(
             "all, or rescue",
-            {run_within},
+            {run},
             SuccessIsFailure("rescued, but not done", rescue(context)),
         )
         return MissionTrees(run, rescue(context))

@@ -139,7 +139,8 @@ def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> It
     kind = OPTION_TYPES.get(port.kind, Any)
     try:
         plain = default if kind is str else plain_value(port.name, default)
-        kind = kind if _fits(plain, kind) or port.kind not in MAYBE_OWN_TYPES else Any
+        if port.kind in MAYBE_OWN_TYPES and not _fits(plain, kind):
+            kind = Any
         value = msgspec.convert(None if plain == "" else plain, kind, strict=False)
         is_mutable = isinstance(value, list | dict)
         yield port.name, kind, msgspec.field(default_factory=lambda: value) if is_mutable else value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -123,15 +123,7 @@ class MockedRobot(Robot):
 
 def mocked(robot: Robot) -> MockedRobot:
     """A mocked copy of a robot, named after it, such as `m600-mocks`. Its clock is wall time."""
-    alone = without_layer(robot)
-    return MockedRobot(
-        f"{robot.name}-mocks",
-        robot.skillset,
-        robot.hooks,
-        clock=alone.clock,
-        rescue_goal=alone.rescue_goal,
-        mission_templates=alone.mission_templates,
-    )
+    return MockedRobot(**vars(replace(without_layer(robot), name=f"{robot.name}-mocks")))
 
 
 def without_layer(robot: Robot) -> Robot:
