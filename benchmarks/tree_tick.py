@@ -20,6 +20,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
 from skillwing.dsl import parse
+from skillwing.services.bus import Answer
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.protocol import DataReading, State
 
@@ -49,6 +50,11 @@ class Flying:
 
     def reading(self, datum: str) -> DataReading:
         raise NotImplementedError(datum)
+
+    def ask_ready(
+        self, skill: str, on_answer: Callable[[Answer], None], inputs: Mapping[str, Any] | None = None
+    ) -> None:
+        raise NotImplementedError(skill)
 
     def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalHandle:
         handle = GoalHandle(skill, skill)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from skillwing.bt_missions.leaves.context import MissionContext
@@ -20,6 +20,9 @@ from skillwing.dsl.model import (
     Skillset,
     Transition,
 )
+from skillwing.services.bus import Answer
+from skillwing.services.core.values import fit_fields
+from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import DataReading, Ending, State, Terminal
 
 
@@ -87,6 +90,7 @@ class FakeInterface:
         self.states = {resource.name: resource.initial for resource in skillset.resources}
         self.readings: dict[str, DataReading] = {}
         self.ready = True
+        self.questions: list[tuple[str, Mapping[str, Any] | None, Callable[[Answer], None]]] = []
 
     def state(self, resource: str) -> str | None:
         return self.states.get(resource)
@@ -99,6 +103,14 @@ class FakeInterface:
 
     def know(self, datum: str, value: Any, *, stale: bool = False) -> None:
         self.readings[datum] = DataReading(name=datum, value=value, t=0.0, age=0.0, stale=stale)
+
+    def ask_ready(
+        self, skill: str, on_answer: Callable[[Answer], None], inputs: Mapping[str, Any] | None = None
+    ) -> None:
+        problems = fit_fields(self.skillset.skill(skill).inputs, inputs or {})[1]
+        if inputs is not None and problems:
+            raise InvalidInputError(skill, {each.path: each.sentence for each in problems})
+        self.questions.append((skill, inputs, on_answer))
 
     def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> FakeGoal:
         self.skillset.skill(skill)

@@ -21,6 +21,7 @@ from skillwing.bt_missions.checking.mission_check import check_mission, offline_
 from skillwing.bt_missions.cli.mission import mission as mission_command
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched, NoteSwitch, WaitForSettled
 from skillwing.bt_missions.leaves.conditions import SIGNS, DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_mission
@@ -69,6 +70,19 @@ LEAVES = st.one_of(
             "camera?", offline_context(SKILLSET), "camera", *states, wait=wait, question=question
         ),
         st.lists(st.sampled_from(["OK", "FAILED"]), min_size=1, unique=True),
+        st.sampled_from([0.0, 2.5]),
+        st.booleans(),
+    ),
+    st.builds(
+        lambda speed, wait, question: MayStart(
+            "ready?",
+            offline_context(SKILLSET),
+            "go",
+            None if speed is None else {"speed": speed},
+            wait=wait,
+            question=question,
+        ),
+        st.none() | st.floats(0.1, 5.0),
         st.sampled_from([0.0, 2.5]),
         st.booleans(),
     ),
@@ -204,6 +218,12 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<ResourceIs resource="camera"/>', ["2: `ResourceIs` lacks its port `states`"]),
         ('<ResourceIs resource="kamera" states="OK"/>', ["2: Leaf `ResourceIs`: There is no resource `kamera`"]),
         ('<ResourceIs resource="camera" states="OK" question="perhaps"/>', ["2: `question` is `perhaps`"]),
+        ('<MayStart skill="gi"/>', ["2: Leaf `MayStart`: There is no skill `gi`"]),
+        ('<MayStart skill="go" inputs="sped=1"/>', ["2: Leaf `MayStart`: go: There is no field `sped`"]),
+        ('<MayStart skill="go" inputs="speed=far"/>', ["2: `speed` is `far`"]),
+        ('<MayStart skill="go" inputs="speed=9"/>', ["2: Leaf `MayStart`: go: `speed` is 9"]),
+        ('<MayStart skill="go" inputs="fast"/>', ["2: `inputs` is `fast`; it takes pairs"]),
+        ("<MayStart skill='go' inputs='speed=\"1'/>", ["2: `inputs` is"]),
         ('<OnEnding endings="S_BLOKED"><go/><look/></OnEnding>', ["2: Node `OnEnding`: There is no ending below"]),
         ('<OnEnding endings="NR"><go/></OnEnding>', ["2: `OnEnding` has 1 children; it takes 2."]),
         ("<Pausable><go/><look/></Pausable>", ["2: `Pausable` has 2 children; it takes 3."]),

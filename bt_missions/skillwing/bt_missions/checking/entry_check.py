@@ -12,6 +12,7 @@ from skillwing.bt_missions.checking.declared_values import Declared, case_misfit
 from skillwing.bt_missions.checking.repetition import above, repeats
 from skillwing.bt_missions.checking.tree_check import skill_of
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.placeholder import is_guessed
 from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -73,10 +74,10 @@ def _output(node: Behaviour, name: str, skillset: Skillset) -> Declared | None:
 def _reads(node: Behaviour, skillset: Skillset) -> Iterator[EntryRead]:
     if isinstance(node, ValueSwitch):
         yield EntryRead(node, "variable", node.variable, partial(case_misfit, node.cases))
-    elif isinstance(node, SkillAction):
+    elif isinstance(node, SkillAction | MayStart):
         skill = skill_of(node, skillset)
         inputs = {field.name: field for field in skill.inputs} if skill else {}
-        for name, value in node.inputs.items():
+        for name, value in (node.inputs or {}).items():
             yield EntryRead(node, name, value, partial(misfit, inputs[name]) if name in inputs else _accept)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from skillwing.bt_missions.checking.preflight import preflight
@@ -11,6 +11,7 @@ from skillwing.bt_missions.leaves.interface import GoalView
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
 from skillwing.dsl.model import Skillset
+from skillwing.services.bus import Answer
 from skillwing.services.protocol import DataReading
 from skillwing.services.rescue_goal import RescueGoal
 
@@ -29,6 +30,11 @@ class OfflineInterface:
 
     def reading(self, datum: str) -> DataReading:
         return DataReading(name=datum, value=None, t=None, age=None, stale=True)
+
+    def ask_ready(
+        self, skill: str, on_answer: Callable[[Answer], None], inputs: Mapping[str, Any] | None = None
+    ) -> None:
+        self._refuse(f"ask whether {skill} may start")
 
     def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalView:
         self._refuse(f"start {skill}")

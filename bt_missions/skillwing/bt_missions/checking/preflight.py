@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from py_trees.behaviour import Behaviour
 
@@ -12,6 +12,7 @@ from skillwing.bt_missions.checking.intended_names import missing_names
 from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
@@ -64,6 +65,8 @@ def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[Missio
 def _leaf_problems(leaf: Behaviour, skillset: Skillset) -> Iterator[str]:
     if isinstance(leaf, SkillAction):
         yield from _skill_problems(leaf, skillset)
+    elif isinstance(leaf, MayStart):
+        yield from _question_problems(leaf, skillset)
     elif isinstance(leaf, ResourceIs):
         yield from _resource_problems(skillset, leaf.resource, leaf.states)
     elif isinstance(leaf, DataCompare):
@@ -77,7 +80,7 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
         yield problem
         return
     skill = skillset.skill(leaf.skill)
-    yield from _input_problems(leaf, skill)
+    yield from _input_problems(leaf, leaf.inputs, skill)
     yield from _outcome_problems(leaf, skill)
     outputs = [field.name for field in skill.outputs]
     for name in leaf.outputs.keys() - set(outputs):
@@ -89,9 +92,17 @@ def _skill_problems(leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
             yield str(UnknownNameError(f"feedback of {skill.name}", counter, feedback))
 
 
-def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
+def _question_problems(leaf: MayStart, skillset: Skillset) -> Iterator[str]:
+    problem = next(_unknown(lambda: skillset.skill(leaf.skill)), None)
+    if problem is not None:
+        yield problem
+    elif leaf.inputs is not None:
+        yield from _input_problems(leaf, leaf.inputs, skillset.skill(leaf.skill))
+
+
+def _input_problems(leaf: Behaviour, inputs: Mapping[str, object], skill: Skill) -> Iterator[str]:
     """Problems of the inputs, as far as their values are known before the run."""
-    known = {name: value for name, value in leaf.inputs.items() if not callable(value)}
+    known = {name: value for name, value in inputs.items() if not callable(value)}
     problems = fit_fields(skill.inputs, known)[1]
     named = [field.name for field in skill.inputs]
     absent = [each.path for each in problems if each.kind == "missing" and each.path in named]
@@ -99,13 +110,13 @@ def _input_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
         ()
         if is_incomplete(leaf)
         else missing_names(
-            (name for name in absent if name not in leaf.inputs), [name for name in leaf.inputs if name not in named]
+            (name for name in absent if name not in inputs), [name for name in inputs if name not in named]
         )
     )
     for problem in problems:
         if problem.path not in absent or problem.path in lacking:
             yield f"{skill.name}: {problem.sentence}"
-    for name in leaf.inputs.keys() - known.keys():
+    for name in inputs.keys() - known.keys():
         yield from _unknown(lambda name=name: skill.input(name))
 
 

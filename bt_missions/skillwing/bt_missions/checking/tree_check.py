@@ -23,6 +23,7 @@ from py_trees.decorators import (
 from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.checking.repetition import may_run_again
 from skillwing.bt_missions.leaves.branch_switch import NoteSwitch, WaitForSettled
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.placeholder import is_guessed, is_incomplete
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
@@ -190,7 +191,7 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
     return any(result.success and f"S_{result.name}" not in leaf.outcomes for result in skill.results)
 
 
-def skill_of(leaf: SkillAction, skillset: Skillset) -> Skill | None:
-    """The skill that a leaf runs, or probably is meant to run."""
+def skill_of(leaf: SkillAction | MayStart, skillset: Skillset) -> Skill | None:
+    """The skill that a leaf is about, or probably is meant to run."""
     name = intended_name(leaf.skill, (skill.name for skill in skillset.skills))
     return None if name is None else skillset.skill(name)

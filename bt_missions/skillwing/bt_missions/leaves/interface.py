@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
+from skillwing.services.bus import Answer
 from skillwing.services.protocol import DataReading, State, Terminal
 
 
@@ -40,5 +41,8 @@ class RobotInterface(Protocol):
     def state(self, resource: str) -> str | None: ...
     def change_record(self, resource: str) -> str | None: ...
     def reading(self, datum: str) -> DataReading: ...
+    def ask_ready(
+        self, skill: str, on_answer: Callable[[Answer], None], inputs: Mapping[str, Any] | None = None
+    ) -> None: ...
     def start(self, skill: str, inputs: Mapping[str, Any] | None = None, *, cause: str | None = None) -> GoalView: ...
     def interrupt(self, goal: Any, *, cause: str | None = None) -> None: ...

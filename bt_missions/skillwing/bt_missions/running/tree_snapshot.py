@@ -9,6 +9,7 @@ from py_trees.decorators import Decorator
 from rich.text import Text
 
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.services.protocol import NodeStatus, TreeNode, TreeSnapshot
 
@@ -80,7 +81,7 @@ def render_tree(snapshot: TreeSnapshot, *, feedback: bool = True) -> Text:
 def _kind(node: Behaviour) -> str:
     if isinstance(node, SkillAction):
         return "Action"
-    if isinstance(node, (ResourceIs, DataCompare)):
+    if isinstance(node, (ResourceIs, DataCompare, MayStart)):
         return "Condition"
     if isinstance(node, Decorator):
         return "Decorator"
