@@ -46,7 +46,9 @@ SHUTTLE_XML = """<root BTCPP_format="4" main_tree_to_execute="shuttle">
       <ResourceIs name="may wait?" resource="emergency_stop" states="RELEASED"/>
       <AlwaysSuccess/>
       <Repeat name="rounds" num_cycles="100">
-        <Sequence name="round"><MayStart skill="drive" wait="5"/><drive target="{rack}"/><drive target="0,0,0"/></Sequence>
+        <Sequence name="round">
+          <MayStart skill="drive" wait="5"/><drive target="{rack}"/><drive target="0,0,0"/>
+        </Sequence>
       </Repeat>
     </Pausable>
   </BehaviorTree>

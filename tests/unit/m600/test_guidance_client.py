@@ -73,6 +73,15 @@ def test_a_drone_that_does_not_come_to_rest_keeps_the_axes_until_the_timeout(dro
     goal.assert_ended("IT", forced=True)
 
 
+def test_a_distance_that_nobody_measures_is_not_published(drone: Drone) -> None:
+    goal = drone.start(target=TARGET, speed=0.5)
+    drone.run(2.0)
+    drone.layer.body.goal_id, drone.layer.body.state = None, MotionState.IDLE
+    drone.run(1.5)
+    assert not goal.done
+    assert goal.progress.distance > 8.0
+
+
 @settings(max_examples=15, deadline=None)
 @given(wait=st.floats(0.0, 6.0), lost=st.integers(0, 2))
 def test_whenever_it_is_interrupted_it_ends_at_rest_and_gives_the_axes_back(wait: float, lost: int) -> None:

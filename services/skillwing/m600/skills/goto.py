@@ -20,8 +20,9 @@ class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], Abstract
     def on_dispatch(self, goal: Goal[GotoInputs]) -> None:
         self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, YawMode.FREE)
 
-    def progress(self, goal: Goal[GotoInputs]) -> GotoFeedback:
-        return GotoFeedback(distance=self.guidance.remaining)
+    def progress(self, goal: Goal[GotoInputs]) -> GotoFeedback | None:
+        remaining = self.guidance.remaining
+        return None if remaining is None else GotoFeedback(distance=remaining)
 
     def arrived(self, goal: Goal[GotoInputs]) -> None:
         self.terminated_ARRIVED(goal.id, GotoOutputs(stopped_at=self.here))

@@ -22,8 +22,9 @@ class GotoStraightManager(
     def on_dispatch(self, goal: Goal[GotoStraightInputs]) -> None:
         self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, YawMode.ALONG_TRACK)
 
-    def progress(self, goal: Goal[GotoStraightInputs]) -> GotoStraightFeedback:
-        return GotoStraightFeedback(distance=self.guidance.remaining)
+    def progress(self, goal: Goal[GotoStraightInputs]) -> GotoStraightFeedback | None:
+        remaining = self.guidance.remaining
+        return None if remaining is None else GotoStraightFeedback(distance=remaining)
 
     def arrived(self, goal: Goal[GotoStraightInputs]) -> None:
         self.terminated_ARRIVED(goal.id, GotoStraightOutputs(stopped_at=self.here))

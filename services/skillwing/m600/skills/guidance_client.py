@@ -80,17 +80,17 @@ class GuidanceClient:
         self.why = ""
 
     @property
-    def remaining(self) -> float:
-        """Rest of the motion [m; rad for the heading], 0 while it is unknown."""
+    def remaining(self) -> float | None:
+        """Rest of the motion [m; rad for the heading]; None while it is unknown."""
         axis = self._axis_status()
-        return axis.remaining if axis is not None and self._goal is not None and axis.goal_id == self._goal.id else 0.0
+        return axis.remaining if axis is not None and self._goal is not None and axis.goal_id == self._goal.id else None
 
     @property
-    def laps_done(self) -> float:
-        """Laps flown of the goal's orbit, 0 while they are unknown."""
+    def laps_done(self) -> float | None:
+        """Laps flown of the goal's orbit; None while they are unknown."""
         status = self._status.value
         if status is None or self._goal is None or status.body.goal_id != self._goal.id:
-            return 0.0
+            return None
         return status.laps_done or 0.0
 
     @property

@@ -32,8 +32,9 @@ class InspectManager(MotionManager[InspectInputs, None, InspectFeedback], Abstra
         )
         self.guidance.fly(goal, orbit)
 
-    def progress(self, goal: Goal[InspectInputs]) -> InspectFeedback:
-        return InspectFeedback(laps_done=self.guidance.laps_done)
+    def progress(self, goal: Goal[InspectInputs]) -> InspectFeedback | None:
+        laps_done = self.guidance.laps_done
+        return None if laps_done is None else InspectFeedback(laps_done=laps_done)
 
     def arrived(self, goal: Goal[InspectInputs]) -> None:
         self.terminated_COMPLETED(goal.id)

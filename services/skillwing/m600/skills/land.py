@@ -70,7 +70,8 @@ class LandManager(AbstractLandManager):
         self._ask(goal)
 
     def progress(self, goal: Goal[LandInputs]) -> LandFeedback | None:
-        return LandFeedback(height=self.guidance.remaining) if self._stage is Stage.DESCENDING else None
+        height = self.guidance.remaining if self._stage is Stage.DESCENDING else None
+        return None if height is None else LandFeedback(height=height)
 
     def on_interrupt(self, goal: Goal[LandInputs]) -> None:
         self._stage = Stage.STOPPING

@@ -19,8 +19,9 @@ class LockHeadManager(AbstractLockHeadManager):
     def on_dispatch(self, goal: Goal[LockHeadInputs]) -> None:
         self.guidance.fly(goal, Turn(heading=goal.inputs.heading, lock=True))
 
-    def progress(self, goal: Goal[LockHeadInputs]) -> LockHeadFeedback:
-        return LockHeadFeedback(error=self.guidance.remaining)
+    def progress(self, goal: Goal[LockHeadInputs]) -> LockHeadFeedback | None:
+        remaining = self.guidance.remaining
+        return None if remaining is None else LockHeadFeedback(error=remaining)
 
     def on_interrupt(self, goal: Goal[LockHeadInputs]) -> None:
         self.guidance.stop(goal)

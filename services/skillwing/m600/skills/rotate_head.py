@@ -19,8 +19,9 @@ class RotateHeadManager(AbstractRotateHeadManager):
     def on_dispatch(self, goal: Goal[RotateHeadInputs]) -> None:
         self.guidance.fly(goal, Turn(heading=goal.inputs.heading, lock=False))
 
-    def progress(self, goal: Goal[RotateHeadInputs]) -> RotateHeadFeedback:
-        return RotateHeadFeedback(error=self.guidance.remaining)
+    def progress(self, goal: Goal[RotateHeadInputs]) -> RotateHeadFeedback | None:
+        remaining = self.guidance.remaining
+        return None if remaining is None else RotateHeadFeedback(error=remaining)
 
     def on_interrupt(self, goal: Goal[RotateHeadInputs]) -> None:
         self.guidance.stop(goal)
