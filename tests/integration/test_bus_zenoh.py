@@ -166,10 +166,12 @@ def test_a_node_that_was_stopped_does_nothing_before_it_knows_the_time(network: 
     follower, clock = network.follower_by(wall)
 
     def started() -> bool:
-        ticks.put(encode(ClockTick(t=50.0)))  # until the first one arrives
+        ticks.put(encode(ClockTick(t=10.0)))  # until the first one arrives
         return clock.has_started()
 
     assert network.run_until(started)
+    ticks.put(encode(ClockTick(t=50.0)))  # the last one: none is under way when the node falls asleep
+    assert network.run_until(lambda: clock.now() >= 50.0)
     asleep = 10.0
     times: list[float] = []
     if how == "message":
