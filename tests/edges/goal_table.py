@@ -22,6 +22,7 @@ from skillwing.services.core.goal_states import (
     GivingBack,
     GoalState,
     Idle,
+    Modifying,
     Reaction,
     Running,
     Stopping,
@@ -34,6 +35,7 @@ from skillwing.services.core.skill_events import (
     Dispatched,
     Failed,
     GoalEvent,
+    ModificationRequested,
     Raised,
     Rejected,
     RenewalAnswered,
@@ -74,12 +76,13 @@ SKILL = parse(
     """
 ).skill("move")
 WITHOUT_GRANT = (Validating, ValidatingCancelled, Asking, AskingCancelled, Committing)
-WITH_GRANT = (Dispatching, Running, Stopping, Finishing, GivingBack)
+WITH_GRANT = (Dispatching, Running, Modifying, Stopping, Finishing, GivingBack)
 STATES = (Idle, *WITHOUT_GRANT, *WITH_GRANT, Finished)
 TOKEN = 7
 BEFORE, AFTER = 0.0, 20.0
 """Robot times before and after each deadline."""
 LAST_SILENCE = 19
+NEW_INPUTS = ModificationRequested("m", {}, "why")
 
 
 class Edge(NamedTuple):
@@ -132,6 +135,7 @@ _NAMES: dict[type, str] = {
     Accepted: "start",
     Rejected: "start of a goal that cannot run",
     StopRequested: "asked to stop",
+    ModificationRequested: "new inputs",
     Dispatched: "`on_dispatch` returns",
     Raised: "a hook raises",
     Terminated: "`terminated`",
@@ -162,6 +166,7 @@ _ACTIONS = {
     None: "",
     Hook.VALIDATE: "call `validate`",
     Hook.DISPATCH: "call `on_dispatch`",
+    Hook.MODIFY: "call `on_modify`",
     Hook.INTERRUPT: "call `on_interrupt`",
     Hook.ENDED: "call `on_ended`",
 }
@@ -199,6 +204,7 @@ def example_states() -> Iterator[GoalState]:
     for silences in (0, 1, LAST_SILENCE):
         yield Dispatching(TOKEN, 10.0, silences)
         yield Running(TOKEN, 10.0, silences)
+        yield Modifying(TOKEN, 10.0, silences, change=NEW_INPUTS)
     yield Stopping(TOKEN, 1.0, "why")
     for phase in (State.DISPATCHING, State.RUNNING):
         yield Finishing(TOKEN, EndKind.RESULT, "why", phase, "DONE")
@@ -214,7 +220,7 @@ def example_events() -> Iterator[GoalEvent]:
     yield Accepted()
     for ending in (Ending.BUSY, Ending.NOT_VALIDATED, Ending.INTERRUPTED):
         yield Rejected(Terminal(ending=ending, reason="why"))
-    yield StopRequested("why")
+    yield from (StopRequested("why"), NEW_INPUTS)
     yield from (Validated("g"), Validated("g", "No."), Dispatched("g"), Raised("g", "progress", "ValueError"))
     yield from (Terminated("g", "DONE"), Terminated("g", "UNKNOWN"), StopConfirmed("g"), Failed("g", "why"))
     for answer in _answers():

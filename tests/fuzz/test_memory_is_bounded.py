@@ -15,11 +15,11 @@ from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
-from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED
+from skillwing.services.core.delivery import PENDING_OUTCOMES_LIMIT, SILENCES_UNTIL_ABANDONED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.skill_actions import AskResources, CallHook, Hook
-from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT, SkillCore
+from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.skill_events import Dispatched, QuestionAnswered, Terminated, Validated
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode

@@ -84,6 +84,22 @@ def test_structures_are_typed_in_short(ready: Command) -> None:
     assert ready("start", "goto", "target.x=1", "target.y=2", "target.z=3", "--follow").code == OK
 
 
+def test_a_running_goal_gets_new_inputs(ready: Command) -> None:
+    assert ready("trigger", "flight_status", "IN_AIR").code == OK
+    assert ready("script", "goto", "result=ARRIVED", "delay=60").code == OK
+    assert ready("modify", "goto", "speed=1").code == FAILED
+    assert ready("start", "goto", "target=10,5,4").code == OK
+    said = ready("modify", "goto", "target=1,2,3", "speed=1", "--json")
+    assert (said.code, said.json["revision"]) == (OK, 1)
+    assert ready("modify", said.json["goal_id"], "speed=2").out.endswith("modification 2.\n")
+    refused = ready("modify", "goto", "speed=99")
+    assert refused.code == REFUSED
+    assert "`speed` is 99 m/s" in refused.error
+    assert ready("modify", "goto", "sped=1").code == USAGE
+    assert ready("interrupt", "goto").code == OK
+    assert ready("script", "goto", "--reset").code == OK
+
+
 def test_out_of_range_is_refused_with_a_sentence(ready: Command) -> None:
     said = ready("start", "takeoff", "height=500", "speed=1")
     assert said.code == REFUSED

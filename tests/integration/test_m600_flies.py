@@ -6,10 +6,13 @@ import math
 from importlib import import_module
 from typing import Any
 
+import pytest
+
 from skillwing.m600.robot import ROBOT, functional_layer
 from skillwing.onboard.topics.faults import FAULT, SetFault
 from skillwing.onboard.topics.flight import PILOT, SetPilot
 from skillwing.onboard.topics.truth import TRUTH, Truth
+from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import Ending, State, Terminal, decode, encode
@@ -100,6 +103,32 @@ def test_takes_off_flies_a_leg_with_its_camera_comes_home_and_lands() -> None:
         "flight_status": "ON_GROUND",
     }
     assert flight.until(lambda: idle.items() <= flight.interface.states.items(), 2.0), dict(flight.interface.states)
+
+
+@pytest.mark.parametrize(
+    ("target", "stops"), [((7.0, 0.0, 2.0), False), ((5.0, 3.0, 2.0), True)], ids=["straight ahead", "aside"]
+)
+def test_a_new_target_is_flown_to_by_the_same_goal(target: tuple[float, float, float], stops: bool) -> None:
+    flight = Flight("lidar")
+    flight.fly("takeoff", height=2.0, speed=1.5)
+    goal = flight.start("goto", target={"x": 9.0, "y": 0.0, "z": 2.0}, speed=2.0)
+    assert flight.until(lambda: flight.at(4.0, 0.0, 2.0) < 0.5, 20.0)
+    answers: list[Answer] = []
+    x, y, z = target
+    flight.interface.modify(goal, {"target": {"x": x, "y": y, "z": z}, "speed": 1.5}, answers.append)
+    assert flight.until(lambda: bool(answers), 1.0)
+    assert isinstance(answers[0], Answered), answers
+    speeds: list[float] = []
+
+    def near() -> bool:
+        assert flight.truth is not None
+        speeds.append(math.hypot(*flight.truth.velocity))
+        return flight.at(*target) < 1.5
+
+    assert flight.until(near, 20.0)
+    assert (min(speeds) < 0.3) is stops
+    assert flight.end(goal).label == "S_ARRIVED"
+    assert flight.at(*target) < 0.5
 
 
 def test_an_interrupted_flight_ends_at_rest() -> None:

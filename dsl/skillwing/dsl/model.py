@@ -110,7 +110,10 @@ Type: TypeAlias = "ScalarType | EnumType | ArrayType | StructType"
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """`name: type [unit] in low..high = default`; everything after the type is optional. Bounds are inclusive."""
+    """`name: type [unit] in low..high = default`; everything after the type is optional. Bounds are inclusive.
+
+    modifiable: an input that a client can change while the goal runs (`ModifyGoal`).
+    """
 
     name: str
     type: Type
@@ -119,6 +122,7 @@ class Field:
     high: float | None = None
     default: Value | None = None
     span: Span | None = field(default=None, compare=False, repr=False)
+    modifiable: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,6 +296,11 @@ class Skill:
     def input(self, name: str) -> Field:
         return _lookup(f"input of {self.name}", name, self.inputs)
 
+    @property
+    def modifiable(self) -> tuple[Field, ...]:
+        """The inputs that a client can change while the goal runs."""
+        return tuple(item for item in self.inputs if item.modifiable)
+
 
 @dataclass(frozen=True)
 class Skillset:
@@ -371,6 +380,8 @@ def _content(element: DataclassInstance) -> dict[str, object]:
     if content.get("owner_lost") == "interrupt":
         # The default counts for nothing, so that hashes from before there was a choice stay valid.
         del content["owner_lost"]
+    if content.get("modifiable") is False:
+        del content["modifiable"]
     if isinstance(element, DataItem) and element.low is None:  # The same for data, which had no ranges.
         del content["low"], content["high"]
     return content

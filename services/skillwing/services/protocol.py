@@ -221,6 +221,8 @@ class GoalStatus(Message, frozen=True, kw_only=True):
 
     `after_step` is the number of the resource manager's step that this status follows from. Show it only once the
     states of that step are known: otherwise a goal seems to end before the change that ended it.
+
+    `revision` is the number of modifications of the goal. Each one is a further RUNNING.
     """
 
     goal_id: str
@@ -234,6 +236,7 @@ class GoalStatus(Message, frozen=True, kw_only=True):
     text: str = ""
     cause: str | None = None
     after_step: int = 0
+    revision: int = 0
 
     @property
     def label(self) -> str:
@@ -288,6 +291,22 @@ class InterruptGoal(Message, frozen=True, kw_only=True):
 
     goal_id: Label
     client: Label
+    cause: Label | None = None
+
+
+class ModifyGoal(Message, frozen=True, kw_only=True):
+    """Give a running goal new values for modifiable inputs; the others stay. All are taken, or none.
+
+    The same `request_id` again returns the same answer and changes nothing. `deadline` as in `StartGoal`. `cause` is
+    the record that led to it.
+    """
+
+    goal_id: Label
+    request_id: Label
+    inputs: dict[str, Any]
+    client: Label
+    schema: Label
+    deadline: Time | None = None
     cause: Label | None = None
 
 
@@ -876,6 +895,9 @@ class Keys:
 
     def interrupt(self, skill: str) -> str:
         return f"{self.skillset}/skill/{skill}/interrupt"
+
+    def modify(self, skill: str) -> str:
+        return f"{self.skillset}/skill/{skill}/modify"
 
     def goal(self, skill: str) -> str:
         return f"{self.skillset}/skill/{skill}/goal"

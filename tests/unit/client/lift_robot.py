@@ -23,7 +23,7 @@ skillset lift {
     event blackout { guard resource=(power == ON)  effect { power -> OFF } }
     skill go {
         progress=0.5 { level: float64 [m] }
-        input { place: Place  speed: float64 [m/s] in 0.1..2.0 = 1.0 }
+        input { place: Place modifiable  speed: float64 [m/s] in 0.1..2.0 = 1.0 modifiable  loud: bool = false }
         output { stopped_at: Place }
         effect { take: motor -> USED  release: motor -> FREE }
         precondition { free: resource=(motor == FREE)  on: resource=(power == ON)  success take }

@@ -210,3 +210,16 @@ def test_a_script_asks_whether_a_skill_may_start(generated: Generated) -> None:
             await lift.ready("fly")
 
     play(generated, scenario)
+
+
+def test_a_running_goal_takes_new_inputs(generated: Generated) -> None:
+    async def scenario(lift: Any, types: Any) -> None:
+        goal = lift.go(place=types.Place(floor=3))
+        await goal.modify(place=types.Place(floor=7))
+        with pytest.raises(RefusedError, match="speed"):
+            await goal.modify(speed=99.0)
+        with pytest.raises(InvalidInputError):
+            await goal.modify(speed="fast")
+        assert (await goal).output.stopped_at == types.Place(floor=7)
+
+    play(generated, scenario, MockRun(delay=5.0, output={"stopped_at": {"input": "place"}}))

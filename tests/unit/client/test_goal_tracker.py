@@ -6,7 +6,7 @@ from collections import deque
 
 import pytest
 
-from skillwing.services.bus import Request
+from skillwing.services.bus import Answer, Answered, NoReply, Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.goal_handle import GoalHandle
@@ -20,6 +20,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Keys,
     Lost,
+    ModifyGoal,
     QueryGoal,
     Record,
     StartGoal,
@@ -67,6 +68,12 @@ class Manager:
         self.to_start: deque[GoalStatus | ErrorReply | bytes | None] = deque()
         self.to_interrupt: deque[GoalStatus | ErrorReply | bytes | None] = deque()
         self.to_question: deque[GoalStatus | ErrorReply | bytes | None] = deque()
+        self.modifications: list[ModifyGoal] = []
+        self.to_modify: deque[GoalStatus | ErrorReply | bytes | None] = deque()
+        bus.serve(
+            KEYS.modify("drive"),
+            lambda request: self._take(request, ModifyGoal, self.modifications, self.to_modify),
+        )
         bus.serve(KEYS.start("drive"), lambda request: self._take(request, StartGoal, self.starts, self.to_start))
         bus.serve(
             KEYS.interrupt("drive"),
@@ -77,8 +84,8 @@ class Manager:
     def _take(
         self,
         request: Request,
-        kind: type[StartGoal | InterruptGoal | QueryGoal],
-        taken: list[StartGoal] | list[InterruptGoal] | list[QueryGoal],
+        kind: type[StartGoal | InterruptGoal | ModifyGoal | QueryGoal],
+        taken: list[StartGoal] | list[InterruptGoal] | list[ModifyGoal] | list[QueryGoal],
         answers: deque[GoalStatus | ErrorReply | bytes | None],
     ) -> None:
         taken.append(decode(request.payload, kind))  # pyright: ignore[reportArgumentType] - of the list's kind
@@ -379,3 +386,38 @@ def test_the_outcome_of_the_manager_comes_before_the_verdict() -> None:
     desk.tracker.advance(ENDED)
     desk.wait()
     assert (desk.terminal.label, desk.changes, desk.records) == ("S_THERE", ["RUNNING", "S_THERE"], [])
+
+
+def test_new_inputs_are_asked_for_in_order_each_until_it_is_answered() -> None:
+    desk = Desk()
+    desk.asked.to_start.append(RUNNING)
+    desk.asked.to_modify.extend([None, ErrorReply(code=ErrorCode.UNAVAILABLE, message="Not yet."), modified(1)])
+    desk.asked.to_modify.append(modified(2))
+    desk.start()
+    answers: list[Answer] = []
+    for request_id, speed in (("first", 1.0), ("second", 2.0)):
+        request = ModifyGoal(
+            goal_id="g", request_id=request_id, inputs={"speed": speed}, client="mission", schema="0" * 16
+        )
+        desk.tracker.modify(request, answers.append)
+    desk.network.run_until(lambda: len(answers) == 2, 10.0)
+    assert [request.request_id for request in desk.asked.modifications] == ["first", "first", "first", "second"]
+    assert all(isinstance(answer, Answered) for answer in answers)
+    assert desk.changes == ["RUNNING", "RUNNING", "RUNNING"], "each modification is news"
+
+
+def test_new_inputs_for_a_goal_that_ends_first_get_no_answer() -> None:
+    desk = Desk()
+    desk.asked.to_start.append(RUNNING)
+    desk.start()
+    answers: list[Answer] = []
+    request = ModifyGoal(goal_id="g", request_id="m", inputs={"speed": 1.0}, client="mission", schema="0" * 16)
+    desk.tracker.modify(request, answers.append)
+    desk.tracker.advance(ENDED)
+    desk.network.run_until(lambda: bool(answers), 10.0)
+    assert isinstance(answers[0], NoReply)
+    assert desk.terminal == SUCCESS
+
+
+def modified(revision: int) -> GoalStatus:
+    return GoalStatus(goal_id="g", skill="drive", state=State.RUNNING, t=0.0, record=f"m#{revision}", revision=revision)

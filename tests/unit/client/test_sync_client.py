@@ -11,9 +11,9 @@ from lift_robot import MockedLift
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.client.outcome import GoalFailedError
 from skillwing.services.client.sync import Client
-from skillwing.services.errors import InvalidInputError, RefusedError, TimedOutError
+from skillwing.services.errors import InvalidInputError, NoReplyError, RefusedError, TimedOutError
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.protocol import Ending, State
+from skillwing.services.protocol import Ending, ErrorCode, State
 
 Generated = Callable[[str], Any]
 
@@ -186,3 +186,31 @@ def test_a_script_asks_whether_a_skill_may_start(generated: Generated) -> None:
         rig.lift.ready("go", {})
     with pytest.raises(UnknownNameError):
         rig.lift.ready("fly")
+
+
+def test_a_running_goal_takes_new_inputs(generated: Generated) -> None:
+    rig = Rig(generated, MockRun(delay=5.0, output={"stopped_at": {"input": "place"}}))
+    goal = rig.go()
+    goal.modify(place=rig.types.Place(floor=7), speed=0.5)
+    outcome = goal.wait()
+    assert outcome.output.stopped_at == rig.types.Place(floor=7)
+
+
+def test_new_inputs_out_of_range_are_refused_and_the_goal_goes_on(generated: Generated) -> None:
+    goal = Rig(generated, MockRun(delay=5.0)).go()
+    with pytest.raises(RefusedError, match="speed") as refused:
+        goal.modify(speed=99.0)
+    assert refused.value.code is ErrorCode.BAD_REQUEST
+    assert goal.wait().succeeded
+    with pytest.raises(NoReplyError):
+        goal.modify(speed=1.0)
+
+
+def test_only_modifiable_inputs_can_be_modified(generated: Generated) -> None:
+    rig = Rig(generated, MockRun(delay=5.0))
+    goal = rig.go()
+    with pytest.raises(RefusedError, match="keeps `loud`"):
+        goal.modify_inputs({"loud": True})
+    with pytest.raises(TypeError):
+        goal.modify(loud=True)
+    assert not hasattr(rig.lift.shine(), "modify")

@@ -49,7 +49,7 @@ RIG = parse(
         skill move {
             deadline=60.0
             progress=0.5 { distance: float64 [m] }
-            input { speed: float64 [m/s] in 0.1..3.0 = 1.0  label: string = "a" }
+            input { speed: float64 [m/s] in 0.1..3.0 = 1.0 modifiable  label: string = "a" }
             output { distance: float64 [m] }
             effect { take: axes -> USED  release: axes -> FREE }
             precondition {

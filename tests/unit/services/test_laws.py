@@ -36,6 +36,7 @@ from skillwing.services.protocol import (
     GoalStatus,
     InterruptGoal,
     Lost,
+    ModifyGoal,
     Record,
     RecordKind,
     StartGoal,
@@ -143,6 +144,25 @@ class Managers(RuleBasedStateMachine):
         except RefusedError:
             assert goal_id not in self.accepted
             self.halted_early.add(goal_id)
+
+    @rule(goal=goals)
+    def modify(self, goal: tuple[str, str]) -> None:
+        skill, goal_id = goal
+        core = self.skills[skill]
+        self.count += 1
+        before = core.current.revision if core.current else 0
+        request_id = f"m{self.count}"
+        inputs: dict[str, Any] = {"speed": 2.0}
+        request = ModifyGoal(goal_id=goal_id, request_id=request_id, inputs=inputs, client="c", schema=RIG.schema_hash)
+        try:
+            self.step(skill, request)
+        except RefusedError:
+            assert (core.current.revision if core.current else before) == before
+            return
+        assert core.current is not None and core.current.goal_id == goal_id
+        assert core.current.phase is State.RUNNING, "only a running goal is modified"
+        assert core.current.inputs["speed"] == 2.0
+        assert core.modifications.answer(request_id).revision == core.current.revision == before + 1
 
     @rule(data=st.data(), how=st.sampled_from(["deliver", "lose the answer", "lose the question", "repeat"]))
     def move_a_question(self, data: st.DataObject, how: str) -> None:

@@ -10,11 +10,10 @@ from rig import Bench
 from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
 
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
-from skillwing.services.core.delivery import SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
+from skillwing.services.core.delivery import PENDING_OUTCOMES_LIMIT, SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
 from skillwing.services.core.ends import LONGEST_LOCAL_OUTCOME
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import AskResources, Hook
-from skillwing.services.core.skill_core import PENDING_OUTCOMES_LIMIT
 from skillwing.services.core.skill_events import QuestionAnswered, Validated
 from skillwing.services.core.snapshot import FinishedGoal
 from skillwing.services.protocol import (

@@ -9,6 +9,7 @@ from typing import TypeVar, get_args
 from skillwing.dsl.checking.declarations import Declarations
 from skillwing.dsl.checking.results import marked_as_meant
 from skillwing.dsl.diagnostics.report import DiagnosticReport
+from skillwing.dsl.expressions import Expression, names_used
 from skillwing.dsl.model import (
     DEFAULT_DISPATCH_TIMEOUT,
     DEFAULT_INTERRUPT_TIMEOUT,
@@ -24,12 +25,15 @@ from skillwing.dsl.model import (
 from skillwing.dsl.queries import unapplied_effects
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Word
+from skillwing.dsl.suggest import listed
 
 _Named = TypeVar(
     "_Named", syntax.FieldSyntax, syntax.EffectSyntax, syntax.CheckSyntax, syntax.InvariantSyntax, syntax.ResultSyntax
 )
 
 _NO_RELEASE = "Declare an effect that gives back what the start takes, and write `interrupt { apply=EFFECT }` with it."
+
+_FIXED = "Remove `modifiable`, or judge a modification in `validate`: conditions keep the inputs of the start."
 
 _OWNER_POLICIES: Mapping[str, OwnerPolicy] = {policy: policy for policy in get_args(OwnerPolicy)}
 
@@ -75,6 +79,13 @@ def _joined(first: tuple[_Named, ...], second: tuple[_Named, ...]) -> tuple[_Nam
     return (*first, *(item for item in second if item.name.text not in names))
 
 
+def _conditions(skill: Skill) -> Iterator[tuple[str, Expression]]:
+    """The preconditions, invariants and postconditions of a skill by name; a postcondition has its result's."""
+    yield from ((check.name, check.expression) for check in skill.preconditions.checks)
+    yield from ((invariant.name, invariant.expression) for invariant in skill.invariants)
+    yield from ((result.name, result.post) for result in skill.results if result.post is not None)
+
+
 class _SkillResolver:
     """The resolver of one skill. sections: by keyword, each at most once."""
 
@@ -113,6 +124,7 @@ class _SkillResolver:
             span=name.span,
         )
         self._missing_interrupt(skill)
+        self._fixed_inputs(skill)
         self._unused_effects(skill)
         return skill
 
@@ -132,6 +144,17 @@ class _SkillResolver:
         if word.text not in _OWNER_POLICIES:
             self._report.unknown("SW015", word, "policy for a lost owner", _OWNER_POLICIES)
         return _OWNER_POLICIES.get(word.text, "interrupt")
+
+    def _fixed_inputs(self, skill: Skill) -> None:
+        """Report modifiable inputs in predicates. These are judged with the inputs of the start."""
+        section = self._sections.get("input")
+        fields = section.fields if isinstance(section, syntax.FieldsSection) else ()
+        words = {item.name.text: item.modifiable for item in fields if item.modifiable is not None}
+        for name, word in words.items():
+            users = [subject for subject, guard in _conditions(skill) if name in names_used(guard, "input")]
+            if users:
+                message = f"{listed(users)} of `{skill.name}` {'name' if users[1:] else 'names'} `{name}`."
+                self._report.add("SW056", word.span, f"{message} It cannot be modifiable.", _FIXED)
 
     # --- effects
 

@@ -115,7 +115,8 @@ class Types:
         default = None
         if declaration.default is not None and not _is_number_by_mistake(declaration, declared):
             default = self._default(declaration.default, declared, low, high)
-        return Field(name.text, declared, unit, low, high, default, name.span)
+        modifiable = declaration.modifiable is not None
+        return Field(name.text, declared, unit, low, high, default, name.span, modifiable)
 
     def unit(self, word: Word | None) -> str | None:
         """Return the unit without brackets and blanks; None for a wrong one."""

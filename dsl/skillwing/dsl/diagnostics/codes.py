@@ -69,6 +69,7 @@ _TABLE = (
     Code("SW053", "error", "invariant false from the start"),
     Code("SW054", "error", "preconditions contradict each other"),
     Code("SW055", "error", "guard never holds"),
+    Code("SW056", "error", "condition on a modifiable input"),
     # --- results and ends
     Code("SW060", "error", "no interrupt effect"),
     Code("SW061", "error", "result that cannot be observed"),

@@ -38,6 +38,7 @@ _SKILLSET_KEYWORDS: Mapping[str, str] = {
     "guard": "What has to hold for an event to fire.",
     "skill": "`skill name { ... }`: one capability of the robot, with what it needs, takes and may end with.",
     "input": "`input { name: T }`: the parameters of a goal.",
+    "modifiable": "`input { name: T modifiable }`: an input that a client can change while the goal runs.",
     "output": "`output { name: T }`: what a result carries.",
     "progress": "`progress=0.5 { name: T }`: feedback each 0.5 s while the skill runs.",
     "deadline": "The longest run in seconds.",

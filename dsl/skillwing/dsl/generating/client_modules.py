@@ -15,6 +15,7 @@ from skillwing.dsl.generating.source_text import (
     annotation,
     answer_classes,
     default,
+    docstring,
     method,
     remark,
 )
@@ -128,14 +129,17 @@ def lines(skillset: Skillset, style: ClientStyle) -> Iterator[str]:
     robot = class_name(skillset.name)
     # The methods that start skills hide types in the rest of their class.
     hidden = {skill.name for skill in skillset.skills}
-    names = TypeNames({robot, *(robot + suffix for suffix in _OWN), *hidden})
+    modifiable = [skill for skill in skillset.skills if skill.modifiable]
+    goals = {_goal_class(skill) for skill in modifiable}
+    names = TypeNames({robot, *(robot + suffix for suffix in _OWN), *hidden, *goals})
     views = [
         ("resources", "Resources", skillset.resources, _resources),
         ("data", "Data", skillset.data, _data),
         ("events", "Events", skillset.events, _events),
     ]
     present = [(view, suffix, write) for view, suffix, declared, write in views if declared]
-    body = list(_skills(skillset, names, style))
+    body = [line for skill in modifiable for line in _goal(skill, names, style)]
+    body += _skills(skillset, names, style)
     for _, suffix, write in present:
         body += ["", "", f"class {robot}{suffix}:", *write(skillset, names, style)]
     # A skill called like a view hides it: `M600Data(client)` still makes one.
@@ -175,6 +179,35 @@ def _example(skillset: Skillset, style: ClientStyle) -> str:
 # --- skills
 
 
+def _goal_class(skill: Skill) -> str:
+    """The class of the goals of a skill with modifiable inputs."""
+    return f"{class_name(skill.name)}Goal"
+
+
+def _goal_base(skill: Skill, names: TypeNames, style: ClientStyle) -> str:
+    outputs, feedback = answer_classes(skill, names)
+    return f"{style.runtime}.Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+
+
+def _goal(skill: Skill, names: TypeNames, style: ClientStyle) -> Iterator[str]:
+    """The class of goals that can be modified."""
+    yield from ("", "", f"class {_goal_class(skill)}({_goal_base(skill, names, style)}):")
+    yield f'{INDENT}"""A goal of `{skill.name}`. Its inputs can be modified while it runs."""'
+    yield ""
+    fields = [f"{field.name}: {annotation(field.type, names)} | None = None" for field in skill.modifiable]
+    yield from method(f"{style.asynchronous}def modify", fields, "None")
+    summary = "Give the running goal new inputs; one of None stays. All are taken, or none."
+    yield from docstring(summary, "Raises RefusedError, and NoReplyError if the goal has ended.")
+    passed = [f'"{field.name}": {field.name}' for field in skill.modifiable]
+    one_line = f"{INDENT * 2}{style.awaited}self.modify_inputs({{{', '.join(passed)}}})"
+    if len(one_line) <= LINE_LENGTH:
+        yield one_line
+    else:
+        yield f"{INDENT * 2}{style.awaited}self.modify_inputs("
+        yield from (f"{INDENT * 3}{{", *(f"{INDENT * 4}{pair}," for pair in passed), f"{INDENT * 3}}}")
+        yield f"{INDENT * 2})"
+
+
 def _skills(skillset: Skillset, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     yield from ("", "", f"class {class_name(skillset.name)}Skills:")
     yield f'{INDENT}"""Starts skills.'
@@ -197,17 +230,19 @@ def _starter(skill: Skill, names: TypeNames, style: ClientStyle) -> Iterator[str
         *(f"{field.name}: {annotation(field.type, names)}{default(field, names)}" for field in skill.inputs),
         *(f"{option}: str | None = None" for option in options),
     ]
-    outputs, feedback = answer_classes(skill, names)
-    goal = f"{style.runtime}.Goal[{names(class_name(skill.name) + 'Result')}, {outputs}, {feedback}]"
+    goal = _goal_class(skill) if skill.modifiable else _goal_base(skill, names, style)
     yield from method(f"def {skill.name}", parameters, goal)
     yield from _starter_docstring(skill)
     inputs = [f'"{field.name}": {field.name}' for field in skill.inputs]
     passed = "".join(f", {option}={option}" for option in options)
-    one_line = f"{INDENT * 2}return self._client.start(_signatures.{skill.name}, {{{', '.join(inputs)}}}{passed})"
+    start = f"start_as({goal}, " if skill.modifiable else "start("
+    one_line = f"{INDENT * 2}return self._client.{start}_signatures.{skill.name}, {{{', '.join(inputs)}}}{passed})"
     if len(one_line) <= LINE_LENGTH:
         yield one_line
         return
-    yield f"{INDENT * 2}return self._client.start("
+    yield f"{INDENT * 2}return self._client.{start.partition('(')[0]}("
+    if skill.modifiable:
+        yield f"{INDENT * 3}{goal},"
     yield f"{INDENT * 3}_signatures.{skill.name},"
     in_one = f"{INDENT * 3}{{{', '.join(inputs)}}},"
     if len(in_one) <= LINE_LENGTH:

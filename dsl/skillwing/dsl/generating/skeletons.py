@@ -84,6 +84,11 @@ def _hooks(skill: Skill, inputs: str, feedback: str | None) -> Iterator[str]:
         called = f"Called every {skill.progress_period} s while the goal runs."
         yield from docstring(f"Return the progress as a `{feedback}`, or None for no feedback.", called)
         yield f"{INDENT * 2}return None"
+    if skill.modifiable:
+        yield ""
+        yield f"{INDENT}def on_modify(self, goal: Goal[{inputs}]) -> None:"
+        yield from docstring("Go on with the new inputs, which `validate` has accepted, and return.")
+        yield f'{INDENT * 2}self.failed(goal.id, "{refusal(skill.name)}")'
     yield ""
     yield f"{INDENT}def on_interrupt(self, goal: Goal[{inputs}]) -> None:"
     stopped = f"Call `interrupted` when it has stopped, within {skill.interrupt.timeout} s; then the stop is forced."

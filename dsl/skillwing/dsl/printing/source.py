@@ -69,7 +69,8 @@ def _type(declared: EnumType | StructType) -> str:
 
 def _field(field: Field) -> str:
     default = "" if field.default is None else f" = {_default(field.default, field.type)}"
-    return f"{field.name}: {type_text(field.type)}{_unit(field.unit)}{_bounds(field)}{default}"
+    modifiable = " modifiable" if field.modifiable else ""
+    return f"{field.name}: {type_text(field.type)}{_unit(field.unit)}{_bounds(field)}{default}{modifiable}"
 
 
 def _unit(unit: str | None) -> str:

@@ -11,7 +11,7 @@ _NONE_BEFORE = frozenset({"COLON", "COMMA", "CLOSE_PAREN", "ARRAY", "UP_TO", "DO
 _NONE_BEHIND = frozenset({"OPEN_PAREN", "UP_TO", "DOT"})
 # What the default of a field stands behind. Every other `=` belongs to a word of the language: `period=0.1`.
 _TYPED = frozenset({"NAME", "ARRAY", "UNIT", "NUMBER"})
-_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST"})
+_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST", "MODIFIABLE"})
 # What may stand before the name of a result.
 _MARKS = frozenset({"SUCCESS", "FAILURE"})
 

@@ -16,9 +16,9 @@ _CONNECTORS = frozenset(
     {"COLON", "COMMA", "EQUALS", "ARROW", "UP_TO", "DOT", "COMPARATOR", "LESS", "MORE", "IMPLIES", "AND", "OR"}
 )
 # Words that continue a statement, unless they are names themselves: `period: float64`.
-_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST", "SEC", "MS"})
+_OPTIONS = frozenset({"IN", "PERIOD", "VIOLATION", "POST", "MODIFIABLE", "SEC", "MS"})
 # What waits for a word behind it, and what belongs to the word before it.
-_PREFIXES = _CONNECTORS | _OPTIONS - {"SEC", "MS"} | {"OPEN_PAREN", "NOT"}
+_PREFIXES = _CONNECTORS | _OPTIONS - {"MODIFIABLE", "SEC", "MS"} | {"OPEN_PAREN", "NOT"}
 _SUFFIXES = _CONNECTORS | {"OPEN", "CLOSE_PAREN", "UNIT", "ARRAY"}
 # Words that begin a statement and need another one.
 _HEADINGS = frozenset(

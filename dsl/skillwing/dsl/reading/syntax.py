@@ -58,6 +58,7 @@ class FieldSyntax:
     unit: Word | None
     bounds: BoundsSyntax | None
     default: Literal | NamedValue | None
+    modifiable: Word | None = None
 
 
 @dataclass(slots=True, eq=False)

@@ -61,6 +61,22 @@ from .types import (
 )
 
 
+class GotoGoal(_sync.Goal[GotoResult, GotoOutputs, GotoFeedback]):
+    """A goal of `goto`. Its inputs can be modified while it runs."""
+
+    def modify(
+        self,
+        *,
+        target: Position | None = None,
+        speed: float | None = None,
+    ) -> None:
+        """Give the running goal new inputs; one of None stays. All are taken, or none.
+
+        Raises RefusedError, and NoReplyError if the goal has ended.
+        """
+        self.modify_inputs({"target": target, "speed": speed})
+
+
 class M600Skills:
     """Starts skills.
 
@@ -109,9 +125,15 @@ class M600Skills:
         speed: float = 2.0,
         goal_id: str | None = None,
         cause: str | None = None,
-    ) -> _sync.Goal[GotoResult, GotoOutputs, GotoFeedback]:
+    ) -> GotoGoal:
         """Start `goto`. speed: [m/s] in 0.1..5.0."""
-        return self._client.start(_signatures.goto, {"target": target, "speed": speed}, goal_id=goal_id, cause=cause)
+        return self._client.start_as(
+            GotoGoal,
+            _signatures.goto,
+            {"target": target, "speed": speed},
+            goal_id=goal_id,
+            cause=cause,
+        )
 
     def goto_straight(
         self,

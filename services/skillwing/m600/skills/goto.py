@@ -20,6 +20,9 @@ class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], Abstract
     def on_dispatch(self, goal: Goal[GotoInputs]) -> None:
         self.fly_to(goal, point(goal.inputs.target), goal.inputs.speed, YawMode.FREE)
 
+    def on_modify(self, goal: Goal[GotoInputs]) -> None:
+        self.on_dispatch(goal)
+
     def progress(self, goal: Goal[GotoInputs]) -> GotoFeedback | None:
         remaining = self.guidance.remaining
         return None if remaining is None else GotoFeedback(distance=remaining)

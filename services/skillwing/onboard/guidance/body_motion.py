@@ -10,12 +10,12 @@ import math
 from typing import TypeAlias
 
 from skillwing.onboard.commands.authority import CommandAuthority
-from skillwing.onboard.frames.vectors import Vector, norm, subtract, wrap
+from skillwing.onboard.frames.vectors import Vector, norm, scale, subtract, wrap
 from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import MAX_SPEED, GuidanceLimits
 from skillwing.onboard.guidance.path_monitor import PathMonitor, PathVisibility, stopping_distance
-from skillwing.onboard.guidance.trajectory import Segment, straight
+from skillwing.onboard.guidance.trajectory import Segment, continued, straight
 from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
 from skillwing.onboard.topics.navigation import Navigation
 
@@ -166,7 +166,9 @@ class BodyMotion:
                 self._monitor.require_in_view(here, leg.target, t)
 
     def start(self, motion: Motion, navigation: Navigation, t: float) -> None:
-        """Begin a motion, after the previous one has come to rest."""
+        """Begin a motion after the previous one has come to rest, or fly on to a target straight ahead."""
+        if isinstance(motion, FlyTo) and self._fly_on(motion, t):
+            return
         self._legs = []
         if self.path is not None and not self.path.is_over(t):
             self.path = self.path.broken_off(t)
@@ -186,6 +188,22 @@ class BodyMotion:
                 self._begin_descent(motion, here, t)
             case _:
                 self.axis.become(MotionState.DONE)
+
+    def _fly_on(self, motion: FlyTo, t: float) -> bool:
+        """Go on to a target straight ahead. False if the drone has to stop first.
+
+        The way ahead is in view, if anything looks there. Any other way has to be looked at from its start.
+        """
+        flown, path = self._motion, self.path
+        if self.axis.state is not MotionState.MOVING or not isinstance(flown, FlyTo) or not isinstance(path, Segment):
+            return False
+        speed = self._permitted_speed(path.direction, motion.speed, t)
+        further = continued(path, motion.target, speed, t) if motion.nose is flown.nose else None
+        if further is None:
+            return False
+        self._motion, self._next, self._legs, self.path = motion, None, [motion], further
+        self.axis.become(MotionState.MOVING)
+        return True
 
     def brake(self, t: float, then: MotionState, text: str = "") -> None:
         """Brake along the path; at rest the motion's state becomes `then`."""
@@ -264,12 +282,15 @@ class BodyMotion:
 
     def _go(self, here: Vector, target: Vector, speed: float, t: float) -> None:
         way = subtract(target, here)
-        climb = abs(way[2]) / max(norm(way), 1e-9)
+        speed = self._permitted_speed(scale(1.0 / max(norm(way), 1e-9), way), speed, t)
+        self._fly(straight(here, target, speed, t), t)
+
+    def _permitted_speed(self, direction: Vector, speed: float, t: float) -> float:
+        """The speed of a leg, at most as fast as a climb allows, and the view of the way."""
+        climb = abs(direction[2])
         if climb > 0.0:
             speed = min(speed, MAX_CLIMB / climb)
-        if self._legs:
-            speed = min(speed, self._monitor.speed_limit(t))
-        self._fly(straight(here, target, speed, t), t)
+        return min(speed, self._monitor.speed_limit(t)) if self._legs else speed
 
     def _fly(self, path: Path, t: float) -> None:
         self.path = path

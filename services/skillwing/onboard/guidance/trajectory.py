@@ -9,6 +9,8 @@ from skillwing.onboard.frames.vectors import Vector, add, norm, scale, subtract
 
 ACCELERATION = 0.8
 """Acceleration at both ends of a segment [m/s2]."""
+STRAIGHT_WITHIN = 0.05
+"""Distance from the line of a path within which a new target lies straight ahead [m]."""
 BRAKING = 1.2
 """Deceleration of an early stop [m/s2]."""
 
@@ -52,6 +54,24 @@ def trapezoid(distance: float, speed: float, acceleration: float = ACCELERATION)
     return Profile(0.0, ((ramp, acceleration), (max(cruise, 0.0), 0.0), (ramp, -acceleration)))
 
 
+def onward(initial: float, distance: float, speed: float) -> Profile | None:
+    """Profile from the speed `initial` to rest over `distance`, at most at `speed`; None if it is too short for that.
+
+    A slower `speed` is reached with the deceleration of an early stop.
+    """
+    if distance < initial * initial / (2.0 * ACCELERATION):
+        return None
+    if initial > speed:
+        change, rate = (initial - speed) / BRAKING, -BRAKING
+        top = speed
+    else:
+        top = min(speed, math.sqrt(ACCELERATION * distance + 0.5 * initial * initial))
+        change, rate = (top - initial) / ACCELERATION, ACCELERATION
+    ramp = top / ACCELERATION
+    cruise = (distance - 0.5 * (initial + top) * change - 0.5 * top * ramp) / top
+    return Profile(initial, ((change, rate), (max(cruise, 0.0), 0.0), (ramp, -ACCELERATION)))
+
+
 def braking(speed: float) -> Profile:
     """Profile from `speed` to rest at constant deceleration."""
     return Profile(speed, ((speed / BRAKING, -BRAKING),))
@@ -82,6 +102,19 @@ class Segment:
         """The segment that continues this one at `t` without a jump, and brakes to a stop."""
         position, velocity, _ = self.at(t)
         return Segment(position, self.direction, braking(norm(velocity)), t)
+
+
+def continued(path: Segment, target: Vector, speed: float, t: float) -> Segment | None:
+    """The segment that goes on from `path` at `t` to rest at `target`, without a stop.
+
+    None unless the target lies straight ahead, far enough to brake as usual.
+    """
+    here, velocity, _ = path.at(t)
+    way = subtract(target, here)
+    distance = norm(way)
+    aside = norm(subtract(way, scale(distance, path.direction)))
+    profile = onward(norm(velocity), distance, speed) if distance > 0.0 and aside <= STRAIGHT_WITHIN else None
+    return None if profile is None else Segment(here, scale(1.0 / distance, way), profile, t)
 
 
 def straight(start: Vector, target: Vector, speed: float, t: float) -> Segment:

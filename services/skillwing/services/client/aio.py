@@ -16,7 +16,7 @@ from contextlib import asynccontextmanager
 from typing import Any, Generic, TypeVar
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.bus import Answer, Answered, Bus
+from skillwing.services.bus import Answer, Answered, Bus, NoReply
 from skillwing.services.client.connection import find_target, open_connection, require_schema
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
@@ -44,6 +44,7 @@ __all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
 R = TypeVar("R")
 O = TypeVar("O")  # noqa: E741
 F = TypeVar("F")
+G = TypeVar("G", bound="Goal[Any, Any, Any]")
 S = TypeVar("S", bound=str)
 T = TypeVar("T")
 
@@ -99,8 +100,20 @@ class Client:
         cause: str | None = None,
     ) -> Goal[R, O, F]:
         """Start a skill; await the goal for its end. Raises InvalidInputError for a value of a wrong type."""
+        return self.start_as(Goal[R, O, F], signature, inputs, goal_id=goal_id, cause=cause)
+
+    def start_as(
+        self,
+        kind: type[G],
+        signature: Signature[Any, Any, Any],
+        inputs: Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        cause: str | None = None,
+    ) -> G:
+        """Start a skill as `start` does. kind: the class of the goal, with methods of its own."""
         fitted = self.interface.fitted(signature.skill, inputs)
-        goal = Goal(self, signature, goal_id or new_goal_id())
+        goal = kind(self, signature, goal_id or new_goal_id())
 
         def begin() -> None:
             try:
@@ -261,6 +274,22 @@ class Goal(Generic[R, O, F]):
     def interrupt(self) -> None:
         """Ask for the goal's end and return; await the goal for the end itself. Repetition does no harm."""
         self._client.bus.post(self._interrupt)
+
+    async def modify_inputs(self, inputs: Mapping[str, Any]) -> None:
+        """Give the running goal new inputs; see `skillwing.services.client.sync.Goal.modify_inputs`."""
+        client, interface = self._client, self._client.interface
+        given = {name: value for name, value in inputs.items() if value is not None}
+        values = interface.fitted_changes(self._signature.skill, given)
+        require_sendable(values)
+        key = client.keys.modify(self._signature.skill)
+
+        def ask(take: Callable[[Answer], None]) -> None:
+            if self._handle is None:
+                take(NoReply(timed_out=False))
+            else:
+                interface.modify(self._handle, values, take)
+
+        await client.answer(key, ask)
 
     async def feedback(self) -> AsyncIterator[F]:
         """Feedback until the end of the goal. Between two iterations only the latest is kept.

@@ -25,6 +25,7 @@ class GoalHandle:
         self.terminal: Terminal | None = None
         self.progress: dict[str, Any] | None = None
         self.record: str | None = None
+        self._revision = 0
         self._callbacks: list[Callable[[GoalHandle], None]] = []
 
     def __repr__(self) -> str:
@@ -41,9 +42,14 @@ class GoalHandle:
         self._callbacks.append(callback)
 
     def advance(self, status: GoalStatus) -> bool:
-        """Take a status from the manager. False if it is not new; a goal never moves back."""
-        if self.done or (self.state is not None and _RANK[status.state] <= _RANK[self.state]):
+        """Take a status from the manager. False if it is not new; a goal never moves back.
+
+        A modification is a further RUNNING.
+        """
+        place = _RANK[status.state], status.revision
+        if self.done or (self.state is not None and place <= (_RANK[self.state], self._revision)):
             return False
+        self._revision = status.revision
         self.state, self.terminal, self.record = status.state, status.terminal, status.record
         self._notify()
         return True

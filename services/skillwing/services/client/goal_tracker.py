@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 
-from skillwing.services.bus import Answered, Bus, Refused
+from skillwing.services.bus import Answer, Answered, Bus, NoReply, Refused
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.retry import LONGEST_DELAY, ask_until_answered
 from skillwing.services.core.verdicts import terminal_of
@@ -15,6 +16,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Keys,
     Lost,
+    ModifyGoal,
     ProtocolError,
     QueryGoal,
     RecordKind,
@@ -69,6 +71,7 @@ class GoalTracker:
         self._probing = False
         self._has_to_exist = False
         self._verdict: str | None = None
+        self._modifications: deque[tuple[ModifyGoal, Callable[[Answer], None]]] = deque()
 
     def start(self, request: StartGoal) -> None:
         ask_until_answered(
@@ -94,6 +97,35 @@ class GoalTracker:
             lambda answer: self._interrupt_answered(answer, cause, seen=seen),
             keep_retrying=self._keep_retrying,
             on_silence=self._lose_to_silence,
+        )
+
+    def modify(self, request: ModifyGoal, on_answer: Callable[[Answer], None]) -> None:
+        """Ask for new inputs, after the earlier requests: a repetition must not overtake them.
+
+        on_answer: called once, with `NoReply` if the manager stays silent or the goal ends first.
+        """
+        self._modifications.append((request, on_answer))
+        if len(self._modifications) == 1:
+            self._ask_modification()
+
+    def _ask_modification(self) -> None:
+        request, on_answer = self._modifications[0]
+
+        def receive(answer: Answer) -> None:
+            if isinstance(answer, Answered):
+                self._answered(answer)
+            self._modifications.popleft()
+            if self._modifications:
+                self._ask_modification()
+            on_answer(answer)
+
+        ask_until_answered(
+            self._bus,
+            self._keys.modify(self.handle.skill),
+            encode(request),
+            receive,
+            keep_retrying=self._keep_retrying,
+            on_silence=lambda: receive(NoReply(timed_out=False)),
         )
 
     def follow(self) -> None:

@@ -23,12 +23,12 @@ class MalformedValueError(Exception):
     """A text that is no value of its type; `str()` describes the expected form."""
 
 
-def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
+def parse_inputs(skill: Skill, words: Sequence[str], *, partial: bool = False) -> dict[str, Any]:
     """The inputs in words of the form NAME=VALUE, with the types that the skill declares.
 
     Structures and arrays are values separated by commas, JSON, or field by field. Raises InvalidInputError with a
     sentence for each word that cannot be read, and then also for each missing input and each value out of range. If all
-    words can be read, `SkillsetInterface.start` checks the values.
+    words can be read, `SkillsetInterface.start` checks the values. partial: no input is missing.
     """
     values: dict[str, Any] = {}
     problems: dict[str, str] = {}
@@ -57,13 +57,14 @@ def parse_inputs(skill: Skill, words: Sequence[str]) -> dict[str, Any]:
         if not _put(values, [name, *rest], value):
             problems[path] = f"`{path}` is given twice; give it once."
     if problems:
-        raise InvalidInputError(skill.name, problems | _unfit(skill, values, {*problems, *meant}))
+        fields = [skill.input(name) for name in values] if partial else skill.inputs
+        raise InvalidInputError(skill.name, problems | _unfit(fields, values, {*problems, *meant}))
     return values
 
 
-def _unfit(skill: Skill, values: dict[str, Any], reported: Collection[str]) -> dict[str, str]:
+def _unfit(fields: Sequence[Field], values: dict[str, Any], reported: Collection[str]) -> dict[str, str]:
     """Problems of values. reported: paths that have, or contain, a reported problem."""
-    _, found = fit_fields(skill.inputs, values)
+    _, found = fit_fields(fields, values)
     return {
         each.path: each.sentence
         for each in found

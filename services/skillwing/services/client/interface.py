@@ -6,13 +6,13 @@ Nothing here blocks. Calls send their request and return; answers arrive in call
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, ParamSpec
 
 import msgspec
 
-from skillwing.dsl.model import Skillset, UnknownNameError
-from skillwing.services.bus import Answer, Answered, Bus, Handle, Sample
+from skillwing.dsl.model import Field, Skillset, UnknownNameError
+from skillwing.services.bus import Answer, Answered, Bus, Handle, NoReply, Sample
 from skillwing.services.client.causal_feed import CausalFeed
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
@@ -31,6 +31,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Keys,
     M,
+    ModifyGoal,
     ProtocolError,
     QueryData,
     QueryReady,
@@ -136,7 +137,10 @@ class SkillsetInterface:
         given: dict[str, Any] = msgspec.to_builtins(dict(inputs or {}))
         for name in given:
             model.input(name)
-        fitted, problems = fit_fields(model.inputs, given)
+        return self._checked(skill, model.inputs, given)
+
+    def _checked(self, skill: str, fields: Sequence[Field], given: dict[str, Any]) -> dict[str, Any]:
+        fitted, problems = fit_fields(fields, given)
         if any(problem.kind != "range" for problem in problems):
             raise InvalidInputError(skill, {problem.path: problem.sentence for problem in problems})
         return fitted
@@ -166,6 +170,42 @@ class SkillsetInterface:
         tracker = self._trackers.get(goal.goal_id)
         if tracker is not None:
             tracker.interrupt(cause)
+
+    def modify(
+        self,
+        goal: GoalHandle,
+        inputs: Mapping[str, Any],
+        on_answer: Callable[[Answer], None],
+        *,
+        cause: str | None = None,
+    ) -> None:
+        """Give a running goal new values for modifiable inputs; the others stay. All are taken, or none.
+
+        The answer is a `GoalStatus`, a refusal, or `NoReply` if the goal has ended. A goal that does not run yet is
+        waited for. Raises UnknownNameError for an input that the skillset does not know, InvalidInputError for a value
+        of a wrong type.
+        """
+        values = self.fitted_changes(goal.skill, inputs)
+        tracker = self._trackers.get(goal.goal_id)
+        if tracker is None:
+            self._bus.post(lambda: on_answer(NoReply(timed_out=False)))
+            return
+        request = ModifyGoal(
+            goal_id=goal.goal_id,
+            request_id=self._bus.new_id(),
+            inputs=values,
+            client=self.client,
+            schema=self.skillset.schema_hash,
+            deadline=self._bus.now() + START_WITHIN,
+            cause=cause,
+        )
+        tracker.modify(request, on_answer)
+
+    def fitted_changes(self, skill: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """New values of some inputs as they are sent; raises as `modify` does. On any thread."""
+        model = self.skillset.skill(skill)
+        fields = [model.input(name) for name in inputs]
+        return self._checked(skill, fields, msgspec.to_builtins(dict(inputs)))
 
     # --- resources and events --------------------------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ __all__ = ["Client", "Datum", "Goal", "Resource", "connect"]
 R = TypeVar("R")
 O = TypeVar("O")  # noqa: E741
 F = TypeVar("F")
+G = TypeVar("G", bound="Goal[Any, Any, Any]")
 S = TypeVar("S", bound=str)
 T = TypeVar("T")
 
@@ -69,8 +70,19 @@ class Client:
         cause: str | None = None,
     ) -> Goal[R, O, F]:
         """Start a skill and return at once. Raises InvalidInputError for a value of a wrong type."""
-        handle = self.interface.start(signature.skill, inputs, goal_id=goal_id, cause=cause)
-        return Goal(self, signature, handle)
+        return self.start_as(Goal[R, O, F], signature, inputs, goal_id=goal_id, cause=cause)
+
+    def start_as(
+        self,
+        kind: type[G],
+        signature: Signature[Any, Any, Any],
+        inputs: Mapping[str, Any],
+        *,
+        goal_id: str | None = None,
+        cause: str | None = None,
+    ) -> G:
+        """Start a skill as `start` does. kind: the class of the goal, with methods of its own."""
+        return kind(self, signature, self.interface.start(signature.skill, inputs, goal_id=goal_id, cause=cause))
 
     def ready(self, skill: str, inputs: Mapping[str, Any] | None = None) -> SkillReady:
         """Answer whether a skill may start now, and what is missing. Nothing is started, and no hook is called.
@@ -153,6 +165,17 @@ class Goal(Generic[R, O, F]):
     def interrupt(self) -> None:
         """Ask for the goal's end and return; `wait` waits for it. Repetition does no harm."""
         self._client.interface.interrupt(self.handle)
+
+    def modify_inputs(self, inputs: Mapping[str, Any]) -> None:
+        """Give the running goal new values for modifiable inputs; one of None stays. All are taken, or none.
+
+        Generated goals have a typed `modify`. Raises RefusedError, NoReplyError if the goal has ended,
+        InvalidInputError for a value of a wrong type.
+        """
+        client, interface = self._client, self._client.interface
+        values = {name: value for name, value in inputs.items() if value is not None}
+        key = client.keys.modify(self._signature.skill)
+        client.answer(key, lambda take: interface.modify(self.handle, values, take))
 
     def feedback(self) -> Iterator[F]:
         """Feedback until the end of the goal. Between two iterations only the latest is kept."""

@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 
-from skillwing.dsl import UnknownNameError
 from skillwing.services.errors import SkillwingError
-from skillwing.services.protocol import Ending, GoalStatus, State
+from skillwing.services.protocol import Ending
 from skillwing.services.terminal.completion import skills
-from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
+from skillwing.services.terminal.connection import JsonOption, RobotOption, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.find_goal import find_goal
 from skillwing.services.terminal.output import end_text, make_console, print_json
 
 MARGIN = 5.0
@@ -31,7 +31,7 @@ def interrupt(
     Exit codes: 0 the goal has been interrupted, 1 it ended otherwise or nothing was running, 2 unknown name.
     """
     with connect(robot) as system:
-        status = _find(system, which)
+        status = find_goal(system, which)
         interface = system.make_interface()
         goal = interface.follow(status.skill, status.goal_id)
         interface.interrupt(goal)
@@ -44,18 +44,3 @@ def interrupt(
     else:
         make_console().print(end_text(goal.terminal))
     raise typer.Exit(OK if goal.terminal.ending is Ending.INTERRUPTED else FAILED)
-
-
-def _find(system: System, which: str) -> GoalStatus:
-    """The running goal of a skill, or the goal of that id. Raises UnknownNameError or SkillwingError."""
-    skills = [skill.name for skill in system.skillset.skills]
-    if which in skills:
-        status = system.goal(which)
-        if status is None or status.state is State.TERMINATED:
-            raise SkillwingError(f"No goal of `{which}` is running. `skillwing status` shows what is.")
-        return status
-    for skill in skills:
-        status = system.goal(skill, which)
-        if status is not None:
-            return status
-    raise UnknownNameError("skill or goal", which, skills)

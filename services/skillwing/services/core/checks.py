@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.protocol import ErrorCode
+from skillwing.services.protocol import ErrorCode, ModifyGoal, StartGoal
 
 LONGEST_GOAL_ID = 100
 
@@ -27,6 +27,16 @@ def check_schema(skillset: Skillset, schema: str) -> None:
             f"The sender has version {schema[:16]} of `{skillset.name}`, this process has {skillset.schema_hash}.",
             help="Start both from the same .skillset file.",
         )
+
+
+def check_timely(skillset: Skillset, skill: str, request: StartGoal | ModifyGoal, now: float) -> None:
+    """Refuse a request of another version of the skillset, or after its deadline."""
+    check_schema(skillset, request.schema)
+    if request.deadline is not None and now > request.deadline:
+        starts = isinstance(request, StartGoal)
+        what, again = ("start", "Start again with another goal id") if starts else ("modification", "Ask again")
+        late = f"The {what} of `{skill}` came {now - request.deadline:.1f} s after its deadline."
+        raise RefusedError(ErrorCode.TOO_LATE, late, help=f"{again} if it is still wanted.")
 
 
 def unknown_name(error: UnknownNameError) -> RefusedError:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from skillwing.services.core.goal_states import Committing, Finishing, GoalRun
 from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources
 from skillwing.services.core.skill_events import Reply, ResourcesAnswer, RetriesExhausted
 from skillwing.services.protocol import (
@@ -28,6 +29,8 @@ SILENCES_UNTIL_ERROR = 10
 is there, and 26 s if one hangs: each question then takes its timeout of 2 s."""
 SILENCES_UNTIL_ABANDONED = 600
 """Silences after which the manager stops repeating the question."""
+PENDING_OUTCOMES_LIMIT = 100
+"""Goals at a time whose local outcome is not committed yet."""
 LIKE_SILENCE = (ErrorCode.UNAVAILABLE, ErrorCode.INTERNAL)
 """UNAVAILABLE: no decision is possible now. INTERNAL: it is unknown whether one was made."""
 
@@ -43,6 +46,12 @@ class Delivery:
         self._outbox = outbox
         self.pending_outcomes: dict[str, GoalRun] = {}
         """Goals whose local outcome is not committed yet, as far as this process has heard."""
+
+    def require_room(self) -> None:
+        """Refuse a start while too many outcomes wait for their commit."""
+        if len(self.pending_outcomes) >= PENDING_OUTCOMES_LIMIT:
+            text = f"`{self._skill}` still waits until {PENDING_OUTCOMES_LIMIT} outcomes are committed."
+            raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
 
     def ask(self, run: GoalRun) -> None:
         """Put the question of the goal's state for the first time."""

@@ -16,12 +16,14 @@ from msgspec.structs import replace
 
 from skillwing.dsl.model import Skill, UnknownNameError
 from skillwing.services.core.events import TimePassed
+from skillwing.services.core.goal_inputs import sending_problem
 from skillwing.services.core.skill_actions import Hook
 from skillwing.services.core.skill_events import (
     Accepted,
     Dispatched,
     Failed,
     GoalEvent,
+    ModificationRequested,
     Raised,
     Rejected,
     RenewalAnswered,
@@ -53,12 +55,10 @@ from skillwing.services.protocol import (
     GoalStatus,
     Granted,
     Lost,
-    ProtocolError,
     RecordOutcome,
     State,
     Terminal,
     Violated,
-    require_sendable,
 )
 
 RENEWALS_UNTIL_UNWATCHED = 20
@@ -373,6 +373,30 @@ class Running(Unstopped, frozen=True):
 
     phase: ClassVar[State] = State.RUNNING
 
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
+        if isinstance(event, ModificationRequested):
+            return Modifying(self.token, self.deadline, self.silences, change=event), Hook.VALIDATE, None
+        return super().on(event, skill, now)
+
+
+class Modifying(Unstopped, frozen=True, kw_only=True):
+    """The skill runs, and the developer's `validate` judges new inputs. change: they."""
+
+    phase: ClassVar[State] = State.RUNNING
+    change: ModificationRequested
+
+    def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
+        match event:
+            case Validated(problem=None):
+                return self.resume(), Hook.MODIFY, self.change.cause or ROOT
+            case Validated():
+                return self.resume(), None, None
+            case _:
+                return super().on(event, skill, now)
+
+    def resume(self) -> Running:
+        return Running(self.token, self.deadline, self.silences)
+
 
 class Stopping(Executing, frozen=True):
     """The skill was asked to stop. reason: why; deadline: robot time at which the end is forced."""
@@ -459,8 +483,8 @@ class Finished(GoalState, frozen=True):
 class GoalRun:
     """A goal with its state. owner: the client process that it must not outlive, None for any.
 
-    record: its latest timeline record; step: number of the resource manager's step that it follows from; status: as
-    last published.
+    record: its latest timeline record; step: number of the resource manager's step that it follows from; revision:
+    number of its modifications; status: as last published.
     """
 
     goal_id: str
@@ -471,6 +495,7 @@ class GoalRun:
     state: GoalState
     record: str | None
     step: int = 0
+    revision: int = 0
     status: GoalStatus | None = None
 
     @property
@@ -485,14 +510,3 @@ def _raised(event: Raised) -> str:
 
 def _no_answer(reason: str = "") -> Terminal:
     return Terminal(ending=Ending.ERROR, reason=f"The resource manager does not answer. {reason}".rstrip())
-
-
-def sending_problem(values: Mapping[str, object]) -> str | None:
-    """The reason why values of the right types cannot be sent: too many bytes, or a text that has no encoding."""
-    if not values:
-        return None
-    try:
-        require_sendable(values)
-    except ProtocolError as error:
-        return str(error)
-    return None

@@ -16,6 +16,7 @@ class Hook(Enum):
 
     VALIDATE = auto()
     DISPATCH = auto()
+    MODIFY = auto()
     INTERRUPT = auto()
     ENDED = auto()
 

@@ -11,17 +11,18 @@ from typing import Any, get_args
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
-from skillwing.services.core.checks import check_goal_id, check_schema
+from skillwing.services.core.checks import check_goal_id, check_timely
 from skillwing.services.core.delivery import Delivery
 from skillwing.services.core.events import TimePassed
+from skillwing.services.core.goal_inputs import first_inputs
 from skillwing.services.core.goal_states import (
     Executing,
     GoalRun,
     GoalState,
     Holding,
     Idle,
-    sending_problem,
 )
+from skillwing.services.core.modifications import Modifications
 from skillwing.services.core.outbox import Outbox
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, CallHook, Hook
@@ -39,13 +40,13 @@ from skillwing.services.core.skill_events import (
     StopRequested,
     Terminated,
 )
-from skillwing.services.core.values import by_path, fit_fields, sendable_text
 from skillwing.services.names import CLIENT
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
     GoalStatus,
     InterruptGoal,
+    ModifyGoal,
     RenewGoal,
     StartGoal,
     Terminal,
@@ -56,8 +57,6 @@ RENEWAL_PERIOD = 0.5
 IDLE = Idle()
 ACCEPTED = Accepted()
 CALLS_TO_END = (Terminated, StopConfirmed, Failed)
-PENDING_OUTCOMES_LIMIT = 100
-"""Goals at a time whose local outcome is not committed yet."""
 
 
 class SkillCore:
@@ -86,9 +85,11 @@ class SkillCore:
         self._finished: BoundedDict[str, GoalStatus] = BoundedDict(GOALS_REMEMBERED)
         # Ids of goals whose interrupt came before their start.
         self._interrupted_early: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
+        self.modifications = Modifications(self.skill)
         self._handlers: dict[type, Callable[[Any, float], None]] = {
             StartGoal: self._start,
             InterruptGoal: self._interrupt,
+            ModifyGoal: self._modify,
             OwnerGone: self._on_owner_gone,
             QuestionAnswered: self._on_answer,
             TimePassed: self._on_time,
@@ -138,16 +139,8 @@ class SkillCore:
         check_goal_id(request.goal_id)
         if self._run_of(request.goal_id) is not None or request.goal_id in self._finished:
             return
-        check_schema(self._skillset, request.schema)
-        if request.deadline is not None and now > request.deadline:
-            raise RefusedError(
-                ErrorCode.TOO_LATE,
-                f"The start of `{self.skill.name}` came {now - request.deadline:.1f} s after its deadline.",
-                help="Start again with another goal id if it is still wanted.",
-            )
-        if len(self._delivery.pending_outcomes) >= PENDING_OUTCOMES_LIMIT:
-            text = f"`{self.skill.name}` still waits until {PENDING_OUTCOMES_LIMIT} outcomes are committed."
-            raise RefusedError(ErrorCode.UNAVAILABLE, text, help="Ask again.")
+        check_timely(self._skillset, self.skill.name, request, now)
+        self._delivery.require_room()
         run = GoalRun(request.goal_id, {}, request.client, request.owner, now, IDLE, request.cause)
         terminal = self._obstacle(run, request)
         if terminal is None:
@@ -160,18 +153,10 @@ class SkillCore:
             self._interrupted_early.pop(run.goal_id)
             return Terminal(ending=Ending.INTERRUPTED, reason="It was interrupted before it started.")
         if self._current is not None:
-            other = self._current.goal_id
-            reason = f"`{self.skill.name}` is busy with goal {other}."
-            return Terminal(ending=Ending.BUSY, reason=reason, running_goal=other)
-        run.inputs, problems = fit_fields(self.skill.inputs, request.inputs)
-        reasons = by_path(problems)
-        reason = " ".join(reasons.values())
-        # Fitted inputs may be longer than the start was: a whole number of one byte becomes a float of nine.
-        if not problems and (problem := sending_problem(run.inputs)) is not None:
-            reason = f"The inputs of `{self.skill.name}` cannot be sent to the resource manager: {problem}."
-        if not reason:
-            return None
-        return Terminal(ending=Ending.NOT_VALIDATED, reason=sendable_text(reason), failing=tuple(reasons))
+            reason = f"`{self.skill.name}` is busy with goal {self._current.goal_id}."
+            return Terminal(ending=Ending.BUSY, reason=reason, running_goal=self._current.goal_id)
+        run.inputs, terminal = first_inputs(self.skill, request.inputs)
+        return terminal
 
     def _interrupt(self, request: InterruptGoal, now: float) -> None:
         """Ask a goal to stop. The id of an unknown one is remembered: if its start still comes, it ends IT."""
@@ -181,11 +166,21 @@ class SkillCore:
             self._take(run, StopRequested(f"{request.client} interrupted it.", request.cause), now)
         elif request.goal_id not in self._finished:
             self._interrupted_early[request.goal_id] = None
-            raise RefusedError(
-                ErrorCode.UNKNOWN_GOAL,
-                f"`{self.skill.name}` knows of no goal {request.goal_id}.",
-                help="Should its start still arrive, it will end interrupted.",
-            )
+            text = f"`{self.skill.name}` knows of no goal {request.goal_id}."
+            help = "Should its start still arrive, it will end interrupted."
+            raise RefusedError(ErrorCode.UNKNOWN_GOAL, text, help=help)
+
+    def _modify(self, request: ModifyGoal, now: float) -> None:
+        """Give the running goal new inputs, if they fit. A known request changes nothing."""
+        if request.request_id in self.modifications:
+            return
+        check_goal_id(request.goal_id)
+        check_timely(self._skillset, self.skill.name, request, now)
+        run = self._run_of(request.goal_id)
+        if run is None:
+            state = self.status(request.goal_id).state
+            raise RefusedError(ErrorCode.NOT_ALLOWED, f"The goal is {state}.", help="Start another one.")
+        self._take(run, self.modifications.requested(request, run), now)
 
     def _on_owner_gone(self, event: OwnerGone, now: float) -> None:
         run = self._current
@@ -223,20 +218,23 @@ class SkillCore:
         run.state = state
         if cause is not None:
             run.record = cause or None
-        if run.status is None or run.status.state is not state.phase:
-            self._publish(run, state, now)
+        text = self.modifications.apply(run, before) if action is Hook.MODIFY else state.text
+        if run.status is None or (run.status.state, run.status.revision) != (state.phase, run.revision):
+            self._publish(run, state, now, text)
+        self.modifications.settle(run, before, event)
         if not state.busy and self._current is run:
             self._current = None
         if isinstance(action, Hook):
             token = state.token or before.token
-            self._outbox.add(CallHook(action, run.goal_id, run.inputs, token, run.started_at, state.terminal))
+            inputs = self.modifications.inputs_of(run)
+            self._outbox.add(CallHook(action, run.goal_id, inputs, token, run.started_at, state.terminal))
         elif action is not None:
             self._delivery.ask(run)
         return True
 
-    def _publish(self, run: GoalRun, state: GoalState, now: float) -> None:
-        """Publish the phase of a goal, which is a timeline record as well."""
-        before, text = (run.status.state, state.text) if run.status else ("IDLE", f"asked by {run.client}")
+    def _publish(self, run: GoalRun, state: GoalState, now: float, text: str) -> None:
+        """Publish the phase of a goal, which is a timeline record as well. text: its explanation, if not the first."""
+        before, text = (run.status.state, text) if run.status else ("IDLE", f"asked by {run.client}")
         run.status = status = GoalStatus(
             goal_id=run.goal_id,
             skill=self.skill.name,
@@ -249,6 +247,7 @@ class SkillCore:
             text=text,
             cause=run.record,
             after_step=run.step,
+            revision=run.revision,
         )
         run.record = status.record
         self._outbox.add(status)

@@ -17,6 +17,7 @@ from skillwing.services.protocol import (
     GoalVerdict,
     InterruptGoal,
     Lost,
+    ModifyGoal,
     RenewGoal,
     StartGoal,
     Terminal,
@@ -123,7 +124,7 @@ CurrentGoalEvent: TypeAlias = (
     Validated | Dispatched | Raised | Terminated | StopConfirmed | Failed | RenewalAnswered | Violated | Lost
 )
 """Events that name a goal, and count only while it is the current one."""
-Event: TypeAlias = StartGoal | InterruptGoal | OwnerGone | CurrentGoalEvent | QuestionAnswered | TimePassed
+Event: TypeAlias = StartGoal | InterruptGoal | ModifyGoal | OwnerGone | CurrentGoalEvent | QuestionAnswered | TimePassed
 """Events that `SkillCore.step` takes."""
 
 
@@ -147,6 +148,15 @@ class StopRequested(OwnNews, frozen=True):
     cause: str | None = None
 
 
+class ModificationRequested(OwnNews, frozen=True):
+    """Request for new inputs. inputs: all of the goal's inputs, fitted. text, cause: of the timeline record."""
+
+    request_id: str
+    inputs: Mapping[str, object]
+    text: str
+    cause: str | None = None
+
+
 class Reply(msgspec.Struct, frozen=True):
     """Answer to the question that the goal waits for."""
 
@@ -162,6 +172,14 @@ class RetriesExhausted(OwnNews, frozen=True):
 
 
 GoalEvent: TypeAlias = (
-    Accepted | Rejected | StopRequested | CurrentGoalEvent | Reply | RetriesExhausted | RenewalAnswered | TimePassed
+    Accepted
+    | Rejected
+    | StopRequested
+    | ModificationRequested
+    | CurrentGoalEvent
+    | Reply
+    | RetriesExhausted
+    | RenewalAnswered
+    | TimePassed
 )
 """Events that the state of a goal takes."""

@@ -69,7 +69,9 @@ class SkillHooks(Generic[I, O, F]):
     def validate(self, goal: Goal[I]) -> str | None:
         """Return None to accept the goal, or a sentence on its problem. The goal then ends NV.
 
-        Types and ranges of the model are checked before. Move nothing here: preconditions are checked afterwards.
+        Types and ranges of the model are checked before. Move nothing here: preconditions are checked afterwards. It is
+        also called for a modification, while `current` is the goal with its old inputs. A sentence then refuses the
+        modification, and the goal goes on.
         """
         del goal
         return None
@@ -81,6 +83,12 @@ class SkillHooks(Generic[I, O, F]):
         """Return feedback, or None to publish nothing. Called at each progress period while the goal is RUNNING."""
         del goal
         return None
+
+    def on_modify(self, goal: Goal[I]) -> None:
+        """Go on with the new inputs of the running goal. `validate` has accepted them.
+
+        A skill with modifiable inputs overrides it. Otherwise its manager refuses modifications.
+        """
 
     def on_interrupt(self, goal: Goal[I]) -> None:
         """Ask the functional layer to stop, and return. Call `interrupted` when it has stopped.

@@ -15,6 +15,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
 from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.events import TimePassed
+from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
 from skillwing.services.core.skill_events import (
@@ -50,6 +51,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Keys,
     Lost,
+    ModifyGoal,
     ProtocolError,
     QueryGoal,
     RecordKind,
@@ -115,6 +117,7 @@ class SkillManagerNode:
         self._owners = LivelinessMonitor(bus, keys, f"{CLIENT}*", self._on_owner_gone, from_outside=True)
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
+        serve(bus, keys.modify(skill), ModifyGoal, self._answer_modify)
         serve(bus, keys.goal(skill), QueryGoal, lambda query, key: self._core.status(query.goal_id))
         # The resource manager must not mistake this process for a predecessor whose token was briefly missing.
         attach = AttachManager(manager=self.name, incarnation=incarnation, schema=self._skillset.schema_hash)
@@ -146,6 +149,14 @@ class SkillManagerNode:
         del key
         self._step(request)
         return self._core.status(request.goal_id)
+
+    def _answer_modify(self, request: ModifyGoal, key: str) -> GoalStatus:
+        del key
+        if type(self._hooks).on_modify is SkillHooks.on_modify and self._model.modifiable:
+            text = f"The manager of `{self._model.name}` cannot modify a goal yet."
+            raise RefusedError(ErrorCode.NOT_ALLOWED, text, help="Write its hook `on_modify`.")
+        self._step(request)
+        return self._core.modifications.answer(request.request_id)
 
     def _on_owner_gone(self, owner: str) -> None:
         self._step(OwnerGone(owner))
@@ -288,6 +299,9 @@ class SkillManagerNode:
                 _, done = self._guarded("on_dispatch", goal.id, lambda: hooks.on_dispatch(goal))
                 if done:
                     self._dispatched(goal.id, self._bus.wall() - started)
+            case Hook.MODIFY:
+                hooks.current = goal
+                self._guarded("on_modify", goal.id, lambda: hooks.on_modify(goal))
             case Hook.INTERRUPT:
                 self._guarded("on_interrupt", goal.id, lambda: hooks.on_interrupt(goal))
             case Hook.ENDED if call.terminal is not None:

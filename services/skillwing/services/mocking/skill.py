@@ -66,6 +66,8 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
 
     def validate(self, goal: Goal[dict[str, Any]]) -> str | None:
         run = self.player.peek().run
+        if self.current is not None:  # new inputs of the running goal
+            return None
         if run.how != "invalid":
             return None
         self.player.take()
@@ -75,8 +77,14 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         self._planned = self.player.take(goal.inputs)
         self._dispatched_at = self.bus.now()
         self._feedbacks = 0
-        self._goals.put(encode(MockedGoal(skill=self.skill, goal_id=goal.id, inputs=goal.inputs)))
+        self._tell_inputs(goal)
         self._end_after(goal, self._planned.run, self._planned.delay)
+
+    def on_modify(self, goal: Goal[dict[str, Any]]) -> None:
+        self._tell_inputs(goal)
+
+    def _tell_inputs(self, goal: Goal[dict[str, Any]]) -> None:
+        self._goals.put(encode(MockedGoal(skill=self.skill, goal_id=goal.id, inputs=goal.inputs)))
 
     def progress(self, goal: Goal[dict[str, Any]]) -> dict[str, Any] | None:
         if self._planned is None or not self._model.feedback:
@@ -116,7 +124,8 @@ class MockHooks(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
     def _end(self, goal: Goal[dict[str, Any]], run: FittedRun) -> None:
         match run.how:
             case "result":
-                self.terminated(goal.id, run.text, self.player.output(run, goal.inputs))
+                inputs = goal.inputs if self.current is None else self.current.inputs
+                self.terminated(goal.id, run.text, self.player.output(run, inputs))
             case "hang":
                 log.info("hangs, as its script says")
                 self._hang()

@@ -16,7 +16,9 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.bus import Answer, NoReply, Refused, RunnableBus
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.client.retry import wait_for_answer
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.errors import NoReplyError
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headlines
 from skillwing.services.managers.hooks import SkillHooks
@@ -111,6 +113,14 @@ class Bench:
     def interrupt(self, goal: GoalHandle) -> None:
         """Send an interrupt and return at once."""
         self.client.interrupt(goal)
+
+    def modify(self, goal: GoalHandle, inputs: Mapping[str, Any]) -> str | None:
+        """Give a running goal new inputs. Returns the sentences of a refusal, None if they are accepted."""
+        try:
+            wait_for_answer(self.bus, goal.skill, lambda take: self.client.modify(goal, inputs, take))
+        except (RefusedError, NoReplyError) as refusal:
+            return str(refusal)
+        return None
 
     def wait_for(self, goal: GoalHandle, within: float) -> bool:
         """Wait for a goal's end, and for the messages of its manager's `on_ended`. False if there was no end."""

@@ -33,6 +33,7 @@ from skillwing.services.protocol import (
     MockedGoal,
     MockedWorldCall,
     MockPlan,
+    ModifyGoal,
     PauseMission,
     QueryData,
     QueryGoal,
@@ -57,6 +58,10 @@ SIMULATOR, SIMULATED = "the simulator, where there is one", "every process of a 
 
 UNKNOWN = (ErrorCode.UNKNOWN_GOAL,)
 STARTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.TOO_LATE)
+MODIFICATIONS = (
+    *(ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.UNKNOWN_GOAL),
+    *(ErrorCode.NOT_ALLOWED, ErrorCode.TOO_LATE, ErrorCode.UNAVAILABLE),
+)
 UNDECIDED = (ErrorCode.UNAVAILABLE,)
 ASKED = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.UNAVAILABLE)
 CHANGES = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE)
@@ -69,6 +74,7 @@ GRANTS = (
 PUBLIC = (
     Channel(Keys.start, Kind.QUERY, SKILL, CLIENTS, StartGoal, GoalStatus, STARTS, Each.SKILL),
     Channel(Keys.interrupt, Kind.QUERY, SKILL, CLIENTS, InterruptGoal, GoalStatus, UNKNOWN, Each.SKILL),
+    Channel(Keys.modify, Kind.QUERY, SKILL, CLIENTS, ModifyGoal, GoalStatus, MODIFICATIONS, Each.SKILL),
     Channel(Keys.goal, Kind.QUERY, SKILL, CLIENTS, QueryGoal, GoalStatus, UNKNOWN, Each.SKILL),
     Channel(Keys.status, Kind.EVENTS, SKILL, CLIENTS, GoalStatus, each=Each.SKILL),
     Channel(Keys.progress, Kind.STREAM, SKILL, CLIENTS, GoalProgress, each=Each.SKILL),

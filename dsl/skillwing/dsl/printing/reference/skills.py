@@ -35,7 +35,7 @@ class SkillSection:
         rows = [
             (
                 code(field.name),
-                type_in_words(field.type, self._link),
+                type_in_words(field.type, self._link) + (", modifiable" if field.modifiable else ""),
                 field.unit or "",
                 range_in_words(field),
                 _default(field),

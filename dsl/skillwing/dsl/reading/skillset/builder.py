@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from skillwing.dsl.expressions import Expression, Literal, NamedValue
 from skillwing.dsl.reading import syntax
@@ -58,6 +58,14 @@ class SkillsetBuilder(NodeBuilder):
 
     def skill(self, name: Lexeme, *sections: syntax.Section) -> syntax.SkillSyntax:
         return syntax.SkillSyntax(name, sections)
+
+    def inputs(self, keyword: Lexeme, *fields: syntax.FieldSyntax) -> syntax.FieldsSection:
+        return self.fields(keyword, *fields)
+
+    outputs = inputs
+
+    def input(self, field: syntax.FieldSyntax, modifiable: Lexeme | None) -> syntax.FieldSyntax:
+        return replace(field, modifiable=modifiable)
 
     def progress(self, keyword: Lexeme, period: Lexeme, *fields: syntax.FieldSyntax) -> syntax.ProgressSection:
         return syntax.ProgressSection(keyword, number(period), fields)

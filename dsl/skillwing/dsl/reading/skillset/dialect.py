@@ -45,6 +45,7 @@ _VOCABULARY = Vocabulary(
         **dict.fromkeys(_ELEMENTS, "the skillset itself"),
         "GUARD": "an event",
         "PERIOD": "a datum",
+        "MODIFIABLE": "an input",
         "VIOLATION": "an invariant",
         "APPLY": "a result, `interrupt` or `lost`",
         "POST": "a result",

@@ -1,0 +1,89 @@
+"""Modifications of running goals: the checks of new inputs, and the answers to the requests."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from skillwing.dsl.model import Skill, UnknownNameError
+from skillwing.dsl.suggest import listed
+from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
+from skillwing.services.core.checks import unknown_name
+from skillwing.services.core.goal_inputs import fitted_inputs
+from skillwing.services.core.goal_states import GoalRun, GoalState, Modifying, Running
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.core.skill_events import GoalEvent, ModificationRequested, Validated
+from skillwing.services.core.values import sendable_text
+from skillwing.services.protocol import ErrorCode, GoalStatus, ModifyGoal, State
+
+
+class Modifications:
+    """The requests for new inputs of one skill's goals, and their answers by id. A known request changes nothing."""
+
+    def __init__(self, skill: Skill) -> None:
+        self._skill = skill
+        self._answers: BoundedDict[str, GoalStatus | RefusedError] = BoundedDict(GOALS_REMEMBERED)
+
+    def __contains__(self, request_id: str) -> bool:
+        return request_id in self._answers
+
+    def answer(self, request_id: str) -> GoalStatus:
+        """The answer to a request that was taken. Raises RefusedError if that is a refusal."""
+        answer = self._answers.get(request_id)
+        if answer is None:
+            raise RefusedError(ErrorCode.UNAVAILABLE, "The new inputs are still being validated.", help="Ask again.")
+        if isinstance(answer, RefusedError):
+            raise answer
+        return answer
+
+    def requested(self, request: ModifyGoal, run: GoalRun) -> ModificationRequested:
+        """The event of a request that fits. Raises RefusedError for a goal that does not run, and for wrong inputs."""
+        if not isinstance(run.state, Running):
+            if run.phase in (State.VALIDATING, State.DISPATCHING) or isinstance(run.state, Modifying):
+                raise RefusedError(ErrorCode.UNAVAILABLE, f"The goal is {run.phase}.", help="Ask again when it runs.")
+            raise RefusedError(ErrorCode.NOT_ALLOWED, "The goal is about to end.", help="Start another one.")
+        inputs = self._merged(run, request)
+        text = f"{request.client} modified {listed(request.inputs)}"
+        return ModificationRequested(request.request_id, inputs, text, request.cause)
+
+    def _merged(self, run: GoalRun, request: ModifyGoal) -> dict[str, object]:
+        """The inputs of a goal with new values among them. Raises RefusedError with every problem of one kind."""
+        skill = self._skill
+        names = [item.name for item in skill.modifiable]
+        if not names:
+            text = f"The skillset calls no input of `{skill.name}` modifiable."
+            raise RefusedError(ErrorCode.NOT_ALLOWED, text, help="Start another goal.")
+        try:
+            fixed = [name for name in request.inputs if not skill.input(name).modifiable]
+        except UnknownNameError as error:
+            raise unknown_name(error) from error
+        if fixed or not request.inputs:
+            message = f"A goal of `{skill.name}` keeps {listed(fixed)}." if fixed else "No input is named."
+            help = f"Modifiable inputs: {listed(names)}."
+            raise RefusedError(ErrorCode.NOT_ALLOWED, message, help=help, known=names)
+        inputs, reasons = fitted_inputs(skill, {**run.inputs, **request.inputs})
+        if reasons:
+            reason = sendable_text(" ".join(reasons.values()))
+            raise RefusedError(ErrorCode.BAD_REQUEST, reason, help="The goal keeps its own.")
+        return inputs
+
+    def inputs_of(self, run: GoalRun) -> Mapping[str, object]:
+        """The inputs for a hook: the new ones while they are validated."""
+        return run.state.change.inputs if isinstance(run.state, Modifying) else run.inputs
+
+    def apply(self, run: GoalRun, before: GoalState) -> str:
+        """Give a goal the inputs that were accepted in the state before. Returns the text of the record."""
+        assert isinstance(before, Modifying)
+        run.inputs = before.change.inputs
+        run.revision += 1
+        return before.change.text
+
+    def settle(self, run: GoalRun, before: GoalState, event: GoalEvent) -> None:
+        """Remember the answer to the request of the state before, if the goal has left it."""
+        if not isinstance(before, Modifying) or isinstance(run.state, Modifying):
+            return
+        problem = event.problem if isinstance(event, Validated) else "The goal was ended before its new inputs counted."
+        answer = run.status
+        if problem is not None or answer is None:
+            help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
+            answer = RefusedError(ErrorCode.NOT_ALLOWED, sendable_text(problem or ""), help=help)
+        self._answers[before.change.request_id] = answer
