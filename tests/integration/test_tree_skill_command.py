@@ -51,7 +51,38 @@ def test_a_tree_file_becomes_a_skill_with_its_manager_and_its_test(robot: Path) 
     managers = importlib.import_module("hall.skills.tour")
     bench = SkillsetInProcess(load(robot / "forklift.skillset"), [managers.TourManager], data={"battery": 80.0})
     bench.start_skill("tour", first={"x": 1.0, "y": 2.0, "heading": 0.0}).assert_ended("S_DONE", within=10.0)
-    assert "tree_skill_problems" in (robot / "tests" / "test_tour.py").read_text()
+    assert "body_problems" in (robot / "tests" / "test_tour.py").read_text()
+
+
+COMPOSITION = """def tour(robot: forklift, first: Pose) -> (success SEEN | failure LOST) {
+    match robot.drive(first) {
+        | success ARRIVED => robot.honk()
+        | failure BLOCKED => failure LOST
+    }
+}
+"""
+
+
+def test_a_composition_becomes_a_skill_with_its_results(robot: Path) -> None:
+    Path("tour.rlc").write_text(COMPOSITION)
+    said = run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.rlc")
+    assert said.code == 0, said
+    assert "runs hall/skills/tour.rlc" in said.out
+    skill = load(robot / "forklift.skillset").skill("tour")
+    assert [(each.name, str(each.type.name)) for each in skill.inputs] == [("first", "Pose")]
+    assert [(each.name, each.success) for each in skill.results] == [("SEEN", True), ("LOST", False)]
+    assert (robot / "skills" / "tour.rlc").read_text() == COMPOSITION
+    assert 'with_name("tour.rlc")' in (robot / "skills" / "tour.py").read_text()
+
+
+def test_a_composition_with_mistakes_changes_nothing(robot: Path) -> None:
+    Path("tour.rlc").write_text(COMPOSITION.replace("honk()", "hnk()").replace("BLOCKED", "BLOKED"))
+    said = run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.rlc")
+    assert said.code == 2
+    assert "tour.rlc:3:36: There is no skill `hnk`; did you mean `honk`?" in said.error
+    assert "tour.rlc:4:19: `drive` has no result `BLOKED`; did you mean `BLOCKED`?" in said.error
+    assert " 4 |         | failure BLOKED => failure LOST" in said.error
+    assert (robot / "forklift.skillset").read_text() == TEXT
 
 
 @pytest.mark.parametrize(

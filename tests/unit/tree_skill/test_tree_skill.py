@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from skillwing.bt_missions.tree_skill.checks import cycle, tree_skill_problems
+from skillwing.bt_missions.tree_skill.checks import ring_through, tree_skill_problems
 from skillwing.bt_missions.tree_skill.hooks import TreeHooks
 from skillwing.bt_missions.xml.document import TreeFileError
 from skillwing.bt_missions.xml.tree_file import read_tree_file
@@ -162,6 +162,6 @@ def test_a_ring_of_trees_is_found(tmp_path: Path) -> None:
         file.write_text(FETCH.replace("<pick/>", leaf))
         return read_tree_file(file)
 
-    ring = cycle({"fetch": tree("<greedy/>"), "greedy": tree('<fetch rack="1,1"/>')}, FORKLIFT)
-    assert set(ring) == {"fetch", "greedy"}
-    assert cycle({"fetch": tree("<greedy/>"), "greedy": tree("<pick/>")}, FORKLIFT) == []
+    ring = ring_through("fetch", {"fetch": tree("<greedy/>"), "greedy": tree('<fetch rack="1,1"/>')}, FORKLIFT)
+    assert ring == ["fetch", "greedy", "fetch"]
+    assert ring_through("fetch", {"fetch": tree("<greedy/>"), "greedy": tree("<pick/>")}, FORKLIFT) == []

@@ -122,7 +122,7 @@ def _input_problems(leaf: Behaviour, inputs: Mapping[str, object], skill: Skill)
 
 def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
     """Labels with which the skill never ends, and results that a mapping of labels leaves out."""
-    possible = _possible_endings(skill)
+    possible = possible_endings(skill)
     unknown_labels = [label for label in leaf.outcomes if label not in possible]
     for label in unknown_labels:
         yield str(UnknownNameError(f"ending of {skill.name}", label, possible))
@@ -132,7 +132,7 @@ def _outcome_problems(leaf: SkillAction, skill: Skill) -> Iterator[str]:
             yield f"{skill.name} can end {label}, and the leaf does not say what that means"
 
 
-def _possible_endings(skill: Skill) -> list[str]:
+def possible_endings(skill: Skill) -> list[str]:
     """Labels with which a leaf that runs this skill may end."""
     with_result = (Ending.SUCCEEDED, Ending.NOT_HELD)
     named = [f"{ending}_{result.name}" for ending in with_result for result in skill.results]
@@ -149,7 +149,7 @@ def _structure_problems(node: Behaviour, skillset: Skillset) -> Iterator[str]:
         skills = [skill_of(leaf, skillset) for leaf in below if isinstance(leaf, SkillAction)]
         if None in skills or any(isinstance(each, PlaceholderNode) for each in below):
             return  # an unknown node may end with any label
-        possible = list(dict.fromkeys(label for skill in skills if skill for label in _possible_endings(skill)))
+        possible = list(dict.fromkeys(label for skill in skills if skill for label in possible_endings(skill)))
         for label in node.endings:
             if label not in possible:
                 yield str(UnknownNameError(f"ending below {node.name}", label, possible))

@@ -21,6 +21,7 @@ from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
+from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
@@ -216,7 +217,8 @@ def check(
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List all problems of a mission with the robot. No system has to run. See docs/own_mission.md.
+    """List all problems of a mission with the robot, and of the trees of skills that it starts. No system has to run.
+    See docs/own_mission.md.
 
     With --json the output is a list of `text` and `place`.
 
@@ -228,6 +230,7 @@ def check(
         chosen = find_draft(name)
         given = chosen.read_options(parse_options(options or []))
         problems = check_mission(chosen, model.skillset, given, model.rescue_goal)
+        problems += called_skill_problems(chosen, model.skillset, given, model.skills_folder)
         called = chosen.name
     except FaultyMissionError as error:
         problems, called = list(error.problems), name

@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from skillwing.bt_missions.tree_skill.called import skills_folder
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.suggest import listed
@@ -21,12 +22,14 @@ class ChosenRobot:
     """A robot, as far as missions are checked against it.
 
     templates: package with templates of missions, None for none. is_chosen: the robot was named, or it runs.
+    skills_folder: of its managers and trees; None if it is not known.
     """
 
     skillset: Skillset
     rescue_goal: RescueGoal | None
     templates: str | None = None
     is_chosen: bool = True
+    skills_folder: Path | None = None
 
 
 def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
@@ -36,15 +39,17 @@ def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
     InvalidOptionError if several run, and as `find_robot` and `load` do.
     """
     if skillset is not None:
-        return ChosenRobot(load(skillset), None)
+        return ChosenRobot(load(skillset), None, skills_folder=skills_folder(skillset))
     systems = running_systems() if name is None else tuple(filter(None, [read_run_state(name)]))
     if len(systems) > 1:
         names = listed(system.robot for system in systems)
         raise InvalidOptionError("robot", f"Several systems are running: {names}. Choose one with `--robot`.")
     if systems:
         (state,) = systems
-        return ChosenRobot(load(Path(state.skillset)), state.rescue_goal, state.mission_templates)
+        file = Path(state.skillset)
+        return ChosenRobot(load(file), state.rescue_goal, state.mission_templates, skills_folder=skills_folder(file))
     known = name or os.environ.get("SKILLWING_ROBOT")
     table = find_robot(known or DEFAULT_ROBOT)
     chosen = known is not None
-    return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, chosen)
+    folder = skills_folder(table.skillset)
+    return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, chosen, folder)

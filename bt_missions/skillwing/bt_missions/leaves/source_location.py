@@ -12,8 +12,9 @@ _LIBRARY = tuple(str(Path(__file__).parents[1] / folder) for folder in ("leaves"
 _ATTRIBUTE = "_written_at"
 
 
-def set_source_location(node: Behaviour, file: Path, line: int) -> None:
-    setattr(node, _ATTRIBUTE, f"{file}:{line}")
+def set_source_location(node: Behaviour, file: Path, line: int, column: int = 0) -> None:
+    """Note where a node was written. line, column: from 1; column 0 for the whole line."""
+    setattr(node, _ATTRIBUTE, f"{file}:{line}:{column}" if column else f"{file}:{line}")
 
 
 def set_caller_location(node: Behaviour) -> None:
@@ -25,6 +26,6 @@ def set_caller_location(node: Behaviour) -> None:
 
 
 def source_location(node: Behaviour) -> str | None:
-    """`file:line` of a node, or of the first one below it with a known location."""
+    """`file:line` or `file:line:column` of a node, or of the first one below it with a known location."""
     found = (getattr(each, _ATTRIBUTE, None) for each in (node, *node.iterate()))
     return next((place for place in found if place is not None), None)

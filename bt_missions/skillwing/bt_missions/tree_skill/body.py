@@ -7,21 +7,21 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from skillwing.bt_missions.tree_skill.checks import cycle, tree_skill_problems
+from skillwing.bt_missions.tree_skill.checks import body_problems, read_body, tree_skill_problems
 from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
-from skillwing.bt_missions.xml.tree_file import DeclaredPort, TreeFile, read_tree_file
+from skillwing.bt_missions.xml.tree_file import DeclaredPort, TreeFile
+from skillwing.dsl.checking.types import SCALARS as LANGUAGE_SCALARS
 from skillwing.dsl.model import EnumType, Skillset
 from skillwing.dsl.naming import manager_class
-from skillwing.services.errors import InvalidOptionError
 
-SCALARS = {"double": "float64", "float": "float64", "int": "int64", "bool": "bool", "string": "string"}
+SCALARS = {"double": "float64", "float": "float64", "int": "int64", **{name: name for name in LANGUAGE_SCALARS}}
 """Types of the language for the types of ports."""
 _BLOCK = """\
-    // Runs the tree in skills/{skill}.xml.
+    // Runs the tree in skills/{file}.
     skill {skill} {{
 {inputs}        result {{
-            success DONE
-            failure FAILED
+            success {success}
+            failure {failure}
         }}
     }}
 """
@@ -42,15 +42,14 @@ class {manager}(TreeHooks, Abstract{manager}):
     """Runs the tree beside this file for each goal."""
 
     skillset_file = SKILLSET
-    tree_file = Path(__file__).with_name("{skill}.xml")
+    tree_file = Path(__file__).with_name("{file}")
 '''
 _TEST = '''\
 """Tests of `{skill}`. Written once by `skillwing new-skill`, and yours from then on."""
 
 from __future__ import annotations
 
-from skillwing.bt_missions.tree_skill.checks import tree_skill_problems
-from skillwing.bt_missions.xml.tree_file import read_tree_file
+from skillwing.bt_missions.tree_skill.checks import body_problems, read_body
 from skillwing.dsl import load
 
 from {package}.generated.processes import SKILLSET
@@ -59,7 +58,8 @@ from {package}.skills.{skill} import {manager}
 
 def test_its_tree_fits_the_skillset() -> None:
     """Add runs on mocks: `SkillsetInProcess(SKILLSET, [{manager}])` of `skillwing.services.testing`."""
-    assert tree_skill_problems(read_tree_file({manager}.tree_file), load(SKILLSET), "{skill}") == []
+    file, skillset = {manager}.tree_file, load(SKILLSET)
+    assert body_problems(read_body(file, skillset), skillset, "{skill}", file.parent) == []
 '''
 
 
@@ -74,17 +74,15 @@ class TreeBody:
     def files(self, skillset: Skillset, package: Path | None) -> Mapping[str, str]:
         """The files of the robot's package by their path there. skillset: with the new skill.
 
-        Raises TreeFileError with all problems of the tree, and InvalidOptionError for trees that start each other.
+        Raises TreeFileError with all problems of the tree.
         """
-        if problems := tree_skill_problems(self.source, skillset, self.skill):
+        folder = (package or self.source.file.parent) / "skills"
+        if problems := body_problems(self.source, skillset, self.skill, folder):
             raise TreeFileError(self.source.file, problems)
-        trees = {} if package is None else _trees_of(package, skillset)
-        if ring := cycle({**trees, self.skill: self.source}, skillset):
-            names = " -> ".join(f"`{name}`" for name in ring)
-            raise InvalidOptionError("tree", f"These skills would start each other for ever: {names}. Change a tree.")
         tree = self.source.file.read_text(encoding="utf-8")
-        manager = _MANAGER.format(skill=self.skill, manager=manager_class(self.skill))
-        return {f"skills/{self.skill}.py": manager, f"skills/{self.skill}.xml": tree}
+        file = f"{self.skill}{self.source.file.suffix}"
+        manager = _MANAGER.format(skill=self.skill, manager=manager_class(self.skill), file=file)
+        return {f"skills/{self.skill}.py": manager, f"skills/{file}": tree}
 
     def test(self, package: str) -> str:
         """The first test of the manager. package: import name of the robot's package."""
@@ -96,13 +94,20 @@ def tree_body(file: Path, skill: str, skillset: Skillset) -> TreeBody:
 
     Raises TreeFileError for a file that is no tree file, or with ports that cannot be inputs.
     """
-    source = read_tree_file(file)
-    problems: list[FileProblem] = list(source.problems)
+    source = read_body(file, skillset)
+    problems: list[FileProblem] = []
     lines = list(_input_lines(source, skillset, problems))
-    if problems:
-        raise TreeFileError(file, problems)
+    if problems or source.problems:
+        raise TreeFileError(file, [*problems, *tree_skill_problems(source, skillset, skill)])
     inputs = "".join(f"            {line}\n" for line in lines)
-    block = _BLOCK.format(skill=skill, inputs=f"        input {{\n{inputs}        }}\n" if inputs else "")
+    results = source.main_model.metadata
+    block = _BLOCK.format(
+        skill=skill,
+        file=f"{skill}{file.suffix}",
+        inputs=f"        input {{\n{inputs}        }}\n" if inputs else "",
+        success=results.get("success", "DONE"),
+        failure=results.get("failure", "FAILED"),
+    )
     return TreeBody(skill, source, block)
 
 
@@ -126,10 +131,3 @@ def _default(port: DeclaredPort, is_enum: bool) -> str:
     if port.kind == "string":
         return f" = {json.dumps(port.default)}"
     return f" = {port.default}" if is_enum or port.kind in SCALARS else ""
-
-
-def _trees_of(package: Path, skillset: Skillset) -> dict[str, TreeFile]:
-    """The trees of the skills in a robot's package, by skill."""
-    names = {skill.name for skill in skillset.skills}
-    files = [file for file in (package / "skills").glob("*.xml") if file.stem in names]
-    return {file.stem: read_tree_file(file) for file in files}

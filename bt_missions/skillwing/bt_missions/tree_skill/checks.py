@@ -1,9 +1,10 @@
-"""Checks of a tree that is the body of a skill: fit with the skillset, cycles, and resources taken twice."""
+"""Checks of a tree that is the body of a skill: fit with the skillset, rings, and resources taken twice."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from graphlib import CycleError, TopologicalSorter
+from dataclasses import replace
+from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 
@@ -11,42 +12,88 @@ from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import tree_problems
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import source_location
+from skillwing.bt_missions.tree_skill.composition import RLC, read_composition
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem
 from skillwing.bt_missions.xml.node_types import node_types
-from skillwing.bt_missions.xml.tree_file import TreeFile
+from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.queries import holds, taken_by
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking.defaults import default_value
+
+BODY_SUFFIXES = (".xml", RLC)
+
+
+def read_body(file: Path, skillset: Skillset) -> TreeFile:
+    """The trees of a skill's body: a tree file, or the compositions of an `.rlc` file.
+
+    Raises TreeFileError for a file that is neither, and InvalidOptionError for one that cannot be read.
+    """
+    return read_composition(file, skillset) if file.suffix == RLC else read_tree_file(file)
+
+
+def bodies_in(folder: Path, skillset: Skillset) -> dict[str, TreeFile]:
+    """The bodies in a folder, by skill. A body that cannot be read is left out, since its own manager reports it."""
+    names = {skill.name for skill in skillset.skills}
+    found: dict[str, TreeFile] = {}
+    for file in sorted(folder.iterdir()) if folder.is_dir() else ():
+        if file.stem in names and file.suffix in BODY_SUFFIXES:
+            try:
+                found[file.stem] = read_body(file, skillset)
+            except InvalidOptionError:
+                continue
+    return found
+
+
+def body_problems(source: TreeFile, skillset: Skillset, skill: str, folder: Path) -> list[FileProblem]:
+    """All problems of a body, with the bodies of other skills, by line. folder: of the bodies of all skills."""
+    found = tree_skill_problems(source, skillset, skill)
+    ring = ring_through(skill, {**bodies_in(folder, skillset), skill: source}, skillset)
+    if ring:
+        names = " -> ".join(f"`{name}`" for name in ring)
+        text = f"These skills would start each other for ever: {names}. Change a tree."
+        found.append(_at_call(source, skillset, ring[1], text))
+    return sorted(found, key=lambda problem: problem.line)
 
 
 def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> list[FileProblem]:
-    """All problems of a tree file as the body of a skill, by line."""
-    own = skillset.skill(skill)
+    """All problems of a tree file as the body of a skill, by line. A skill may be missing in the skillset."""
+    own = next((each for each in skillset.skills if each.name == skill), None)
     context = offline_context(skillset)
     builder = Builder(source, node_types(skillset), context)
-    blackboard = Blackboard()
-    for field in own.inputs:
+    blackboard = Blackboard(may_be_empty=own is None)
+    for field in own.inputs if own else ():
         blackboard.entry(field.name).set(default_value(field))
     root = builder.build(source.main, blackboard)
     builder.finish()
     found = [*source.problems, *builder.problems]
-    found += [FileProblem(_line(problem.place), problem.text) for problem in tree_problems([root], skillset)]
+    found += [_problem(source, problem.place, problem.text) for problem in tree_problems([root], skillset)]
     for leaf in _leaves(root):
-        for text in _problems_within(own, leaf, skillset):
-            found.append(FileProblem(_line(source_location(leaf)), f"Leaf `{leaf.name}`: {text}"))
-    return sorted(dict.fromkeys(found), key=lambda problem: problem.line)
+        for text in _problems_within(own, leaf, skillset) if own else ():
+            found.append(_problem(source, source_location(leaf), f"Leaf `{leaf.name}`: {text}"))
+    marked = dict.fromkeys(_with_excerpt(source, problem) for problem in found)
+    return sorted(marked, key=lambda problem: (problem.line, problem.column))
 
 
-def cycle(trees: Mapping[str, TreeFile], skillset: Skillset) -> list[str]:
-    """Skills whose trees start each other in a ring, in that order; empty if there is no ring. trees: by skill."""
-    calls = {skill: called_skills(source, skillset) & trees.keys() for skill, source in trees.items()}
-    try:
-        tuple(TopologicalSorter(calls).static_order())
-    except CycleError as error:
-        return list(error.args[1])
+def ring_through(skill: str, trees: Mapping[str, TreeFile], skillset: Skillset) -> list[str]:
+    """Skills whose trees start each other, from `skill` back to it; empty if there is no such ring.
+
+    trees: by skill. A tree that starts its own skill is no ring; `tree_skill_problems` reports it.
+    """
+    calls = {name: called_skills(source, skillset) & trees.keys() - {name} for name, source in trees.items()}
+    paths = [[skill]]
+    seen = {skill}
+    while paths:
+        path = paths.pop(0)
+        for called in sorted(calls[path[-1]]):
+            if called == skill:
+                return [*path, skill]
+            if called not in seen:
+                seen.add(called)
+                paths.append([*path, called])
     return []
 
 
@@ -82,6 +129,20 @@ def _problems_within(own: Skill, leaf: SkillAction, skillset: Skillset) -> Itera
             yield f"`{check.name}` of `{called.name}` never holds while `{own.name}` runs: {states}."
 
 
-def _line(place: str | None) -> int:
-    text = (place or "").rpartition(":")[2]
-    return int(text) if text.isdecimal() else 1
+def _at_call(source: TreeFile, skillset: Skillset, skill: str, text: str) -> FileProblem:
+    """A problem at the first leaf that starts a skill."""
+    builder = Builder(source, node_types(skillset), offline_context(skillset))
+    trees = [builder.build(name, Blackboard(may_be_empty=True)) for name in source.trees]
+    leaf = next(leaf for tree in trees for leaf in _leaves(tree) if leaf.skill == skill)
+    return _with_excerpt(source, _problem(source, source_location(leaf), text))
+
+
+def _problem(source: TreeFile, place: str | None, text: str) -> FileProblem:
+    """A problem at `FILE:LINE` or `FILE:LINE:COLUMN`."""
+    line, _, column = (place or "").removeprefix(f"{source.file}:").partition(":")
+    return FileProblem(int(line) if line.isdecimal() else 1, text, int(column) if column.isdecimal() else 0)
+
+
+def _with_excerpt(source: TreeFile, problem: FileProblem) -> FileProblem:
+    marked = source.excerpts.get((problem.line, problem.column))
+    return problem if marked is None or "\n" in problem.text else replace(problem, text=f"{problem.text}\n{marked}")

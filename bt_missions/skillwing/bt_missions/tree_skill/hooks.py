@@ -1,4 +1,4 @@
-"""Hooks of a skill that runs a tree file over other skills of its robot.
+"""Hooks of a skill that runs a tree file, or an `.rlc` file, over other skills of its robot.
 
 class FetchManager(TreeHooks, AbstractFetchManager):
     skillset_file = SKILLSET
@@ -16,12 +16,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.tree_skill.checks import tree_skill_problems
+from skillwing.bt_missions.tree_skill.checks import body_problems, read_body
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import TreeFileError
 from skillwing.bt_missions.xml.node_types import node_types
-from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
+from skillwing.bt_missions.xml.tree_file import TreeFile
 from skillwing.dsl import load
 from skillwing.dsl.model import Field, Skill
 from skillwing.services.client.interface import SkillsetInterface
@@ -41,7 +41,7 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
     and without one as ERROR. An interrupt, and every other end, halts the tree. It is confirmed when all goals of the
     tree have ended.
 
-    `setup` raises TreeFileError with all problems of the tree.
+    `setup` raises TreeFileError with all problems of the tree, also with the trees of other skills beside its file.
     """
 
     skillset_file: ClassVar[Path]
@@ -52,8 +52,8 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
     def setup(self) -> None:
         self._skillset = load(self.skillset_file)
         self._model = self._skillset.skill(self.skill)
-        self._source = read_tree_file(self.tree_file)
-        problems = tree_skill_problems(self._source, self._skillset, self.skill)
+        self._source = read_body(self.tree_file, self._skillset)
+        problems = body_problems(self._source, self._skillset, self.skill, self.tree_file.parent)
         if problems:
             raise TreeFileError(self.tree_file, problems)
         self._run: TreeRun | None = None

@@ -94,7 +94,7 @@ class Builder:
         else:
             children = [self._node(child, blackboard) for child in element.children]
             node = self._made(element, tag, attributes, children, blackboard)
-        set_source_location(node, self._source.file, element.line)
+        set_source_location(node, self._source.file, element.line, element.column)
         return node
 
     def _is_misspelt_subtree(self, element: Element, tag: str, attributes: Mapping[str, str]) -> bool:
@@ -124,7 +124,7 @@ class Builder:
         child_problems = list(_child_problems(known, children))
         self._note(element, *child_problems)
         node = PlaceholderNode(name, children) if child_problems else self._called(element, known, config)
-        self._early += [(entry, FileProblem(element.line, text)) for entry, text in config.early]
+        self._early += [(entry, FileProblem(element.line, text, element.column)) for entry, text in config.early]
         if given.is_incomplete or ((config.problems or config.early) and children):
             mark_incomplete(node)
         return node
@@ -230,7 +230,7 @@ class Builder:
         return entry
 
     def _note(self, element: Element, *texts: str) -> None:
-        self.problems.extend(FileProblem(element.line, text) for text in texts)
+        self.problems.extend(FileProblem(element.line, text, element.column) for text in texts)
 
 
 def _plain_form(element: Element) -> tuple[str, dict[str, str]]:

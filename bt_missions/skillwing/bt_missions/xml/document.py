@@ -48,12 +48,16 @@ _NO_XML = "This is no XML from here on. Look for a `<`, a quote, a `=` or a `>` 
 
 @dataclass(slots=True)
 class Element:
-    """One tag with its attributes and children. Text between tags has no meaning in a tree file."""
+    """One tag with its attributes and children. Text between tags has no meaning in a tree file.
+
+    column: from 1, or 0 for the whole line.
+    """
 
     tag: str
     attributes: dict[str, str]
     line: int
     children: list[Element] = field(default_factory=list["Element"])
+    column: int = 0
 
 
 def read_document(file: Path) -> Element:

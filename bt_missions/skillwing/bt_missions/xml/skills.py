@@ -49,10 +49,10 @@ def output_port(skill: Skill, name: str) -> str:
 def _skill_type(skill: Skill) -> NodeType:
     # Limits are left out: the skill manager and the preflight check them.
     inputs = tuple(
-        Port(input_port(field.name), _about(field), _type_name(field.type), _default(field)) for field in skill.inputs
+        Port(input_port(field.name), _about(field), type_name(field.type), _default(field)) for field in skill.inputs
     )
     outputs = tuple(
-        Port(output_port(skill, field.name), _about(field), _type_name(field.type), "", output=True)
+        Port(output_port(skill, field.name), _about(field), type_name(field.type), "", output=True)
         for field in skill.outputs
     )
     return NodeType(
@@ -73,8 +73,9 @@ def _default(field: Field) -> str:
     return "" if field.default is None else attribute_text(field.default)
 
 
-def _type_name(kind: Type) -> str:
-    return f"{_type_name(kind.element)}[]" if isinstance(kind, ArrayType) else kind.name
+def type_name(kind: Type) -> str:
+    """The name of a type, as a port has it: `Pose`, `float64[]`."""
+    return f"{type_name(kind.element)}[]" if isinstance(kind, ArrayType) else kind.name
 
 
 def _make(skill: Skill, config: NodeConfig) -> Behaviour:

@@ -46,6 +46,8 @@ class TreeFile:
     problems: of the frame around the trees. A file with problems cannot run, but its trees can be checked, each
     under the name that is most likely intended. `main` may then be unknown. An element without a tag replaces the top
     of a tree that cannot be read.
+
+    excerpts: marked lines of a file in another notation, by line and column of an element.
     """
 
     file: Path
@@ -53,6 +55,7 @@ class TreeFile:
     trees: Mapping[str, Element]
     models: Mapping[str, TreeModel]
     problems: tuple[FileProblem, ...] = ()
+    excerpts: Mapping[tuple[int, int], str] = field(default_factory=dict[tuple[int, int], str])
 
     @property
     def main_model(self) -> TreeModel:

@@ -35,7 +35,9 @@ def new_skill(
     ] = None,
     tree: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.xml", help="Tree file over other skills that the skill runs; its ports are inputs."),
+        typer.Option(
+            metavar="FILE", help="Tree (.xml, .rlc) over other skills that the skill runs; its ports are inputs."
+        ),
     ] = None,
 ) -> None:
     """Add a skill to a skillset, with its manager and its test, and print what is left to do. See docs/robots.md.
@@ -77,8 +79,9 @@ def new_skill(
     except OSError as error:
         usage_error(f"`{error.filename}` cannot be written: {error.strerror}.")
     typer.echo("")
-    if body is not None:
-        typer.echo(f"`{name}` runs {folder}/skills/{name}.xml. Next: its units and ranges in {skillset}, then {test}.")
+    if body is not None and tree is not None:
+        file = f"{folder}/skills/{name}{tree.suffix}"
+        typer.echo(f"`{name}` runs {file}. Next: its units and ranges in {skillset}, then {test}.")
         return
     for line in checklist(after.skill(name), skillset, folder, test, folder is not None and _makes_all(folder)):
         typer.echo(line)

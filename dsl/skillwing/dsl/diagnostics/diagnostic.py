@@ -56,10 +56,10 @@ def render(diagnostic: Diagnostic, source: str) -> str:
     """Draw one diagnostic: code and sentence, position, source line with carets, help."""
     span = diagnostic.span
     lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}", f"  --> {span}"]
-    lines += _excerpt(span, source, "^")
+    lines += excerpt(span, source, "^")
     if diagnostic.related is not None:
         place, words = diagnostic.related
-        lines += [f"note: {words} ({place})", *_excerpt(place, source, "-")]
+        lines += [f"note: {words} ({place})", *excerpt(place, source, "-")]
     if diagnostic.help is not None:
         lines.append(f"help: {diagnostic.help}")
     return "\n".join(lines)
@@ -82,7 +82,7 @@ def summary(diagnostics: Iterable[Diagnostic]) -> str:
     return " and ".join(counts) or "no problem"
 
 
-def _excerpt(span: Span, source: str, mark: str) -> list[str]:
+def excerpt(span: Span, source: str, mark: str = "^") -> list[str]:
     """The source line of the span with marks under it. A span over several lines is marked to the line's end."""
     lines = source.split("\n")
     if not 1 <= span.line <= len(lines):

@@ -42,10 +42,10 @@ Inlining: TypeAlias = Callable[[object, Sequence[Lexeme], str, ReadOther], str]
 class Dialect:
     """A grammar for Lark, the builder of its nodes, and its terminals in words.
 
-    grammar: path of its file below this folder. Its start rule is `skillset`. A rule `_unreadable`, which no other
-    uses, holds the terminals that no rule accepts. builder: has one method per rule, called with the children. All
-    texts share it, and it has no state. lower: makes the `SkillsetSyntax` of the start rule's node; None if it is one.
-    inline: makes a text that needs no other files; None if none does.
+    grammar: path of its file below this folder. A rule `_unreadable`, which no other uses, holds the terminals that no
+    rule accepts. builder: has one method per rule, called with the children. All texts share it, and it has no state.
+    lower: makes the `SkillsetSyntax` of the start rule's node; None if it is one. inline: makes a text that needs no
+    other files; None if none does. start: the grammar's start rule.
     """
 
     grammar: str
@@ -53,6 +53,7 @@ class Dialect:
     vocabulary: Vocabulary
     lower: Lowering | None = None
     inline: Inlining | None = None
+    start: str = "skillset"
 
     @cached_property
     def scanner(self) -> Scanner:
@@ -60,7 +61,7 @@ class Dialect:
 
     @cached_property
     def tables(self) -> Tables:
-        return tables(self._lark, "skillset", self.builder)
+        return tables(self._lark, self.start, self.builder)
 
     @cached_property
     def _lark(self) -> Lark:
@@ -70,7 +71,7 @@ class Dialect:
             source_path=__file__,  # the grammars import from one beside them
             parser="lalr",
             lexer="basic",
-            start=["skillset", "_unreadable"],
+            start=[self.start, "_unreadable"],
             maybe_placeholders=True,
         )
 

@@ -56,7 +56,7 @@ class NodeBuilder:
         return Name(path, span=first.source.span(first.start, others[-1].end))
 
     def literal(self, word: Lexeme) -> Literal:
-        return Literal(_literal_value(word), word.span)
+        return Literal(literal_value(word), word.span)
 
 
 def number(word: Lexeme) -> syntax.Number:
@@ -69,7 +69,8 @@ def _numeric(text: str) -> int | float:
     return float(text) if any(mark in text for mark in ".eE") else int(Decimal(text))
 
 
-def _literal_value(word: Lexeme) -> bool | int | float | str:
+def literal_value(word: Lexeme) -> bool | int | float | str:
+    """The value that a lexeme represents: of a number, a string, `true` or `false`."""
     match word.kind:
         case "TRUE":
             return True

@@ -42,7 +42,7 @@ def parse_file(text: str, file: str, read: ReadText = included_text) -> ParsedFi
     read: for the files that it includes, relative to its folder.
     """
     dialect = dialect_of(file)
-    root, broken = _parsed(dialect, text, file)
+    root, broken = recovered(dialect, text, file)
     if dialect.lower is not None:
         root = dialect.lower(root, file, lambda path: _other(dialect, path, read))
     return ParsedFile(
@@ -57,11 +57,15 @@ def self_contained(text: str, file: str, read: ReadText = included_text) -> str:
     dialect = dialect_of(file)
     if dialect.inline is None:
         return text
-    root, _ = _parsed(dialect, text, file)
+    root, _ = recovered(dialect, text, file)
     return dialect.inline(root, lex(text, file), file, lambda path: _other(dialect, path, read))
 
 
-def _parsed(dialect: Dialect, text: str, file: str) -> tuple[object, BrokenText]:
+def recovered(dialect: Dialect, text: str, file: str) -> tuple[object, BrokenText]:
+    """The node of a text's start rule, None if nothing could be read, and the text with its diagnostics.
+
+    file: name of the file, for the spans.
+    """
     source = Source(text, file)
     lexemes = [lexeme for lexeme in dialect.scanner.scan(source) if lexeme.kind != COMMENT]
     broken = BrokenText(dialect, lexemes, source)
@@ -74,7 +78,7 @@ def _other(dialect: Dialect, path: Path, read: ReadText) -> object:
     except (OSError, ValueError) as error:  # a ValueError for a name that no file can have
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise OtherFileError(f"cannot be read: {reason}", is_text=False) from error
-    root, broken = _parsed(dialect, text, str(path))
+    root, broken = recovered(dialect, text, str(path))
     if broken.diagnostics:
         first = min(broken.diagnostics, key=lambda item: (item.span.line, item.span.column))
         raise OtherFileError(f"has an error at line {first.span.line}: {first.message.rstrip('.')}", is_text=True)

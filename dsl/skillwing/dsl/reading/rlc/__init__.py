@@ -1,0 +1,1 @@
+"""Compositions of skills in the notation of ONERA's `.rlc` files."""
