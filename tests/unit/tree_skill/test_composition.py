@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -16,6 +17,7 @@ from skillwing.bt_missions.xml.document import Element, TreeFileError
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.bt_missions.xml.tree_file import TreeFile
 from skillwing.dsl import load, parse
+from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.protocol import State
 from skillwing.services.testing import SkillsetInProcess
@@ -71,6 +73,15 @@ HEAD = "def fetch(robot: forklift, rack: Pose) -> (success FETCHED | failure LEF
 class Pose(msgspec.Struct, frozen=True):
     x: float
     y: float
+
+
+class DriveInputs(msgspec.Struct, frozen=True):
+    target: Pose
+    gear: str = "SLOW"
+
+
+class StoppedAt(msgspec.Struct, frozen=True):
+    stopped_at: Pose
 
 
 class FetchInputs(msgspec.Struct, frozen=True):
@@ -207,6 +218,22 @@ MISTAKES = [
 ]
 
 
+def test_a_parameter_with_an_unknown_type_is_one_mistake(tmp_path: Path) -> None:
+    before = "def leave(to: Poze) { forklift.drive(to) >> forklift.honk() }\n"
+    assert found(tmp_path, "leave(rack)", before) == ["1:15 There is no type `Poze`; did you mean `Pose`?"]
+
+
+def test_a_parameter_cannot_have_the_name_of_an_attribute(tmp_path: Path) -> None:
+    before = "def leave(name: Pose) { forklift.drive(name) }\n"
+    assert found(tmp_path, "leave(rack)", before) == ["1:11 A parameter cannot be called `name`. Choose another name."]
+
+
+def test_a_file_without_a_composition_is_a_mistake(tmp_path: Path) -> None:
+    (tmp_path / "fetch.rlc").write_text("// nothing yet")
+    (problem,) = read_body(tmp_path / "fetch.rlc", FORKLIFT).problems
+    assert problem.text.startswith("There is no composition. Write `def NAME() { ... }`.")
+
+
 @pytest.mark.parametrize(("body", "told"), MISTAKES)
 def test_a_mistake_is_told_once_at_its_place(tmp_path: Path, body: str, told: str) -> None:
     (problem,) = found(tmp_path, body)
@@ -238,15 +265,17 @@ def test_a_problem_has_the_marked_line_of_its_file(tmp_path: Path) -> None:
 def robot(tmp_path: Path) -> Callable[..., SkillsetInProcess]:
     (tmp_path / "forklift.skillset").write_text(TEXT)
 
-    def make(body: str, **runs: MockRun) -> SkillsetInProcess:
+    def make(
+        body: str, before: str = "", *others: type[SkillHooks[Any, Any, Any]], **runs: MockRun
+    ) -> SkillsetInProcess:
         class FetchManager(TreeHooks):
             skill = "fetch"
             Inputs = FetchInputs
             skillset_file = tmp_path / "forklift.skillset"
-            tree_file = composition(tmp_path, body)
+            tree_file = composition(tmp_path, body, before)
 
         script = MockScript(skills={name: (run,) for name, run in runs.items()})
-        return SkillsetInProcess(FORKLIFT, [FetchManager], script=script)
+        return SkillsetInProcess(FORKLIFT, [FetchManager, *others], script=script)
 
     return make
 
@@ -310,6 +339,24 @@ def test_a_match_goes_on_by_the_result(robot: Make, result: str, ending: str, pi
     bench = robot(MATCH, drive=MockRun(result=result))
     bench.start_skill("fetch", rack=RACK).assert_ended(ending, within=10.0)
     assert ("pick" in bench.story()) is picked
+
+
+def test_values_reach_the_skills_of_a_called_composition(robot: Make, tmp_path: Path) -> None:
+    targets: list[Pose] = []
+
+    class DriveManager(SkillHooks[DriveInputs, StoppedAt, None]):
+        skill = "drive"
+        Inputs, Outputs = DriveInputs, StoppedAt
+
+        def on_dispatch(self, goal: Goal[DriveInputs]) -> None:
+            targets.append(goal.inputs.target)
+            self.terminated(goal.id, "BLOCKED", StoppedAt(Pose(3.0, 4.0)))
+
+    again = "match robot.drive(rack) { | failure BLOCKED where => leave(where) | _ => failure }"
+    before = "def leave(to: Pose) { forklift.pick() >> forklift.drive(to) }\n"
+    bench = robot(again, before, DriveManager)
+    bench.start_skill("fetch", rack=RACK).assert_ended("S_LEFT", within=10.0)
+    assert targets == [Pose(5.0, 2.0), Pose(3.0, 4.0)]
 
 
 def test_a_failed_branch_of_a_match_is_its_end(robot: Make) -> None:

@@ -33,9 +33,10 @@ def called_skill_problems(
         return []
     try:
         trees, _ = mission.draft(offline_context(skillset), options)
+        leaves = [leaf for tree in trees.all for leaf in tree.iterate() if isinstance(leaf, SkillAction)]
     except (Exception, SystemExit):  # noqa: BLE001 - code of users may raise anything
         return []
-    left = sorted({leaf.skill for tree in trees.all for leaf in tree.iterate() if isinstance(leaf, SkillAction)})
+    left = sorted({leaf.skill for leaf in leaves})
     seen: set[str] = set()
     found: list[MissionProblem] = []
     while left:

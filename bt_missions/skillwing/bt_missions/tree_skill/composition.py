@@ -45,6 +45,7 @@ from skillwing.services.mocking.defaults import default_value
 
 RLC = ".rlc"
 _ALL, _ONE = "-1", "1"
+_TAKEN = ("name", "ID")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +54,7 @@ class _Robot:
 
 
 _Scope: TypeAlias = "Mapping[str, Type | _Robot | None]"
-"""The names that a composition can use, with their types; None for a type that is reported already."""
+"""The names that a composition can use, with their types; None for those with a problem that is reported already."""
 
 
 def read_composition(file: Path, skillset: Skillset) -> TreeFile:
@@ -112,9 +113,14 @@ class _Translation:
     def _parameters(self, definition: DefinitionNode) -> _Scope:
         scope: dict[str, Type | _Robot | None] = {}
         for each in definition.parameters:
-            if each.name.text in scope:
-                self.report(each.name.span, f"There are two parameters `{each.name.text}`. Rename one of them.")
-            scope[each.name.text] = self._type(each.type)
+            name, kind = each.name.text, self._type(each.type)
+            if name in scope:
+                self.report(each.name.span, f"There are two parameters `{name}`. Rename one of them.")
+            elif name in _TAKEN or name.startswith("_"):
+                # An attribute of a SubTree with such a name is no port.
+                self.report(each.name.span, f"A parameter cannot be called `{name}`. Choose another name.")
+                kind = None
+            scope[name] = kind
         return scope
 
     def _type(self, node: TypeNode) -> Type | _Robot | None:
@@ -273,9 +279,9 @@ class _Translation:
             kind = scope[word.text]
             if isinstance(kind, _Robot):
                 self.report(word.span, f"`{word.text}` is the robot, which is no value. Write another name.")
-            elif kind is None or field is None or _fits(kind, field.type):
+            elif kind is not None and field is not None and _fits(kind, field.type):
                 return f"{{{word.text}}}"
-            else:
+            elif kind is not None and field is not None:
                 takes = f"`{field.name}` takes {type_text(field.type)}. Change one of them."
                 self.report(word.span, f"`{word.text}` is {type_text(kind)}; {takes}")
         elif word.kind == "NAME":
