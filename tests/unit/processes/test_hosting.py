@@ -14,7 +14,7 @@ import pytest
 from skillwing.services.bus import Bus
 from skillwing.services.bus.clock import WallClock
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.errors import WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, WrongSkillsetError
 from skillwing.services.processes import hosting
 from skillwing.services.processes.hosting import HEARTBEAT_PERIOD, Heartbeat, HostedNode, NetworkAddress, live_together
 from skillwing.services.processes.lifetime import (
@@ -101,6 +101,17 @@ def test_a_process_that_gives_up_names_itself(
 ) -> None:
     host(endpoint, lifetime, Guest("well"), Guest("unwell", raises(WrongSkillsetError("It is another one."))))
     assert capsys.readouterr().err == "unwell: It is another one.\n"
+
+
+def test_a_node_with_wrong_files_gives_up_at_its_start(
+    endpoint: str, lifetime: Lifetime, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Faulty(Guest):
+        def attach(self, bus: Bus) -> None:
+            raise InvalidOptionError("tree", "`fetch.rlc` has a mistake.")
+
+    assert host(endpoint, lifetime, Guest("well"), Faulty("faulty")) == EXIT_CONFIGURATION
+    assert capsys.readouterr().err == "faulty: `fetch.rlc` has a mistake.\n"
 
 
 def test_without_router_nobody_lives(lifetime: Lifetime, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,7 +55,8 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
         self._source = read_body(self.tree_file, self._skillset)
         problems = body_problems(self._source, self._skillset, self.skill, self.tree_file.parent)
         if problems:
-            raise TreeFileError(self.tree_file, problems)
+            # The launcher shows the last line of the log.
+            raise TreeFileError(self.tree_file, (problem.without_excerpt() for problem in problems))
         self._run: TreeRun | None = None
         self._timeline = Timeline(self.bus, Keys(self._skillset.name))
         self._interface = SkillsetInterface(self.bus, self._skillset, client=self.skill, owns_goals=True)

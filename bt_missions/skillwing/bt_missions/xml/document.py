@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.parsers import expat
 
@@ -13,11 +13,16 @@ from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionPr
 
 @dataclass(frozen=True, slots=True, order=True)
 class FileProblem:
-    """A problem of a tree file. line, column: from 1, or 0 for the whole; text: the problem and its fix."""
+    """A problem of a tree file. line, column: from 1, or 0 for the whole; text: the problem and its fix, and
+    behind these perhaps lines with an excerpt."""
 
     line: int
     text: str
     column: int = 0
+
+    def without_excerpt(self) -> FileProblem:
+        """The same problem in one line, as for a log."""
+        return replace(self, text=self.text.partition("\n")[0])
 
     def in_file(self, file: Path) -> MissionProblem:
         """The same problem, with its place."""

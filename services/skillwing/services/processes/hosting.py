@@ -20,7 +20,7 @@ from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import PassingError, WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
@@ -76,6 +76,18 @@ class Heartbeat:
         bus.after(HEARTBEAT_PERIOD, lambda: self.keep(bus), wall=True)
 
 
+class _UnusableNodeError(SkillwingError):
+    """A node whose files or options are wrong, so that another start would fail in the same way."""
+
+
+def _attach(node: Node, bus: Bus) -> None:
+    """Attach a node. Raises _UnusableNodeError for an InvalidOptionError of it."""
+    try:
+        node.attach(bus)
+    except InvalidOptionError as error:
+        raise _UnusableNodeError(str(error)) from error
+
+
 def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartbeat: Heartbeat | None = None) -> int:
     """Run a node on this thread until the process has to end; returns the exit code.
 
@@ -90,7 +102,7 @@ def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartb
         return EXIT_CRASHED
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
-        hosted.node.attach(bus)
+        _attach(hosted.node, bus)
         if hosted.alive is not None:
             appear(hosted.node, bus, hosted.alive)
         if heartbeat is not None:
@@ -100,7 +112,7 @@ def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartb
         if bus.closed:
             return EXIT_REPLACED
         hosted.node.detach()
-    except (WrongSkillsetError, PassingError) as error:
+    except (WrongSkillsetError, _UnusableNodeError, PassingError) as error:
         code = EXIT_PASSING if isinstance(error, PassingError) else EXIT_CONFIGURATION
         return give_up(error, code, who=hosted.name)
     except Exception:
