@@ -75,6 +75,20 @@ def test_a_composition_becomes_a_skill_with_its_results(robot: Path) -> None:
     assert 'with_name("tour.rlc")' in (robot / "skills" / "tour.py").read_text()
 
 
+def test_a_mission_check_reads_the_trees_of_the_skills(robot: Path) -> None:
+    Path("tour.rlc").write_text(COMPOSITION)
+    Path("day.xml").write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="day"><tour first="1,2,0"/></BehaviorTree></root>'
+    )
+    run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.rlc")
+    check = ("mission", "check", "day.xml", "--skillset", "hall/forklift.skillset")
+    assert run_command(*check).code == 0
+    (robot / "skills" / "tour.rlc").write_text(COMPOSITION.replace("honk()", "tour(first)"))
+    said = run_command(*check)
+    assert said.code == 1
+    assert "skills/tour.rlc:3:30: Leaf `tour`: the tree of `tour` starts `tour` itself" in said.out
+
+
 def test_a_composition_with_mistakes_changes_nothing(robot: Path) -> None:
     Path("tour.rlc").write_text(COMPOSITION.replace("honk()", "hnk()").replace("BLOCKED", "BLOKED"))
     said = run_command("new-skill", "tour", "-s", "hall/forklift.skillset", "--tree", "tour.rlc")

@@ -409,6 +409,23 @@ def test_a_manager_refuses_a_ring_with_the_tree_of_another_skill(robot: Make, tm
     assert text in str(caught.value)
 
 
+def test_resources_that_the_tree_of_a_called_skill_takes_count_as_well(tmp_path: Path) -> None:
+    (tmp_path / "tour.rlc").write_text("def tour(rack: Pose) { forklift.drive(rack) }")
+    assert found(tmp_path, "robot.tour(rack) >> robot.drive(rack) || robot.pick()") == []
+    assert found(tmp_path, "robot.pick() >> robot.tour(rack) || robot.shunt()") == [
+        "2:38 Under `||` both `drive` of `tour` and `shunt` take wheels, at the same time."
+    ]
+
+
+def test_a_resource_of_the_skill_itself_cannot_be_taken_by_a_called_tree(tmp_path: Path) -> None:
+    (tmp_path / "tour.rlc").write_text("def tour(rack: Pose) { forklift.shunt() }")
+    (tmp_path / "drive.rlc").write_text('def drive() {\n    forklift.tour("0,0")\n}')
+    (problem,) = body_problems(read_body(tmp_path / "drive.rlc", FORKLIFT), FORKLIFT, "drive", tmp_path)
+    text = "Leaf `tour` starts `shunt`: `parked` of `shunt` never holds while `drive` runs: `wheels` is DRIVING."
+    assert (problem.line, problem.column) == (2, 5)
+    assert problem.text.startswith(text)
+
+
 def test_a_broken_tree_of_another_skill_is_its_own_manager_s_business(robot: Make, tmp_path: Path) -> None:
     (tmp_path / "tour.xml").write_text("<root")
     robot("robot.pick()").start_skill("fetch", rack=RACK).assert_ended("S_FETCHED", within=5.0)

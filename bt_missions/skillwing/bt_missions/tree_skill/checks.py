@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import combinations, product
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
+from py_trees.composites import Parallel
 
 from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import tree_problems
@@ -51,17 +53,20 @@ def bodies_in(folder: Path, skillset: Skillset) -> dict[str, TreeFile]:
 def body_problems(source: TreeFile, skillset: Skillset, skill: str, folder: Path) -> list[FileProblem]:
     """All problems of a body, with the bodies of other skills, by line. folder: of the bodies of all skills."""
     found = tree_skill_problems(source, skillset, skill)
-    ring = ring_through(skill, {**bodies_in(folder, skillset), skill: source}, skillset)
-    if ring:
+    bodies = {**bodies_in(folder, skillset), skill: source}
+    ring = ring_through(skill, bodies, skillset)
+    if not ring:
+        found += dict.fromkeys(_problems_of_called(source, skillset, _find(skill, skillset), bodies))
+    else:
         names = " -> ".join(f"`{name}`" for name in ring)
         text = f"These skills would start each other for ever: {names}. Change a tree."
         found.append(_at_call(source, skillset, ring[1], text))
-    return sorted(found, key=lambda problem: problem.line)
+    return sorted(found, key=lambda problem: (problem.line, problem.column))
 
 
 def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> list[FileProblem]:
     """All problems of a tree file as the body of a skill, by line. A skill may be missing in the skillset."""
-    own = next((each for each in skillset.skills if each.name == skill), None)
+    own = _find(skill, skillset)
     context = offline_context(skillset)
     builder = Builder(source, node_types(skillset), context)
     blackboard = Blackboard(may_be_empty=own is None)
@@ -72,7 +77,7 @@ def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> lis
     found = [*source.problems, *builder.problems]
     found += [_problem(source, problem.place, problem.text) for problem in tree_problems([root], skillset)]
     for leaf in _leaves(root):
-        for text in _problems_within(own, leaf, skillset) if own else ():
+        for text in _problems_within(own, leaf.skill, skillset) if own else ():
             found.append(_problem(source, source_location(leaf), f"Leaf `{leaf.name}`: {text}"))
     marked = dict.fromkeys(_with_excerpt(source, problem) for problem in found)
     return sorted(marked, key=lambda problem: (problem.line, problem.column))
@@ -109,12 +114,64 @@ def _leaves(root: Behaviour) -> Iterator[SkillAction]:
     return (node for node in root.iterate() if isinstance(node, SkillAction))
 
 
-def _problems_within(own: Skill, leaf: SkillAction, skillset: Skillset) -> Iterator[str]:
-    """Problems of a leaf because the skill of the tree runs meanwhile, and holds what it has taken."""
-    if leaf.skill == own.name:
+def _problems_of_called(
+    source: TreeFile, skillset: Skillset, own: Skill | None, bodies: Mapping[str, TreeFile]
+) -> Iterator[FileProblem]:
+    """Problems with resources that only the trees of called skills take. own: None if it is missing."""
+    builder = Builder(source, node_types(skillset), offline_context(skillset))
+    root = builder.build(source.main, Blackboard(may_be_empty=True))
+    calls = {name: called_skills(body, skillset) for name, body in bodies.items()}
+
+    def started_by(node: Behaviour) -> list[tuple[str, str]]:
+        """Each leaf's skill with itself and with each skill that its tree starts, directly or not."""
+        return [(leaf.skill, skill) for leaf in _leaves(node) for skill in sorted(_closure(leaf.skill, calls))]
+
+    for leaf in _leaves(root):
+        for skill in sorted(_closure(leaf.skill, calls) - {leaf.skill}):
+            for text in _problems_within(own, skill, skillset) if own else ():
+                problem = _problem(source, source_location(leaf), f"Leaf `{leaf.name}` starts `{skill}`: {text}")
+                yield _with_excerpt(source, problem)
+    for node in root.iterate():
+        for first, second in combinations(node.children if isinstance(node, Parallel) else (), 2):
+            for (caller, skill), (other_caller, other) in product(started_by(first), started_by(second)):
+                shared = _taken(skill, skillset) & _taken(other, skillset)
+                if shared and (caller != skill or other_caller != other):
+                    both = f"{_named(skill, caller)} and {_named(other, other_caller)}"
+                    text = f"Under `{node.name}` both {both} take {min(shared)}, at the same time."
+                    yield _with_excerpt(source, _problem(source, source_location(node), text))
+
+
+def _find(skill: str, skillset: Skillset) -> Skill | None:
+    return next((each for each in skillset.skills if each.name == skill), None)
+
+
+def _named(skill: str, caller: str) -> str:
+    return f"`{skill}`" if skill == caller else f"`{skill}` of `{caller}`"
+
+
+def _closure(skill: str, calls: Mapping[str, frozenset[str]]) -> set[str]:
+    """The skill, and all skills that its tree starts, directly or through other trees."""
+    found: set[str] = set()
+    left = [skill]
+    while left:
+        name = left.pop()
+        if name not in found:
+            found.add(name)
+            left += calls.get(name, ())
+    return found
+
+
+def _taken(skill: str, skillset: Skillset) -> set[str]:
+    found = _find(skill, skillset)
+    return set[str]() if found is None else set(taken_by(found))
+
+
+def _problems_within(own: Skill, skill: str, skillset: Skillset) -> Iterator[str]:
+    """Problems of a skill because the skill of the tree runs meanwhile, and holds what it has taken."""
+    if skill == own.name:
         yield f"the tree of `{own.name}` starts `{own.name}` itself, which is busy. Remove it."
         return
-    called = next((skill for skill in skillset.skills if skill.name == leaf.skill), None)
+    called = _find(skill, skillset)
     if called is None:
         return
     held = taken_by(own)
