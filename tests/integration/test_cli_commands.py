@@ -96,6 +96,7 @@ def test_a_running_goal_gets_new_inputs(ready: Command) -> None:
     assert refused.code == REFUSED
     assert "`speed` is 99 m/s" in refused.error
     assert ready("modify", "goto", "sped=1").code == USAGE
+    assert ready("modify", "goto").code == USAGE
     assert ready("interrupt", "goto").code == OK
     assert ready("script", "goto", "--reset").code == OK
 

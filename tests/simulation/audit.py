@@ -12,6 +12,7 @@ from simulation.observer import Observer
 from simulation.plan import CLIENTS
 from simulation.world import Client, Process, World
 from skillwing.dsl.expressions import Environment, evaluate, names_used
+from skillwing.services.bus import Answered, Refused
 from skillwing.services.bus.inprocess import InProcessBus, SentMessage
 from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.goal_states import Executing, Finished, Finishing, GoalRun, Stopping
@@ -223,11 +224,35 @@ class Audit:
         for goal, times in book.dispatched.items():
             if times > 1:
                 self._note("nothing runs twice", f"{goal} was dispatched {times} times")
+        self._look_at_modifications(at_rest=at_rest)
         for process in self._world.skill_managers if at_rest else ():
             for goal in process.node._hooks.ran:
                 if book.ended[process.number, goal] != 1:
                     times = book.ended[process.number, goal]
                     self._note("what is lost stops", f"`on_ended` of {goal} ran {times} times in {process.name}")
+
+    def _look_at_modifications(self, *, at_rest: bool) -> None:
+        """Check that new inputs count once, in the order of a client's requests, and exactly as their answers say."""
+        book, clients = self._world.logbook, [each.node for each in self._world.clients]
+        for (process, goal), speeds in book.speeds.items():
+            if len(set(speeds)) < len(speeds):
+                self._note("modifications count once", f"process {process} got {speeds} for {goal}")
+            for client in clients:
+                asked = [speed for known, speed in client.modifications if known == goal]
+                got = [speed for speed in speeds if speed in asked]
+                if got != sorted(got, key=asked.index):
+                    self._note("modifications keep their order", f"{client.name} asked {asked} for {goal}, not {got}")
+            if book.last_speed.get((process, goal), speeds[-1]) != speeds[-1]:
+                self._note("modifications count", f"{goal} ended with {book.last_speed[process, goal]}, not {speeds}")
+        everything = {(goal, speed) for (_, goal), speeds in book.speeds.items() for speed in speeds}
+        for client in clients if at_rest else ():
+            for asked, answer in client.modifications.items():
+                if answer is None:
+                    self._note("clients are told", f"{client.name} waits for the modification {asked}")
+                elif isinstance(answer, Answered) and asked not in everything:
+                    self._note("answers are true", f"{client.name} was told that {asked} counts, and it does not")
+                elif isinstance(answer, Refused) and asked in everything:
+                    self._note("answers are true", f"{client.name} was told that {asked} is refused, and it counts")
 
 
 def _pending(process: Process) -> dict[str, GoalRun]:

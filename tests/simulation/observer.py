@@ -57,7 +57,7 @@ class Observer:
         # Goals in the resource manager's books: granted, or ended by their managers' own word.
         self._known: set[str] = set()
         self._binding: dict[str, Terminal] = {}
-        self._ranks: dict[tuple[Bus, str], int] = {}
+        self._ranks: dict[tuple[Bus, str], tuple[int, int]] = {}
         self._interrupted_early: set[tuple[Bus, str]] = set()
         self.verdicts: dict[str, Ending] = {}
         self._last_token = 0
@@ -81,7 +81,8 @@ class Observer:
         for skill in skillset.skills:
             self._listeners["put", keys.status(skill.name)] = self._on_status
             self._listeners["put", keys.verdict(skill.name)] = self._on_push
-            for key in (keys.start(skill.name), keys.interrupt(skill.name), keys.goal(skill.name)):
+            asked = (keys.start, keys.interrupt, keys.modify, keys.goal)
+            for key in (spell(skill.name) for spell in asked):
                 self._listeners["reply", key] = self._on_answer
             self._listeners["refuse", keys.interrupt(skill.name)] = self._on_refusal_to_interrupt
 
@@ -106,8 +107,8 @@ class Observer:
     def _on_status(self, said: SentMessage) -> None:
         status = decode(said.payload, GoalStatus)
         # A process that has replaced another may be asked for the same goal again, as long as nobody got an answer.
-        rank, which = _RANK[status.state], (said.source, status.goal_id)
-        if rank <= self._ranks.get(which, -1):
+        rank, which = (_RANK[status.state], status.revision), (said.source, status.goal_id)
+        if rank <= self._ranks.get(which, (-1, 0)):
             self.note(said.t, "goals move forward", f"{status.goal_id} is {status.state} again")
         self._ranks[which] = rank
         if (record := status.as_record()) is not None:

@@ -22,6 +22,8 @@ class Deed(StrEnum):
 
     START = "starts"
     START_AGAIN = "starts again"
+    MODIFY = "modifies"
+    MODIFY_PAST = "modifies past the interface"
     INTERRUPT = "interrupts"
     INTERRUPT_AGAIN = "interrupts again"
     INTERRUPT_UNKNOWN = "interrupts before the start"
@@ -88,6 +90,7 @@ def draw_plan(seed: int) -> Plan:
         *CLIENTS,
     )
     acts = _client_acts(chance, subject) + _robot_acts(chance, subject) + _bad_luck(chance, processes)
+    acts += _modifications(random.Random(f"{seed}/modifications"), subject, acts)
     acts.sort(key=lambda act: act.t)
     return Plan(seed, name, _conditions(chance), chance.random() < 0.7, tuple(acts))
 
@@ -134,6 +137,27 @@ def _client_acts(chance: random.Random, subject: Subject) -> list[Act]:
         if chance.random() < 0.1:
             acts.append(Act(t - 0.05, chance.choice(CLIENTS), Deed.INTERRUPT_UNKNOWN, goal))
     return acts
+
+
+def _modifications(chance: random.Random, subject: Subject, acts: list[Act]) -> list[Act]:
+    """New inputs for goals of skills that take them. Each request has a speed that no other has.
+
+    Other acts come from another source of chance, so that a seed has the same ones as before there were modifications.
+    """
+    found: list[Act] = []
+    for start in [act for act in acts if act.deed is Deed.START]:
+        if not subject.skillset.skill(start.detail["skill"]).modifiable or chance.random() < 0.5:
+            continue
+        goal = {"goal": start.detail["goal"], "skill": start.detail["skill"]}
+        for _ in range(chance.randint(1, 3)):
+            t = start.t + chance.choice((0.0, 0.005, 0.1, chance.uniform(0.0, 3.0)))
+            detail = goal | {"speed": 1.5 + 0.001 * len(found)}
+            if chance.random() < 0.7:
+                found.append(Act(t, start.who, Deed.MODIFY, detail))
+            else:  # and a late repetition
+                found += [Act(t, start.who, Deed.MODIFY_PAST, detail)]
+                found += [Act(t + chance.uniform(0.0, 2.0), chance.choice(CLIENTS), Deed.MODIFY_PAST, detail)]
+    return found
 
 
 def _robot_acts(chance: random.Random, subject: Subject) -> list[Act]:

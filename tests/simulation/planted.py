@@ -23,6 +23,7 @@ from skillwing.services.core.goal_states import (
 )
 from skillwing.services.core.ledger import Ledger
 from skillwing.services.core.manager_state import ManagerState
+from skillwing.services.core.modifications import Modifications
 from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.skill_events import RenewalAnswered
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
@@ -139,6 +140,16 @@ def _ignore(*events: type) -> Callable[[Wrong], Wrong]:
     return lambda right: lambda self, event, now: () if isinstance(event, events) else right(self, event, now)
 
 
+def _keep_the_inputs(right: Wrong) -> Wrong:
+    def apply(self: Modifications, run: GoalRun, before: Any) -> str:
+        inputs = run.inputs
+        text = right(self, run, before)
+        run.inputs = inputs
+        return text
+
+    return apply
+
+
 def _name_no_step(right: Wrong) -> Wrong:
     def publish(self: SkillCore, run: GoalRun, *args: Any) -> None:
         run.step = 0
@@ -183,6 +194,8 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "a local outcome that nobody acknowledges is not sent again": (
         (Delivery, "retry_or_fail", _retry_only(BeginGoal, EndGoal)),
     ),
+    "a repeated modification counts again": ((Modifications, "__contains__", _always(False)),),
+    "a goal ends with the inputs of its start": ((Modifications, "apply", _keep_the_inputs),),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
     "a status does not name its step": ((SkillCore, "_publish", _name_no_step),),
     "a client shows a goal before it knows the states": ((CausalView, "take_status", _show_at_once),),

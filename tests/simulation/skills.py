@@ -20,12 +20,15 @@ class HookError(Exception):
 class Logbook:
     """True events, apart from all reports of managers.
 
-    They are: dispatches of each goal, goals that were at a standstill, and calls of `on_ended` by process number.
+    They are: dispatches of each goal, goals that were at a standstill, and calls of `on_ended` by process number. Then
+    the speeds that each process was told for a goal, and the one that it had in the end.
     """
 
     dispatched: Counter[str] = field(default_factory=Counter[str])
     stood_still: set[str] = field(default_factory=set[str])
     ended: Counter[tuple[int, str]] = field(default_factory=Counter[tuple[int, str]])
+    speeds: dict[tuple[int, str], list[float]] = field(default_factory=dict[tuple[int, str], list[float]])
+    last_speed: dict[tuple[int, str], float] = field(default_factory=dict[tuple[int, str], float])
 
 
 class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
@@ -44,13 +47,15 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
         return random.Random(f"{self._seed}/{goal_id}/{what}")
 
     def validate(self, goal: Goal[dict[str, Any]]) -> str | None:
-        draw = self._draw(goal.id, "validate").random()
+        new = "" if self.current is None else f" {goal.inputs}"
+        draw = self._draw(goal.id, f"validate{new}").random()
         if draw < 0.03:
             raise HookError("while validating")
         return "It makes no sense." if draw < 0.06 else None
 
     def on_dispatch(self, goal: Goal[dict[str, Any]]) -> None:
         self._logbook.dispatched[goal.id] += 1
+        self._note_speed(goal)
         self.ran.append(goal.id)
         chance = self._draw(goal.id, "dispatch")
         result = chance.choice(self._model.results).name
@@ -68,6 +73,15 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
             self.bus.after(chance.uniform(0.0, 2.0), self._fail_later)
         elif draw < 0.70:
             self.bus.after(chance.uniform(0.0, 2.0), lambda: self.failed(goal.id, "It gives up."))
+
+    def on_modify(self, goal: Goal[dict[str, Any]]) -> None:
+        self._note_speed(goal)
+        if self._draw(goal.id, f"modify {goal.inputs}").random() < 0.05:
+            raise HookError("while modifying")
+
+    def _note_speed(self, goal: Goal[dict[str, Any]]) -> None:
+        if "speed" in goal.inputs:
+            self._logbook.speeds.setdefault((self._process, goal.id), []).append(goal.inputs["speed"])
 
     def progress(self, goal: Goal[dict[str, Any]]) -> dict[str, Any] | None:
         return {each.name: 1.0 for each in self._model.feedback} or None
@@ -106,6 +120,8 @@ class AnySkill(SkillHooks[dict[str, Any], dict[str, Any], dict[str, Any]]):
     def on_ended(self, goal: Goal[dict[str, Any]], terminal: Terminal) -> None:
         del terminal
         self._logbook.ended[self._process, goal.id] += 1
+        if "speed" in goal.inputs:
+            self._logbook.last_speed[self._process, goal.id] = goal.inputs["speed"]
 
     def _fail_later(self) -> None:
         raise HookError("in a callback")

@@ -51,7 +51,7 @@ EXCLUSIVE = Subject(
             resource axes { initial FREE  FREE -> USED  USED -> FREE }
             skill move {
                 progress=0.5 { left: float64 [m] }
-                input { speed: float64 [m/s] in 0.1..3.0 = 1.0 }
+                input { speed: float64 [m/s] in 0.1..3.0 = 1.0 modifiable }
                 output { at: float64 [m] }
                 effect { take: axes -> USED  release: axes -> FREE }
                 precondition {

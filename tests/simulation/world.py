@@ -11,7 +11,7 @@ from typing import Any, cast
 from faulty_network import FaultyNetwork, NetworkConditions
 from simulation.plan import CLIENTS, FAULTS, Act, Deed, Plan
 from simulation.skills import AnySkill, Logbook
-from skillwing.services.bus import Bus, Handle, Node, Publisher
+from skillwing.services.bus import Answer, Bus, Handle, Node, Publisher
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.client.retry import ask_until_answered
@@ -29,6 +29,7 @@ from skillwing.services.protocol import (
     FireExtern,
     InterruptGoal,
     Keys,
+    ModifyGoal,
     StartGoal,
     encode,
 )
@@ -54,6 +55,8 @@ class Client:
         self.goals: dict[str, GoalHandle] = {}
         self.unwanted: set[str] = set()
         """Goals that the interface was asked to interrupt."""
+        self.modifications: dict[tuple[str, float], Answer | None] = {}
+        """Answers to the modifications that the interface was asked for, by goal and speed, in their order."""
 
     def attach(self, bus: Bus) -> None:
         self.bus = bus
@@ -77,7 +80,16 @@ class Client:
             self.unwanted.add(goal)
             self.interface.interrupt(self.goals[goal])
 
-    def tell(self, key: str, message: StartGoal | InterruptGoal) -> None:
+    def modify(self, goal: str, speed: float) -> None:
+        if goal not in self.goals:
+            return
+        asked = goal, speed
+        self.modifications[asked] = None
+        self.interface.modify(
+            self.goals[goal], {"speed": speed}, lambda answer: self.modifications.update({asked: answer})
+        )
+
+    def tell(self, key: str, message: StartGoal | InterruptGoal | ModifyGoal) -> None:
         """Send a message past the interface, as a client in another language might."""
         self.bus.ask(key, encode(message), lambda answer: None)
 
@@ -395,6 +407,14 @@ class World:
                 schema = self.plan.subject.skillset.schema_hash
                 again = StartGoal(goal_id=goal, inputs=inputs, client=client.name, schema=schema, deadline=act.t + 30.0)
                 client.tell(self.keys.start(skill), again)
+            case Deed.MODIFY:
+                client.modify(goal, act.detail["speed"])
+            case Deed.MODIFY_PAST:
+                schema, speed = self.plan.subject.skillset.schema_hash, act.detail["speed"]
+                request = ModifyGoal(
+                    goal_id=goal, request_id=f"{goal} {speed}", inputs={"speed": speed}, client="past", schema=schema
+                )
+                client.tell(self.keys.modify(skill), request)
             case Deed.INTERRUPT:
                 client.interrupt(goal)
             case _:

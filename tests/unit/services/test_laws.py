@@ -162,7 +162,8 @@ class Managers(RuleBasedStateMachine):
         assert core.current is not None and core.current.goal_id == goal_id
         assert core.current.phase is State.RUNNING, "only a running goal is modified"
         assert core.current.inputs["speed"] == 2.0
-        assert core.modifications.answer(request_id).revision == core.current.revision == before + 1
+        core.modifications.require_accepted(request_id)
+        assert core.status(goal_id).revision == core.current.revision == before + 1
 
     @rule(data=st.data(), how=st.sampled_from(["deliver", "lose the answer", "lose the question", "repeat"]))
     def move_a_question(self, data: st.DataObject, how: str) -> None:

@@ -38,10 +38,10 @@ def test_accepted_inputs_are_those_of_the_goal_from_then_on() -> None:
     assert calls(desk)[-1].inputs == {"speed": 2.0, "label": "a"}
     desk.validated()
     assert (calls(desk)[-1].hook, calls(desk)[-1].inputs) == (Hook.MODIFY, {"speed": 2.0, "label": "a"})
-    status = desk.core.modifications.answer("m1")
+    desk.core.modifications.require_accepted("m1")
+    status = desk.core.status("g")
     assert (status.state, status.revision, status.cause) == (State.RUNNING, 1, "mission#7")
     assert (status.before, status.text) == (State.RUNNING, "test modified `speed`")
-    assert desk.core.status("g") == status
     desk.interrupt()
     assert calls(desk)[-1].inputs == {"speed": 2.0, "label": "a"}
 
@@ -60,7 +60,7 @@ def test_inputs_that_validate_refuses_change_nothing() -> None:
     modify(desk, {"speed": 2.0})
     desk.validated("Too fast here.")
     with pytest.raises(RefusedError, match="Too fast here") as refused:
-        desk.core.modifications.answer("m1")
+        desk.core.modifications.require_accepted("m1")
     assert refused.value.code is ErrorCode.NOT_ALLOWED
     assert desk.core.status("g").revision == 0
     desk.interrupt()
@@ -138,7 +138,7 @@ def test_a_goal_that_is_ended_while_new_inputs_are_validated_keeps_its_own(end: 
     end(desk)
     desk.validated()
     with pytest.raises(RefusedError, match="ended before") as refused:
-        desk.core.modifications.answer("m1")
+        desk.core.modifications.require_accepted("m1")
     assert refused.value.code is ErrorCode.NOT_ALLOWED
     assert Hook.MODIFY not in desk.hooks
 
@@ -148,12 +148,13 @@ def test_a_renewal_does_not_disturb_a_modification() -> None:
     desk.renewed(None)
     modify(desk, {"speed": 2.0})
     with pytest.raises(RefusedError) as undecided:
-        desk.core.modifications.answer("m1")
+        desk.core.modifications.require_accepted("m1")
     assert undecided.value.code is ErrorCode.UNAVAILABLE
     desk.renewed(Granted(goal_id="g", token=7, step=1, record="rm#1"))
     assert refusal(desk, {"speed": 3.0}, request_id="m2").code is ErrorCode.UNAVAILABLE
     desk.validated()
-    assert desk.core.modifications.answer("m1").revision == 1
+    desk.core.modifications.require_accepted("m1")
+    assert desk.core.status("g").revision == 1
 
 
 def test_a_modification_does_not_extend_the_deadline() -> None:

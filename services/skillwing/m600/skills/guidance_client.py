@@ -91,7 +91,7 @@ class GuidanceClient:
         status = self._status.value
         if status is None or self._goal is None or status.body.goal_id != self._goal.id:
             return None
-        return status.laps_done or 0.0
+        return status.laps_done
 
     @property
     def free_distance(self) -> float | None:

@@ -9,6 +9,7 @@ import typer
 from skillwing.services.bus import Answer
 from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.client.retry import accepted
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import GoalStatus, decode
 from skillwing.services.terminal.completion import skills
 from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, connect
@@ -30,9 +31,11 @@ def modify(
     Exit codes: 0 they are taken, 1 nothing is running or no answer, 2 unknown name or malformed value.
     Code 3: no system is running. Code 4: the skill's manager refused; the goal keeps its inputs.
     """
+    if not inputs:
+        raise InvalidOptionError("inputs", "No input is named. Add one, as `NAME=VALUE`.")
     with connect(robot) as system:
         found = find_goal(system, which)
-        values = parse_inputs(system.skillset.skill(found.skill), inputs or [], partial=True)
+        values = parse_inputs(system.skillset.skill(found.skill), inputs, partial=True)
         interface = system.make_interface()
         goal = interface.follow(found.skill, found.goal_id)
         answers: list[Answer] = []

@@ -1,4 +1,4 @@
-"""Modifications of running goals: the checks of new inputs, and the answers to the requests."""
+"""Modifications of running goals: the checks of new inputs, and the refusals of requests."""
 
 from __future__ import annotations
 
@@ -13,27 +13,29 @@ from skillwing.services.core.goal_states import GoalRun, GoalState, Modifying, R
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_events import GoalEvent, ModificationRequested, Validated
 from skillwing.services.core.values import sendable_text
-from skillwing.services.protocol import ErrorCode, GoalStatus, ModifyGoal, State
+from skillwing.services.protocol import ErrorCode, ModifyGoal, State
 
 
 class Modifications:
-    """The requests for new inputs of one skill's goals, and their answers by id. A known request changes nothing."""
+    """The requests for new inputs of one skill's goals, by id: None for an accepted one, or its refusal.
+
+    A known request changes nothing.
+    """
 
     def __init__(self, skill: Skill) -> None:
         self._skill = skill
-        self._answers: BoundedDict[str, GoalStatus | RefusedError] = BoundedDict(GOALS_REMEMBERED)
+        self._refusals: BoundedDict[str, RefusedError | None] = BoundedDict(GOALS_REMEMBERED)
 
     def __contains__(self, request_id: str) -> bool:
-        return request_id in self._answers
+        return request_id in self._refusals
 
-    def answer(self, request_id: str) -> GoalStatus:
-        """The answer to a request that was taken. Raises RefusedError if that is a refusal."""
-        answer = self._answers.get(request_id)
-        if answer is None:
+    def require_accepted(self, request_id: str) -> None:
+        """Raise RefusedError unless the request was accepted."""
+        if request_id not in self._refusals:
             raise RefusedError(ErrorCode.UNAVAILABLE, "The new inputs are still being validated.", help="Ask again.")
-        if isinstance(answer, RefusedError):
-            raise answer
-        return answer
+        refusal = self._refusals.get(request_id)
+        if refusal is not None:
+            raise refusal
 
     def requested(self, request: ModifyGoal, run: GoalRun) -> ModificationRequested:
         """The event of a request that fits. Raises RefusedError for a goal that does not run, and for wrong inputs."""
@@ -82,8 +84,6 @@ class Modifications:
         if not isinstance(before, Modifying) or isinstance(run.state, Modifying):
             return
         problem = event.problem if isinstance(event, Validated) else "The goal was ended before its new inputs counted."
-        answer = run.status
-        if problem is not None or answer is None:
-            help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
-            answer = RefusedError(ErrorCode.NOT_ALLOWED, sendable_text(problem or ""), help=help)
-        self._answers[before.change.request_id] = answer
+        help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
+        refusal = RefusedError(ErrorCode.NOT_ALLOWED, sendable_text(problem), help=help) if problem else None
+        self._refusals[before.change.request_id] = refusal

@@ -156,7 +156,8 @@ class SkillManagerNode:
             text = f"The manager of `{self._model.name}` cannot modify a goal yet."
             raise RefusedError(ErrorCode.NOT_ALLOWED, text, help="Write its hook `on_modify`.")
         self._step(request)
-        return self._core.modifications.answer(request.request_id)
+        self._core.modifications.require_accepted(request.request_id)
+        return self._core.status(request.goal_id)
 
     def _on_owner_gone(self, owner: str) -> None:
         self._step(OwnerGone(owner))
