@@ -297,8 +297,8 @@ class InterruptGoal(Message, frozen=True, kw_only=True):
 class ModifyGoal(Message, frozen=True, kw_only=True):
     """Give a running goal new values for modifiable inputs; the others stay. All are taken, or none.
 
-    The same `request_id` again returns the same answer and changes nothing. `deadline` as in `StartGoal`. `cause` is
-    the record that led to it.
+    The same `request_id` again changes nothing. It returns the present status of the goal, or the same refusal.
+    `deadline` as in `StartGoal`. `cause` is the record that led to it.
     """
 
     goal_id: Label

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -55,11 +56,12 @@ def test_the_status_is_published_before_the_hook_is_called() -> None:
     assert isinstance(called, CallHook) and called.hook is Hook.MODIFY
 
 
-def test_inputs_that_validate_refuses_change_nothing() -> None:
+@pytest.mark.parametrize("problem", ["Too fast here.", "?"])
+def test_inputs_that_validate_refuses_change_nothing(problem: str) -> None:
     desk = running()
     modify(desk, {"speed": 2.0})
-    desk.validated("Too fast here.")
-    with pytest.raises(RefusedError, match="Too fast here") as refused:
+    desk.validated(problem)
+    with pytest.raises(RefusedError, match=re.escape(problem)) as refused:
         desk.core.modifications.require_accepted("m1")
     assert refused.value.code is ErrorCode.NOT_ALLOWED
     assert desk.core.status("g").revision == 0

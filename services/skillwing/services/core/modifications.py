@@ -13,7 +13,7 @@ from skillwing.services.core.goal_states import GoalRun, GoalState, Modifying, R
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_events import GoalEvent, ModificationRequested, Validated
 from skillwing.services.core.values import sendable_text
-from skillwing.services.protocol import ErrorCode, ModifyGoal, State
+from skillwing.services.protocol import ErrorCode, ErrorReply, ModifyGoal, State
 
 
 class Modifications:
@@ -24,7 +24,7 @@ class Modifications:
 
     def __init__(self, skill: Skill) -> None:
         self._skill = skill
-        self._refusals: BoundedDict[str, RefusedError | None] = BoundedDict(GOALS_REMEMBERED)
+        self._refusals: BoundedDict[str, ErrorReply | None] = BoundedDict(GOALS_REMEMBERED)
 
     def __contains__(self, request_id: str) -> bool:
         return request_id in self._refusals
@@ -35,7 +35,7 @@ class Modifications:
             raise RefusedError(ErrorCode.UNAVAILABLE, "The new inputs are still being validated.", help="Ask again.")
         refusal = self._refusals.get(request_id)
         if refusal is not None:
-            raise refusal
+            raise RefusedError(refusal.code, refusal.message, help=refusal.help)
 
     def requested(self, request: ModifyGoal, run: GoalRun) -> ModificationRequested:
         """The event of a request that fits. Raises RefusedError for a goal that does not run, and for wrong inputs."""
@@ -84,6 +84,8 @@ class Modifications:
         if not isinstance(before, Modifying) or isinstance(run.state, Modifying):
             return
         problem = event.problem if isinstance(event, Validated) else "The goal was ended before its new inputs counted."
-        help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
-        refusal = RefusedError(ErrorCode.NOT_ALLOWED, sendable_text(problem), help=help) if problem else None
+        refusal = None
+        if problem is not None:
+            help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
+            refusal = ErrorReply(code=ErrorCode.NOT_ALLOWED, message=sendable_text(problem), help=help)
         self._refusals[before.change.request_id] = refusal
