@@ -11,7 +11,7 @@ from lift_robot import MockedLift
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.client.outcome import GoalFailedError
 from skillwing.services.client.sync import Client
-from skillwing.services.errors import InvalidInputError, NoReplyError, RefusedError, TimedOutError
+from skillwing.services.errors import InvalidInputError, RefusedError, TimedOutError
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.protocol import Ending, ErrorCode, State
 
@@ -202,7 +202,7 @@ def test_new_inputs_out_of_range_are_refused_and_the_goal_goes_on(generated: Gen
         goal.modify(speed=99.0)
     assert refused.value.code is ErrorCode.BAD_REQUEST
     assert goal.wait().succeeded
-    with pytest.raises(NoReplyError):
+    with pytest.raises(RefusedError, match="has ended"):
         goal.modify(speed=1.0)
 
 

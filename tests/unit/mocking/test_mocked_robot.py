@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from skillwing.m600.robot import ROBOT
-from skillwing.services.mocking.system import mocked, without_layer
+from skillwing.services.mocking.system import mock_processes, mocked, without_layer
+from skillwing.services.names import MOCKED_WORLD
 from skillwing.services.robot import Robot
 
 
@@ -14,3 +15,11 @@ def test_missions_of_a_mocked_robot_are_checked_as_those_of_the_real_one(robot: 
     assert robot.rescue_goal == ROBOT.rescue_goal
     assert robot.mission_templates == ROBOT.mission_templates
     assert (robot.clock, robot.judge, robot.functional_layer({})) == ("wall", None, ())
+
+
+def test_a_world_is_mocked_where_nothing_real_is_below_the_skills() -> None:
+    def names(robot: Robot) -> set[str]:
+        return {spec.name for spec in mock_processes(robot, skills=["takeoff"])}
+
+    assert MOCKED_WORLD not in names(ROBOT)
+    assert names(without_layer(ROBOT)) == names(ROBOT) | {MOCKED_WORLD}

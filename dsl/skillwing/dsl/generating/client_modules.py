@@ -197,7 +197,7 @@ def _goal(skill: Skill, names: TypeNames, style: ClientStyle) -> Iterator[str]:
     fields = [f"{field.name}: {annotation(field.type, names)} | None = None" for field in skill.modifiable]
     yield from method(f"{style.asynchronous}def modify", fields, "None")
     summary = "Give the running goal new inputs; one of None stays. All are taken, or none."
-    yield from docstring(summary, "Raises RefusedError, and NoReplyError if the goal has ended.")
+    yield from docstring(summary, "Raises RefusedError, also if the goal has ended, and NoReplyError.")
     passed = [f'"{field.name}": {field.name}' for field in skill.modifiable]
     one_line = f"{INDENT * 2}{style.awaited}self.modify_inputs({{{', '.join(passed)}}})"
     if len(one_line) <= LINE_LENGTH:

@@ -72,7 +72,7 @@ class GotoGoal(_sync.Goal[GotoResult, GotoOutputs, GotoFeedback]):
     ) -> None:
         """Give the running goal new inputs; one of None stays. All are taken, or none.
 
-        Raises RefusedError, and NoReplyError if the goal has ended.
+        Raises RefusedError, also if the goal has ended, and NoReplyError.
         """
         self.modify_inputs({"target": target, "speed": speed})
 

@@ -12,7 +12,7 @@ from typing import Any, Generic, ParamSpec
 import msgspec
 
 from skillwing.dsl.model import Field, Skillset, UnknownNameError
-from skillwing.services.bus import Answer, Answered, Bus, Handle, NoReply, Sample
+from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
 from skillwing.services.client.causal_feed import CausalFeed
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
@@ -24,6 +24,8 @@ from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.protocol import (
     DataReading,
     DataSample,
+    ErrorCode,
+    ErrorReply,
     FireEvent,
     FireExtern,
     GoalProgress,
@@ -181,14 +183,16 @@ class SkillsetInterface:
     ) -> None:
         """Give a running goal new values for modifiable inputs; the others stay. All are taken, or none.
 
-        The answer is a `GoalStatus`, a refusal, or `NoReply` if the goal has ended. A goal that does not run yet is
-        waited for. Raises UnknownNameError for an input that the skillset does not know, InvalidInputError for a value
-        of a wrong type.
+        The answer is a `GoalStatus` or a refusal, also for a goal that has ended. It is `NoReply` if the manager stays
+        silent. A goal that does not run yet is waited for. Raises UnknownNameError for an input that the skillset does
+        not know, InvalidInputError for a value of a wrong type.
         """
         values = self.fitted_changes(goal.skill, inputs)
         tracker = self._trackers.get(goal.goal_id)
         if tracker is None:
-            self._bus.post(lambda: on_answer(NoReply(timed_out=False)))
+            message = f"The goal of `{goal.skill}` has ended."
+            refusal = ErrorReply(code=ErrorCode.NOT_ALLOWED, message=message, help="Start another one.")
+            self._bus.post(lambda: on_answer(Refused(refusal)))
             return
         request = ModifyGoal(
             goal_id=goal.goal_id,

@@ -169,7 +169,7 @@ class Goal(Generic[R, O, F]):
     def modify_inputs(self, inputs: Mapping[str, Any]) -> None:
         """Give the running goal new values for modifiable inputs; one of None stays. All are taken, or none.
 
-        Generated goals have a typed `modify`. Raises RefusedError, NoReplyError if the goal has ended,
+        Generated goals have a typed `modify`. Raises RefusedError, also if the goal has ended; NoReplyError;
         InvalidInputError for a value of a wrong type.
         """
         client, interface = self._client, self._client.interface

@@ -94,7 +94,8 @@ def up(
     The run is recorded in its directory (docs/recordings.md), with a report of each mission.
 
     With --mock no robot is needed: all skills and the world around them are mocks. See docs/mocks.md. `up --mock goto
-    hover` mocks these skills only; the others, and the robot, are real.
+    hover` mocks these skills only; the others, and the robot, are real. A robot without a functional layer gets a
+    mocked world.
 
     Several robots can share one router, each in a namespace of its name: `up --robot-name second --router
     tcp/127.0.0.1:PORT`. Their commands then take `--robot second`. See docs/operations.md.

@@ -68,8 +68,9 @@ def mock_processes(
 ) -> tuple[ProcessSpec, ...]:
     """The processes of a robot with mocks: for all its skills and the world, or only for the given skills.
 
-    With `skills`, other skills keep their managers, and the caller adds the processes below. scripts: files that add to
-    one another; seed: replaces the one in them; run: options of the run, for the managers.
+    With `skills`, other skills keep their managers, and the caller adds the processes below. A robot without such
+    processes gets a mocked world. scripts: files that add to one another; seed: replaces the one in them; run: options
+    of the run.
     """
     options: dict[str, Any] = {"skillset": str(robot.skillset), "scripts": [str(each.absolute()) for each in scripts]}
     options |= {} if seed is None else {"seed": seed}
@@ -81,9 +82,10 @@ def mock_processes(
         )
         for name in names
     }
-    if skills is not None:
-        return tuple((managers | mocks).values())
     world = ProcessSpec(MOCKED_WORLD, f"{FACTORIES}:make_mock_world_process", options, essential=False)
+    if skills is not None:
+        below = () if robot.functional_layer(dict(run)) else (world,)
+        return (*(managers | mocks).values(), *below)
     return (managers[DATA_MANAGER], managers[RESOURCE_MANAGER], *mocks.values(), world)
 
 
