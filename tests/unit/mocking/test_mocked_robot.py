@@ -17,9 +17,9 @@ def test_missions_of_a_mocked_robot_are_checked_as_those_of_the_real_one(robot: 
     assert (robot.clock, robot.judge, robot.functional_layer({})) == ("wall", None, ())
 
 
-def test_a_world_is_mocked_where_nothing_real_is_below_the_skills() -> None:
-    def names(robot: Robot) -> set[str]:
-        return {spec.name for spec in mock_processes(robot, skills=["takeoff"])}
+def test_a_world_is_mocked_for_some_skills_on_request() -> None:
+    def names(*, world: bool) -> set[str]:
+        return {spec.name for spec in mock_processes(ROBOT, skills=["takeoff"], world=world)}
 
-    assert MOCKED_WORLD not in names(ROBOT)
-    assert names(without_layer(ROBOT)) == names(ROBOT) | {MOCKED_WORLD}
+    assert MOCKED_WORLD not in names(world=False)
+    assert names(world=True) == names(world=False) | {MOCKED_WORLD}

@@ -145,7 +145,14 @@ def up(
     run["run_dir"] = str(directory)
     layer = () if everything else table.functional_layer(run)
     managers = (
-        mock_processes(table, scripts=scripts_for(table.skillset, script), seed=seed, skills=skills or None, run=run)
+        mock_processes(
+            table,
+            scripts=scripts_for(table.skillset, script),
+            seed=seed,
+            skills=skills or None,
+            world=not layer,
+            run=run,
+        )
         if mock
         else table.managers(run)
     )

@@ -64,13 +64,13 @@ def mock_processes(
     scripts: Sequence[Path] = (),
     seed: int | None = None,
     skills: Collection[str] | None = None,
+    world: bool = False,
     run: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[ProcessSpec, ...]:
     """The processes of a robot with mocks: for all its skills and the world, or only for the given skills.
 
-    With `skills`, other skills keep their managers, and the caller adds the processes below. A robot without such
-    processes gets a mocked world. scripts: files that add to one another; seed: replaces the one in them; run: options
-    of the run.
+    With `skills`, other skills keep their managers. Then the caller adds the processes below, or asks for a mocked
+    `world`. scripts: files that add to one another; seed: replaces the one in them; run: options of the run.
     """
     options: dict[str, Any] = {"skillset": str(robot.skillset), "scripts": [str(each.absolute()) for each in scripts]}
     options |= {} if seed is None else {"seed": seed}
@@ -82,11 +82,10 @@ def mock_processes(
         )
         for name in names
     }
-    world = ProcessSpec(MOCKED_WORLD, f"{FACTORIES}:make_mock_world_process", options, essential=False)
+    below = ProcessSpec(MOCKED_WORLD, f"{FACTORIES}:make_mock_world_process", options, essential=False)
     if skills is not None:
-        below = () if robot.functional_layer(dict(run)) else (world,)
-        return (*(managers | mocks).values(), *below)
-    return (managers[DATA_MANAGER], managers[RESOURCE_MANAGER], *mocks.values(), world)
+        return (*(managers | mocks).values(), *((below,) if world else ()))
+    return (managers[DATA_MANAGER], managers[RESOURCE_MANAGER], *mocks.values(), below)
 
 
 def make_mock_skill_process(options: dict[str, Any]) -> Node:
