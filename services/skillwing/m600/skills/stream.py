@@ -50,7 +50,7 @@ class StreamManager(AbstractStreamManager):
         self._ground = Latest(self.bus, VIDEO_STATUS, VideoStatus, at_rest=True)
         self._encoder = Latest(self.bus, VIDEO_ENCODER, EncoderStatus, at_rest=True)
         self._modem = Latest(self.bus, LINK_STATUS, LinkStatus, at_rest=True)
-        self._steps = Latest(self.bus, KEYS.resource_steps, ResourceStep, self._note_link, events=True)
+        self._steps = Latest(self.bus, KEYS.resource_steps, ResourceStep, self._note_link, events=True, at_rest=True)
         self._trouble = LinkTrouble()
         self._timeline = Timeline(self.bus, KEYS)
         self._bad_since: float | None = None
@@ -65,6 +65,7 @@ class StreamManager(AbstractStreamManager):
         self._ground.follow()
         self._encoder.follow()
         self._modem.follow()
+        self._steps.follow()
         self._bad_since = None
         begun = self.bus.now()
         timer = LeakyTimer(begun + START_TIME)
@@ -86,6 +87,7 @@ class StreamManager(AbstractStreamManager):
         self._ground.rest()
         self._encoder.rest()
         self._modem.rest()
+        self._steps.rest()
         self._video.release(goal)
 
     def _seen(self, goal: Goal[StreamInputs]) -> VideoStatus | None:
