@@ -67,11 +67,20 @@ def test_a_recorder_is_compared_in_the_same_blocks() -> None:
     assert rows["with a recorder: start of a skill, until its result"][-1] == "2.00 (2.00 to 2.00)"
 
 
-def test_actionlib_is_compared_in_the_same_blocks() -> None:
-    section = latency.section([block(1.0, 0.001), block(8.0, 0.001)], [block(1.0)] * 2, "")
-    assert rows_of(section)["rospy + actionlib: start of an action, until its result"][-1].endswith(
-        "2.00 (2.00 to 2.00)"
-    )
+def test_actions_that_the_client_of_actionlib_notices_late_count_apart() -> None:
+    section = latency.section([block(1.0, 0.001), block(1.0, 0.1)], [block(1.0)] * 2, "")
+    row = rows_of(section)["rospy + actionlib: start of an action, until its result"]
+    assert row[-1] == "50% of the calls took more than 50 ms; ours to the others: 2.00"
+
+
+def test_an_actionlib_without_a_quick_call_has_no_ratio() -> None:
+    section = latency.section([block(1.0, 0.1)], [block(1.0)], "")
+    assert "| 100% of the calls took more than 50 ms |" in section
+
+
+def test_a_target_is_held_to_the_figure_before_it_is_rounded() -> None:
+    rows = rows_of(latency.section([block(2.701 / 2)], [block(1.0)], ""))
+    assert rows["start of a skill, until its result"][1:4] == ["2.70", "2.70", "p50 2.7: **missed**; p99 6: kept"]
 
 
 def test_an_actionlib_that_fell_silent_has_no_row() -> None:
