@@ -86,7 +86,7 @@ def fault(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Make a sensor, a rotor or the radio link of the simulated drone fail, or work again; list faults. See
+    """Make a sensor, a rotor or the radio link of the simulated robot fail, or work again; list faults. See
     docs/sensors.md."""
     if list_faults:
         if sensor is not None or kind is not None or off or magnitude is not None:
@@ -192,7 +192,7 @@ def pilot(
     robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Act as the simulated drone's safety pilot: take the authority over it, or give it to the computer."""
+    """Act as the safety pilot of the simulated robot: take the authority over it, or give it to the computer."""
     authority = handover is Handover.GIVE
     with connect(robot) as system:
         done = _ask_simulator(system, "pilot", PILOT, SetPilot(authority=authority), Done)

@@ -42,7 +42,7 @@ def test_accepted_inputs_are_those_of_the_goal_from_then_on() -> None:
     desk.core.modifications.require_accepted("m1")
     status = desk.core.status("g")
     assert (status.state, status.revision, status.cause) == (State.RUNNING, 1, "mission#7")
-    assert (status.before, status.text) == (State.RUNNING, "test modified `speed`")
+    assert (status.before, status.text) == (State.RUNNING, "test modified `speed` to 2.0")
     desk.interrupt()
     assert calls(desk)[-1].inputs == {"speed": 2.0, "label": "a"}
 

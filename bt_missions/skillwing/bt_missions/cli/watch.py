@@ -87,7 +87,7 @@ class MissionWatch:
     def view(self, height: int | None = None) -> RenderableType:
         """All that is known, or the result of the last mission if none runs. height: lines of the terminal."""
         if self.status is None:
-            return Text(_last_flown(self._system.target.run_dir), overflow="fold")
+            return Text(_last_mission(self._system.target.run_dir), overflow="fold")
         parts: list[RenderableType] = [status_line(self.status), Text()]
         if self.tree is not None:
             parts += [_tree_text(self.tree, height), Text()]
@@ -154,7 +154,7 @@ def show_live(system: System, watch: MissionWatch, console: Console) -> None:
     console.print(watch.view())
 
 
-def _last_flown(run_dir: Path | None) -> str:
+def _last_mission(run_dir: Path | None) -> str:
     """Sentence for a system without a mission: the result of the last one, from its report."""
     reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
     if not reports:

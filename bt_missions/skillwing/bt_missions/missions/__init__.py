@@ -1,1 +1,1 @@
-"""Installed missions, each in Python and as a tree file."""
+"""Installed missions, those of a drone: each in Python and as a tree file."""

@@ -91,7 +91,7 @@ def campaign(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON at the end, and nothing else.")] = False,
 ) -> None:
-    """Fly a mission in many simulated worlds, much faster than real time, and count how the flights end. See
+    """Run a mission in many simulated worlds, much faster than real time, and count how the runs end. See
     docs/missions.md.
 
     Each flight runs the robot's whole process table in one process and virtual time. Its seed decides the faults and

@@ -141,7 +141,7 @@ def demo(
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
 ) -> None:
-    """Fly a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
+    """Run a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
     the radio link narrows until the video stops, and the drone lands. See docs/missions.md.
 
     Writes recording, timeline, map and report to the run directory.

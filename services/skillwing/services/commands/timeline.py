@@ -20,7 +20,7 @@ from skillwing.services.terminal.output import make_console, print_json, print_r
 from skillwing.services.viewer_extra import viewer_module
 
 KINDS = tuple(kind.value for kind in RecordKind)
-LONGEST_FLIGHT = 1e8
+LONGEST_RUN = 1e8
 """Seconds; robot time that is larger counts from 1970."""
 DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
 """Kinds of records by default. Data become stale and fresh by the dozen when a process starts."""
@@ -95,7 +95,7 @@ def _skillset_of(run: Path) -> Skillset | None:
 def _draw(history: History, run: Path, png: Path, resources: Sequence[Resource]) -> None:
     picture = viewer_module("skillwing.services.report.timeline_picture", "--png")
     # Unix time is unreadable on an axis.
-    long = history.first > LONGEST_FLIGHT
+    long = history.first > LONGEST_RUN
     shown, clock = (history.part(history.first), picture.RUN_TIME) if long else (history, picture.ROBOT_TIME)
     picture.draw_timeline(shown, png, title=run.resolve().name, resources=resources, clock=clock)
     typer.echo(f"The timeline is drawn: {png}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import msgspec
+
 from skillwing.dsl.model import Skill, UnknownNameError
 from skillwing.dsl.suggest import listed
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
@@ -44,7 +46,8 @@ class Modifications:
                 raise RefusedError(ErrorCode.UNAVAILABLE, f"The goal is {run.phase}.", help="Ask again when it runs.")
             raise RefusedError(ErrorCode.NOT_ALLOWED, "The goal is about to end.", help="Start another one.")
         inputs = self._merged(run, request)
-        text = f"{request.client} modified {listed(request.inputs)}"
+        changes = (f"`{name}` to {msgspec.json.encode(inputs[name]).decode()}" for name in request.inputs)
+        text = sendable_text(f"{request.client} modified {', '.join(changes)}")
         return ModificationRequested(request.request_id, inputs, text, request.cause)
 
     def _merged(self, run: GoalRun, request: ModifyGoal) -> dict[str, object]:

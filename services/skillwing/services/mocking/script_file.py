@@ -9,7 +9,7 @@
     SDK_authority = "AVAILABLE"
     [[reaction]]
     when = {ends = "lift", with = "RAISED"}
-    trigger = {flight_status = "IN_AIR"}
+    trigger = {fork = "UP"}
 
 All problems of a file are reported at once.
 """

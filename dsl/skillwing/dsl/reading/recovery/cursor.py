@@ -17,7 +17,7 @@ _LOOKAHEAD = 3  # words behind a repair that the parser has to be able to read
 
 @dataclass(frozen=True, slots=True)
 class OpenBracket:
-    """An open bracket. title: `skill takeoff` or `input` for the user; closer: the terminal that ends it."""
+    """An open bracket. title: `skill drive` or `input` for the user; closer: the terminal that ends it."""
 
     title: str
     line: int
