@@ -1,8 +1,9 @@
-"""Python names for names of the language."""
+"""Names that follow from names of the language: of Python, and of the files beside a skillset."""
 
 from __future__ import annotations
 
 import keyword
+from pathlib import Path
 
 # Names that generated annotations, classes and methods need for themselves.
 _TAKEN = frozenset({"self", "bool", "float", "int", "list", "str", "mro", "msgspec"})
@@ -21,3 +22,8 @@ def is_usable(name: str) -> bool:
 def manager_class(skill: str) -> str:
     """The class with the hooks of a skill, in the module of the skill's name."""
     return f"{class_name(skill)}Manager"
+
+
+def script_of(skillset: Path) -> Path:
+    """The script of the mocks beside a skillset file, `rover.mock.toml`, whether it exists or not."""
+    return skillset.with_suffix(".mock.toml")

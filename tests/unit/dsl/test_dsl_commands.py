@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -103,6 +104,21 @@ def test_generate_and_its_check(app: typer.Typer, tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "types.py" in result.output
     assert "move.py" not in result.output
+
+
+def test_generate_copies_the_script_of_the_mocks_with_the_skillset(app: typer.Typer, tmp_path: Path) -> None:
+    source, script, package = (tmp_path / name for name in ("robot.skillset", "robot.mock.toml", "package"))
+    source.write_text(Path(GOOD).read_text())
+    script.write_text("seed = 3\n")
+    words = ["generate", str(source), "-o", str(package)]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    (copy,) = (package / "generated").glob("*.mock.toml")
+    assert (copy.stem, tomllib.loads(copy.read_text())) == (f"{load(source).name}.mock", {"seed": 3})
+    script.write_text("seed = 4\n")
+    assert copy.name in CliRunner().invoke(app, [*words, "--check"]).output
+    script.unlink()
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert not copy.exists()
 
 
 def test_generate_says_what_was_written_once_and_then_leaves_it(app: typer.Typer, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import typer
 from skillwing.dsl.checking.checker import check as check_source
 from skillwing.dsl.commands.source import PROBLEMS, folder_named, read, show, usage_error
 from skillwing.dsl.diagnostics.diagnostic import summary
-from skillwing.dsl.generating.package import RobotFolder, is_generated, skillset_copy
+from skillwing.dsl.generating.package import RobotFolder, is_generated, script_copy, skillset_copy
 from skillwing.dsl.generating.package import generate as generate_files
 from skillwing.dsl.generating.skeletons import skeletons
 from skillwing.dsl.model import Skillset
@@ -92,7 +92,8 @@ def _check(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> 
 
 def _products(skillset: Skillset, file: Path, source: str, folder: RobotFolder) -> dict[str, str]:
     files = generate_files(skillset, file, folder.path, folder.managed(skillset))
-    return {**files, **skillset_copy(skillset, file, folder.path, source)}
+    copies = {**skillset_copy(skillset, file, folder.path, source), **script_copy(skillset, file, folder.path)}
+    return {**files, **copies}
 
 
 def _print_orphans(skillset: Skillset, file: Path, folder: RobotFolder) -> None:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skill, Skillset
-from skillwing.dsl.naming import class_name, manager_class
+from skillwing.dsl.naming import class_name, manager_class, script_of
 from skillwing.dsl.reading.dialect import lex
 
 _BLOCK = """\
@@ -114,7 +114,7 @@ def checklist(skill: Skill, file: Path, folder: Path | None, test: Path, makes_a
     yield "  [ ] each result, the interruption, each invariant, a rejected start"
     yield f"  [ ] `pytest {test.parent}`"
     yield "Where you have them:"
-    script = file.with_suffix(".mock.toml")
+    script = script_of(file)
     yield f"  [ ] mock script: `[skill.{skill.name}]` in {script}, if a mock has to do more than succeed after 1 s"
     if not makes_all:
         yield f"  [ ] reference page: `skillwing docs {file} -o PAGE.md`"

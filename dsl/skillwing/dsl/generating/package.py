@@ -24,6 +24,7 @@ from skillwing.dsl.generating import (
 )
 from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.naming import script_of
 from skillwing.dsl.reading.parser import self_contained
 
 GENERATED = "generated"
@@ -69,6 +70,15 @@ def skillset_copy(skillset: Skillset, source: Path, folder: Path, text: str) -> 
         return {}
     copy = self_contained(text, str(source))
     return {_copied_as(skillset, source): _header("//", source.name) + copy}
+
+
+def script_copy(skillset: Skillset, source: Path, folder: Path) -> Mapping[str, str]:
+    """The copy of the mocks' script beside a skillset that is copied; none without a script. Raises OSError."""
+    script = script_of(source)
+    if _in_place(skillset, source, folder) or not script.is_file():
+        return {}
+    header = f"# Generated from {script.name} by `skillwing generate`. Do not edit: change that file instead.\n"
+    return {script_of(Path(skillset.name)).name: header + script.read_text("utf-8")}
 
 
 def _in_place(skillset: Skillset, source: Path, folder: Path) -> bool:

@@ -14,6 +14,7 @@ import msgspec
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.naming import script_of
 from skillwing.services.bus import Node
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
@@ -34,7 +35,7 @@ def scripts_for(skillset: Path, given: Path | None = None) -> tuple[Path, ...]:
 
     A given script adds to the one beside the file.
     """
-    beside = skillset.with_suffix(".mock.toml")
+    beside = script_of(skillset)
     found = (beside,) if beside.is_file() else ()
     return found if given is None else (*found, given)
 
