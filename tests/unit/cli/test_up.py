@@ -192,3 +192,15 @@ def test_a_directory_that_cannot_be_made_gets_a_sentence(
     assert ended.value.code == USAGE
     assert directory in said
     assert len(said.splitlines()) == 1
+
+
+@pytest.mark.parametrize("option", ["--world", "--scenario"])
+def test_a_robot_without_a_simulator_has_no_world(
+    option: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("skillwing.services.commands.up.find_robot", lambda name: Robot("rover", SKILLSET, {}))
+    monkeypatch.setattr("sys.argv", ["skillwing", "up", option, "village"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    assert "this robot has none. Leave it out." in capsys.readouterr().err

@@ -110,8 +110,8 @@ def up(
     skills = tuple(dict.fromkeys(mocked or ()))
     _check_mocks(table, mock, skills, script)
     everything = mock and not skills
-    if everything:
-        _check_no_simulation({"world": world, "scenario": scenario})
+    if everything or not table.functional_layer({}):
+        _check_no_simulation({"world": world, "scenario": scenario}, everything=everything)
     run: dict[str, Any] = {"seed": WORLD_SEED if seed is None else seed, "speed": speed, "durable": durable}
     run |= {} if world is None else {"world": world}
     run |= {} if scenario is None else {"scenario": _existing(scenario)}
@@ -160,10 +160,12 @@ def up(
     raise typer.Exit(run_system(started, (*layer, *managers), directory, settings))
 
 
-def _check_no_simulation(options: dict[str, object]) -> None:
+def _check_no_simulation(options: dict[str, object], *, everything: bool) -> None:
+    """Raise for options of a simulated world. everything: the robot is mocked; otherwise it has no functional layer."""
+    why = "`--mock` runs without one. Name the skills to mock." if everything else "this robot has none. Leave it out."
     for name, value in options.items():
         if value is not None:
-            text = f"A {name} is for a simulated robot, and `--mock` runs without one. Name the skills to mock."
+            text = f"A {name} is for a simulated robot, and {why}"
             raise InvalidOptionError(name, text)
 
 

@@ -60,7 +60,7 @@ def as_markdown(report: MissionReport, history: History, notes: Sequence[str] = 
     end = last_phase(history, report.mission)
     if end is not None and end.text and end.after in RESULTS:
         lines += [f"{end.text.removesuffix('.')}.", ""]
-    seed = [] if report.seed is None else [("world's seed", str(report.seed))]
+    seed = [] if report.seed is None else [("seed", str(report.seed))]
     lines += ["| figure | value |", "|---|---|"]
     lines += [f"| {name.strip()} | {_cell(value)} |" for name, value in (*seed, *figures(report))]
     lines += ["", *(f"{note}\n" for note in notes)]
