@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -33,7 +33,8 @@ demo: setup
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
 # Libraries below numpy have one thread: theirs would take the cores of the other workers (processes/child.py).
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
-test: lint
+# The type checker is one of the tests (tests/integration/test_types.py): it has one thread, and would keep a core idle.
+test: style
 	$(PYTEST) $(PYTEST_ARGS)
 
 # Twenty times as many examples for each law that does not set their number itself.
@@ -44,10 +45,12 @@ thorough: setup
 mutants: setup
 	$(BIN)/python tests/unit/dsl/skillset_mutants.py --write docs/reliability.md $(MUTANTS_ARGS)
 
-lint: setup
+lint: style
+	$(BIN)/basedpyright --warnings
+
+style: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/basedpyright --warnings
 
 format: setup
 	$(BIN)/ruff check --fix .
