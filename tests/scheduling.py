@@ -34,9 +34,13 @@ PROCESSES = (
 
 GROUP = "processes"
 """Scope of all of them."""
+CONFORMANCE = "conformance"
+"""Scope of all files of this folder: their cases share a system of processes (conformance/conftest.py)."""
 
 
 def scope_of(nodeid: str) -> str:
     """The group of a test's file, or else the file: a worker runs all that has the same."""
     file = nodeid.partition("::")[0].removeprefix("tests/")
+    if file.startswith(f"{CONFORMANCE}/"):
+        return CONFORMANCE
     return GROUP if file in PROCESSES else file

@@ -43,3 +43,11 @@ def test_they_stay_together_and_every_other_file_by_itself() -> None:
     first, second = PROCESSES[:2]
     assert scope_of(f"tests/{first}::test_this") == scope_of(f"tests/{second}::test_that[1]") == "processes"
     assert scope_of("tests/unit/test_scheduling.py::test_this") == "unit/test_scheduling.py"
+
+
+def test_conformance_cases_share_a_worker() -> None:
+    files = [
+        "tests/conformance/test_conformance_ends.py::test_this",
+        "tests/conformance/test_conformance_goals.py::test_that",
+    ]
+    assert {scope_of(file) for file in files} == {"conformance"}
