@@ -5,7 +5,6 @@ From an empty folder, by the commands of the pages. No output has a word of a dr
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
@@ -15,17 +14,20 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
+from command_line import run_command
 
 from drone_words import DRONE_WORDS
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.run_state import read_run_state
 
 pytestmark = pytest.mark.slow
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "forklift"
 SKILLWING = Path(sys.executable).with_name("skillwing")
 PATIENCE = 60.0
+POLL = 0.02
 HONK = """
 from skillwing.services.managers.hooks import Goal
 
@@ -93,17 +95,21 @@ class Day:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.said: list[str] = []
-        (folder / "rt").mkdir(mode=0o700)
-        self.environment = {**os.environ, "XDG_RUNTIME_DIR": str(folder / "rt"), "COLUMNS": "160"}
-        self.environment.pop("SKILLWING_CONNECT", None)
-        self.environment.pop("SKILLWING_ROBOT", None)
 
     def skillwing(self, *words: str, codes: tuple[int, ...] = (0,)) -> str:
         """Output of `skillwing WORDS...`, which has to end with one of these codes."""
         done = self._run(*words)
-        self.said += [" ".join(words), done.stdout, done.stderr]
-        assert done.returncode in codes, (words, done.stdout, done.stderr)
-        return done.stdout + done.stderr
+        return self._heard(words, done.returncode, done.stdout, done.stderr, codes)
+
+    def here(self, *words: str, codes: tuple[int, ...] = (0,)) -> str:
+        """The same in this process: a command that loads no file of the folder needs no interpreter of its own."""
+        done = run_command(*words)
+        return self._heard(words, done.code, done.out, done.error, codes)
+
+    def _heard(self, words: tuple[str, ...], code: int, output: str, errors: str, codes: tuple[int, ...]) -> str:
+        self.said += [" ".join(words), output, errors]
+        assert code in codes, (words, output, errors)
+        return output + errors
 
     def quietly(self, *words: str) -> str:
         """Standard output of a command whose words do not count."""
@@ -111,31 +117,20 @@ class Day:
 
     def _run(self, *words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            [SKILLWING, *words],
-            cwd=self.folder,
-            env=self.environment,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE,
-            check=False,
+            [SKILLWING, *words], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, check=False
         )
 
     @property
-    def processes(self) -> dict[str, Any]:
-        """The processes of the running system; empty without one."""
-        said = self.quietly("status", "--json")
-        return json.loads(said).get("processes", {}) if said.startswith("{") else {}
+    def processes(self) -> dict[str, ProcessState]:
+        """The processes of the running system, once all have started; empty without one."""
+        state = read_run_state("forklift")
+        return {each.name: each for each in state.processes} if state is not None else {}
 
     @contextmanager
     def running(self, *words: str) -> Iterator[subprocess.Popen[str]]:
         """A command beside the others; interrupted at the end, if it still runs."""
         process = subprocess.Popen(
-            [SKILLWING, *words],
-            cwd=self.folder,
-            env=self.environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
+            [SKILLWING, *words], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         try:
             yield process
@@ -149,13 +144,19 @@ class Day:
         deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, "\n".join(self.said[-6:])
+            time.sleep(POLL)
 
     def mission_is(self, phase: str) -> bool:
-        return phase in self.skillwing("mission", "watch")
+        return phase in self.here("mission", "watch")
 
 
 @pytest.fixture
-def day(tmp_path: Path) -> Day:
+def day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Day:
+    (tmp_path / "rt").mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "rt"))
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
+    monkeypatch.delenv("SKILLWING_ROBOT", raising=False)
     (tmp_path / "forklift").mkdir()
     for file in EXAMPLE.iterdir():
         shutil.copy(file, tmp_path / "forklift")
@@ -165,7 +166,7 @@ def day(tmp_path: Path) -> Day:
 @contextmanager
 def system(day: Day, *words: str) -> Iterator[None]:
     with day.running("up", "--robot", "./forklift", *words):
-        day.until(lambda: bool(day.processes) and all(each["state"] == "runs" for each in day.processes.values()))
+        day.until(lambda: bool(day.processes))
         yield
 
 
@@ -183,8 +184,8 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
     assert "problems" in day.quietly("mission", "check", "mapping", "--robot", "./forklift"), "it is a drone's"
 
     with system(day, "--mock", "drive", "pick", "place", "charge"):
-        day.skillwing("status")
-        assert "DONE" in day.skillwing("start", "honk", "duration=0.1", "--follow"), "the own manager"
+        day.here("status")
+        assert "DONE" in day.here("start", "honk", "duration=0.1", "--follow"), "the own manager"
 
     with system(day, "--mock"):
         assert "fits forklift" in day.skillwing("mission", "check", "shuttle.xml"), "the robot that runs is asked"
@@ -195,32 +196,33 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
 
         with day.running("mission", "run", "shuttle.xml", "rack=6,2,0.5") as run:
             day.until(lambda: day.mission_is("drive"))
-            day.skillwing("mission", "pause")
+            day.here("mission", "pause")
             day.until(lambda: day.mission_is("PAUSED"))
-            day.skillwing("mission", "resume")
+            day.here("mission", "resume")
             day.until(lambda: day.mission_is("RUNNING"))
-            day.skillwing("mission", "abort", "--reason", "lunch")
+            day.here("mission", "abort", "--reason", "lunch")
             assert run.wait(PATIENCE) == 1
         with day.running("mission", "run", "shuttle.xml") as run:
             day.until(lambda: day.mission_is("drive"))
             run.send_signal(signal.SIGINT)
             assert run.wait(PATIENCE) == 1
 
-        day.skillwing("trigger", "emergency_stop", "PRESSED")
-        assert "emergency_stop" in day.skillwing("start", "drive", "target=1,1,0", "--follow", codes=(4,))
-        day.skillwing("trigger", "emergency_stop", "RELEASED")
-        day.skillwing("script", "drive", "delay=600", "--always")
-        manager = day.processes["skill/drive"]["pid"]
-        day.skillwing("start", "drive", "target=1,1,0")
-        os.kill(manager, signal.SIGKILL)
-        day.until(lambda: "LOST" in day.skillwing("status", codes=(0, 1)))
+        day.here("trigger", "emergency_stop", "PRESSED")
+        assert "emergency_stop" in day.here("start", "drive", "target=1,1,0", "--follow", codes=(4,))
+        day.here("trigger", "emergency_stop", "RELEASED")
+        day.here("script", "drive", "delay=600", "--always")
+        pid = day.processes["skill/drive"].pid
+        assert pid is not None
+        day.here("start", "drive", "target=1,1,0")
+        os.kill(pid, signal.SIGKILL)
+        day.until(lambda: "LOST" in day.here("status", codes=(0, 1)))
         for command in (["top", "--once"], ["doctor"], ["resources"], ["data"]):
-            day.skillwing(*command, codes=(0, 1))
+            day.here(*command, codes=(0, 1))
         run_dir = max((day.folder / "runs").iterdir())
-        day.skillwing("down")
-    report = day.skillwing("report", str(run_dir))
+        day.here("down")
+    report = day.here("report", str(run_dir))
     assert [report.count(result) for result in ("success", "aborted", "unfinished")] == [2, 2, 0], report
-    day.skillwing("timeline", str(run_dir))
-    day.skillwing("--help")
+    day.here("timeline", str(run_dir))
+    day.here("--help")
     words = [text for text in day.said if DRONE_WORDS.search(text) or "m600" in text]
     assert words == []
