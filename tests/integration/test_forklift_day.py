@@ -186,8 +186,6 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
     with system(day, "--mock", "drive", "pick", "place", "charge"):
         day.here("status")
         assert "DONE" in day.here("start", "honk", "duration=0.1", "--follow"), "the own manager"
-
-    with system(day, "--mock"):
         assert "fits forklift" in day.skillwing("mission", "check", "shuttle.xml"), "the robot that runs is asked"
         assert "do not fit forklift" in day.quietly("mission", "list")
         for mission in ("first.xml", "fetch.py"):
