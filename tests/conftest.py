@@ -72,3 +72,15 @@ def signals_reach_what_tests_start() -> Iterator[None]:
     yield
     for number in ignored:
         signal.signal(number, signal.SIG_IGN)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def systems_of_others_are_not_found(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A system that runs on this machine is that of its user: no command of a test finds it."""
+    runtime = tmp_path_factory.mktemp("runtime")
+    runtime.chmod(0o700)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(runtime))
+        for name in ("SKILLWING_CONNECT", "SKILLWING_ROBOT"):
+            patch.delenv(name, raising=False)
+        yield
