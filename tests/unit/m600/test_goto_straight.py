@@ -34,7 +34,7 @@ class TestGotoStraight(GotoCases):
         assert blocked_after_a_blackout(no_view=False).causes == ["guidance BLOCKED", "goto_straight S_BLOCKED"]
 
     def test_blocked_for_want_of_a_view_without_a_known_loss_it_names_none(self) -> None:
-        """Also where a depth map has ended before the goal."""
+        """The depth map has ended before the goal, which has nothing to do with it."""
         drone = with_depth_map()
         drone.start_skill("zed_depthmap").interrupt().assert_ended("IT")
         drone.layer.blocked_at, drone.layer.body.no_view = 4.0, True
