@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
+from math import inf
 
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.history.history import History, is_switch
@@ -13,7 +14,8 @@ from skillwing.services.history.wording import chain_text, ends, headline
 from skillwing.services.protocol import Ending, MissionPhase, Record, RecordKind, State
 
 FAILED_ENDINGS = (Ending.INVARIANT_VIOLATED, Ending.LOST, Ending.ERROR, Ending.NOT_READY)
-"""Endings that are failures whatever the skill. `BUSY` and `NV` are replies to a wrong request, `IT` is asked for."""
+"""Endings that are failures whatever the skill. `BUSY` and `NV` are replies to a wrong request, and `IT` is asked for:
+see `_is_unplanned`."""
 FAILED_PHASES = (MissionPhase.FAILED, MissionPhase.ABORTED)
 
 
@@ -50,17 +52,23 @@ class BadChain:
 def bad_chains(
     history: History, skillset: Skillset, fault: InjectedFault | None = None, tolerance: float = 0.0
 ) -> tuple[BadChain, ...]:
-    """The bad chains of a run: those of goals' ends, switches and mission ends.
+    """The bad chains of a run.
 
+    Every chain has to be whole and to go forward. Those of failures also have to lead to what made them happen.
     tolerance: difference between the clocks of two processes [s]; none in virtual time. fault: every failure after it
-    is taken for its consequence.
+    is taken for its consequence, and so is every interruption after the first failure.
     """
-    return tuple(
-        BadChain(problem, record, history.chain(record.id))
-        for record in history.records
-        if is_end(record) or is_switch(record)
-        for problem in _problems(history, record, skillset, fault, tolerance)
-    )
+    begin = -inf if fault is None else fault.t
+    failed = {each.id: each.t for each in failures(history, skillset)}
+    first = min((t for t in failed.values() if t >= begin), default=inf)
+    bad: list[BadChain] = []
+    for record in history.records:
+        chain = history.chain(record.id)
+        problems = list(_problems_of_links(chain, tolerance))
+        if record.id in failed or _is_unplanned(chain, begin, first):
+            problems += _problems_of_root(chain, fault)
+        bad += [BadChain(problem, record, chain) for problem in problems]
+    return tuple(bad)
 
 
 def failures(history: History, skillset: Skillset) -> tuple[Record, ...]:
@@ -90,27 +98,36 @@ def is_failure(record: Record, skillset: Skillset) -> bool:
         return False
 
 
-def _problems(
-    history: History, record: Record, skillset: Skillset, fault: InjectedFault | None, tolerance: float
-) -> Iterator[ChainProblem]:
-    chain = history.chain(record.id)
+def _problems_of_links(chain: Sequence[Record], tolerance: float) -> Iterator[ChainProblem]:
     root = chain[0]
     if root.cause is not None:
         yield ChainProblem.LOOP if any(root.cause == each.id for each in chain) else ChainProblem.CUT
-    if _goes_back(chain, tolerance):
+    if any(cause.t > effect.t + tolerance for cause, effect in pairwise(chain)):
         yield ChainProblem.BACKWARDS
-    if root.cause is not None or not is_failure(record, skillset):
+
+
+def _problems_of_root(chain: Sequence[Record], fault: InjectedFault | None) -> Iterator[ChainProblem]:
+    root, effect = chain[0], chain[-1]
+    if root.cause is not None:
         return
-    if fault is not None and record.t >= fault.t:
+    if fault is not None and effect.t >= fault.t:
         if headline(ends(chain)[0]) not in fault.roots:
             yield ChainProblem.SKIPS_FAULT
     elif _is_start(root):
         yield ChainProblem.UNRELATED
 
 
-def _goes_back(chain: Iterable[Record], tolerance: float) -> bool:
-    times = [record.t for record in chain]
-    return any(cause > effect + tolerance for cause, effect in pairwise(times))
+def _is_unplanned(chain: Sequence[Record], begin: float, first: float) -> bool:
+    """True for an interruption that was asked for after the first failure, or after the fault and without a cause.
+
+    begin: time of the fault; first: that of the first failure after it.
+    """
+    effect = chain[-1]
+    if effect.kind is not RecordKind.GOAL or effect.after not in (State.INTERRUPTING, Ending.INTERRUPTED):
+        return False
+    own = [each for each in chain if each.goal_id == effect.goal_id]
+    asked = next((each.t for each in own if each.after == State.INTERRUPTING), effect.t)
+    return asked >= first or (asked >= begin and len(own) == len(chain))
 
 
 def _is_start(root: Record) -> bool:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from skill_needs import told
 from skillwing.dsl.model import Skillset
-from skillwing.services.names import skill_process
-from skillwing.services.protocol import Ending
+from skillwing.services.names import MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.launcher import ROUTER
+from skillwing.services.protocol import Ending, State
 
-NEEDED_BY = {
-    "guidance": ("takeoff", "land", "hover", "goto", "goto_straight", "return_home", "rotate_head", "lock_head"),
-    "obstacles": ("zed_depthmap", "lidar_depthmap"),
-    "mapping": ("lidar_mapping",),
-}
-"""Skills of the m600 that cannot do without a process."""
+ON_THE_WAY_OF_DATA = frozenset({"sim", "bridge", MOCKED_WORLD, ROUTER, RESOURCE_MANAGER})
+"""Processes without which data stay away, or are read late: their sources, their publishers, and their way."""
+INTERRUPTS = frozenset({MISSION, RESOURCE_MANAGER})
+"""Processes whose silence interrupts goals: an owner, and the judge of their invariants."""
 FIRST_SEEN = {
     "guidance": ("guidance ABORTED",),
     "obstacles": ("zed_depthmap S_NO_DATA", "lidar_depthmap S_NO_DATA"),
@@ -24,11 +24,14 @@ node that made the map diverge was a router that stood still."""
 def first_effects(process: str, skillset: Skillset) -> frozenset[str]:
     """Headlines of the records that failures after the fault of a process may begin with.
 
-    A killed process leaves no record itself. The manager of a skill loses its goals; a process of the functional layer
-    fails the skills that need it; goals whose mission is gone are interrupted. And data may be late.
+    A killed process leaves no record itself. The manager of a skill loses its goals. A process of the functional layer
+    fails the skills that command it. Goals are interrupted whose mission is gone, or whose invariants nobody watches.
+    And data may be late.
     """
-    stale = {f"{datum.name} STALE" for datum in skillset.data}
-    lost = {f"{skill.name} {Ending.LOST}" for skill in skillset.skills if process == skill_process(skill.name)}
-    orphaned = {f"{skill.name} {Ending.INTERRUPTED}" for skill in skillset.skills if process == "mission"}
-    failed = {f"{skill} {Ending.ERROR}" for skill in NEEDED_BY.get(process, ())}
-    return frozenset(stale | lost | orphaned | failed | {*FIRST_SEEN.get(process, ())})
+    names = [skill.name for skill in skillset.skills]
+    stale = [f"{datum.name} STALE" for datum in skillset.data if process in ON_THE_WAY_OF_DATA]
+    lost = [f"{name} {Ending.LOST}" for name in names if process == skill_process(name)]
+    stops = (State.INTERRUPTING, Ending.INTERRUPTED) if process in INTERRUPTS else ()
+    stopped = [f"{name} {state}" for name in names for state in stops]
+    failed = [f"{name} {Ending.ERROR}" for name, (asked, _) in told().items() if f"fl/{process}/command" in asked]
+    return frozenset([*stale, *lost, *stopped, *failed, *FIRST_SEEN.get(process, ())])

@@ -6,11 +6,12 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import chaos_run
 import pytest
 from first_effects import first_effects
-from flights_with_faults import FlightCell, FlightResult, Moment
+from flights_with_faults import FlightCell, FlightResult, Moment, flight_cells
 from signs import Fault, Sign
 from stand import Cell, Result, Stand
 from stand_nodes import STAND
@@ -18,6 +19,8 @@ from tables import flight_table, manager_table
 
 from cause_chains import ChainProblem, InjectedFault, bad_chains
 from skillwing.dsl import load
+from skillwing.dsl.model import Skillset
+from skillwing.m600.robot import ROBOT
 from skillwing.services.history.history import History
 from skillwing.services.protocol import Record, RecordKind
 
@@ -132,10 +135,56 @@ def test_of_repeated_cells_the_worst_is_reported() -> None:
     assert "**still flies**" in "\n".join(flight_table([replace(FLIGHT, landed=None)], 60.0))
 
 
-def test_a_failure_must_come_from_the_process_that_was_harmed() -> None:
+def record(number: int, subject: str, after: str, cause: str | None = None, **fields: Any) -> Record:
+    kind = RecordKind.DATA if after == "STALE" else RecordKind.GOAL
+    return Record(
+        id=f"p#{number}", t=1.0, source="p", kind=kind, subject=subject, before="", after=after, cause=cause, **fields
+    )
+
+
+def problems(process: str, skillset: Skillset, *records: Record) -> set[ChainProblem]:
+    fault = InjectedFault(0.5, first_effects(process, skillset))
+    return {each.problem for each in bad_chains(History.of(records, skillset=skillset), skillset, fault)}
+
+
+@pytest.mark.parametrize(
+    ("process", "permitted"),
+    [
+        ("skill/work", {"LOST"}),
+        ("skill/other", set[str]()),
+        ("router", {"RI"}),
+        ("resource_manager", {"RI", "IT"}),
+        ("mission", {"IT"}),
+        ("data_manager", set[str]()),
+        ("recorder", set[str]()),
+    ],
+)
+def test_a_failure_must_come_from_the_process_that_was_harmed(process: str, permitted: set[str]) -> None:
     skillset = load(STAND)
-    lost = Record(id="rm/1", t=1.0, source="rm", kind=RecordKind.GOAL, subject="work", before="RUNNING", after="LOST")
-    for process, problems in (("skill/work", []), ("skill/other", [ChainProblem.SKIPS_FAULT])):
-        fault = InjectedFault(0.5, first_effects(process, skillset))
-        found = bad_chains(History.of([lost], skillset=skillset), skillset, fault)
-        assert [each.problem for each in found] == problems
+    ends = {
+        "LOST": [record(1, "work", "LOST")],
+        "RI": [record(1, "level", "STALE"), record(2, "work", "RI", "p#1")],
+        "IT": [record(1, "work", "INTERRUPTING", goal_id="g"), record(2, "work", "IT", "p#1", goal_id="g")],
+    }
+    found = {end: problems(process, skillset, *records) for end, records in ends.items()}
+    assert found == {end: set() if end in permitted else {ChainProblem.SKIPS_FAULT} for end in ends}
+
+
+def test_in_a_flight_only_the_way_of_the_data_makes_them_stale_and_only_what_a_skill_commands_fails_it() -> None:
+    m600 = ROBOT.load_skillset()
+    stale = [record(1, "position", "STALE"), record(2, "goto", "RI", "p#1")]
+    processes = {cell.process for cell in flight_cells()}
+    assert {each for each in processes if not problems(each, m600, *stale)} == {
+        "sim",
+        "bridge",
+        "router",
+        "resource_manager",
+    }
+    failed = {
+        each: {skill.name for skill in m600.skills if not problems(each, m600, record(1, skill.name, "ERROR"))}
+        for each in processes
+    }
+    assert failed["obstacles"] == {"zed_depthmap", "lidar_depthmap"}
+    assert failed["mapping"] == {"lidar_mapping"}
+    assert "inspect" in failed["guidance"]
+    assert not any(failed[each] for each in processes - {"guidance", "obstacles", "mapping"})

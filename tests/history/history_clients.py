@@ -17,6 +17,8 @@ from step_order import Observed
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, NoReply, Refused, RunnableBus
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.ends import LOCAL_OUTCOMES
 from skillwing.services.journal.journal import look_into
 from skillwing.services.protocol import (
@@ -28,6 +30,7 @@ from skillwing.services.protocol import (
     ErrorReply,
     FireEvent,
     FireExtern,
+    GoalStatus,
     GoalVerdict,
     Granted,
     Keys,
@@ -37,6 +40,7 @@ from skillwing.services.protocol import (
     RenewGoal,
     ResourceStates,
     ResourceStep,
+    State,
     Terminal,
     Violated,
     decode,
@@ -283,6 +287,60 @@ class StepWatch:
             self.bus.ask(self._keys.resource_states, encode(QueryStates()), answers.append)
             self.bus.run_until(lambda asked=asked: len(answers) > asked)
         return decode(answers[-1].payload, ResourceStates)
+
+
+@dataclass
+class GoalUser:
+    """User of a real skill manager: starts its goals, interrupts some, and switches the power off under others.
+
+    heard: all statuses as they arrive, whether or not their steps have.
+    """
+
+    bus: RunnableBus
+    skillset: Skillset
+    skill: str
+    seed: int
+    heard: list[GoalStatus] = field(default_factory=list[GoalStatus])
+
+    def __post_init__(self) -> None:
+        self._random = random.Random(self.seed)
+        statuses = Keys(self.skillset.name).status(self.skill)
+        self.bus.subscribe(statuses, message_reader(GoalStatus, self.heard.append), events=True)
+        self._interface = SkillsetInterface(self.bus, self.skillset, client=self.bus.name)
+        self._wait(lambda: self._interface.ready)
+
+    def use(self, goals: int) -> None:
+        """Have so many goals, one after the other, each until its end has arrived."""
+        for _ in range(goals):
+            self.end(self.begin())
+
+    def begin(self) -> GoalHandle:
+        """Start a goal. In some cases wait until it runs, or has ended."""
+        goal = self._interface.start(self.skill)
+        if self._random.random() < 0.7:
+            self._wait(lambda: goal.done or goal.state is State.RUNNING)
+        return goal
+
+    def end(self, goal: GoalHandle) -> None:
+        """Let a goal be, interrupt it or switch the power off, and wait for its end."""
+        how = self._random.choice(("wait", "interrupt", "violate"))
+        if how == "interrupt":
+            self._interface.interrupt(goal)
+        elif how == "violate":
+            self._switch("OFF")
+        self._wait(lambda: any(status.goal_id == goal.goal_id and status.terminal for status in self.heard))
+        self._wait(lambda: goal.done)
+        if self._interface.state("power") == "OFF":
+            self._switch("ON")
+
+    def _switch(self, target: str) -> None:
+        answers: list[object] = []
+        self._interface.trigger("power", target, answers.append)
+        self._wait(lambda: bool(answers))
+
+    def _wait(self, done: Callable[[], bool]) -> None:
+        if not self.bus.run_until(done, PATIENCE):
+            raise NobodyAnswersError(f"{self.bus.name} was left without an answer for {PATIENCE:g} s.")
 
 
 def _encoded(call: Call) -> bytes:

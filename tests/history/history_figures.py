@@ -32,10 +32,12 @@ class Judged:
     published: int
     unsent: int
     ordered: bool
+    statuses: int
+    followed: bool
 
     @property
     def passed(self) -> bool:
-        return self.linearizable and self.ordered
+        return self.linearizable and self.ordered and self.followed
 
 
 def table(histories: Sequence[Judged], seconds: float) -> list[str]:
@@ -61,11 +63,18 @@ def table(histories: Sequence[Judged], seconds: float) -> list[str]:
 
 
 def _order(histories: Sequence[Judged]) -> str:
-    """Sentences on the published steps."""
+    """Sentences on the published steps and statuses."""
     published, unsent = sum(each.published for each in histories), sum(each.unsent for each in histories)
-    broken = [str(each.seed) for each in histories if not each.ordered]
-    result = f"**out of order in seed {', '.join(broken)}**" if broken else "all in order"
-    return f"An observer heard {published:,} steps, {result}. Kills left {unsent:,} stored steps unsent."
+    steps = _seeds("out of order", [each for each in histories if not each.ordered]) or "all in order"
+    statuses = _seeds("out of order", [each for each in histories if not each.followed]) or "all after their steps"
+    return (
+        f"An observer heard {published:,} steps, {steps}. Kills left {unsent:,} stored steps unsent. "
+        f"Another heard {sum(each.statuses for each in histories):,} statuses of a real skill manager, {statuses}."
+    )
+
+
+def _seeds(problem: str, broken: Sequence[Judged]) -> str:
+    return f"**{problem} in seed {', '.join(str(each.seed) for each in broken)}**" if broken else ""
 
 
 def _result(histories: Sequence[Judged]) -> str:

@@ -16,10 +16,10 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from history_clients import Client, Goal, LossWatch, StepWatch
+from history_clients import Client, Goal, GoalUser, LossWatch, StepWatch
 from history_figures import MARKS, Judged, table
 from linearizability import Verdict, check
 from sequential_manager import Call, Lose, Reply, SequentialManager, Told
@@ -27,15 +27,21 @@ from step_order import Observed, StepOrder, judge_order
 
 from skillwing.dsl import load
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import RecordOutcome
 from skillwing.services.robot import ProcessSpec
 from skillwing.services.terminal.doc_sections import page_with
 
 WORKSHOP = Path(__file__).parent / "workshop.skillset"
+SCRIPT = WORKSHOP.with_suffix(".mock.toml")
 HONEST = "skillwing.services.managers.resource_manager:make_resource_manager"
 ROBOT = "workshop"
+SKILL = "lift"
+"""Skill of the real skill manager."""
+HONEST_SKILL = "skillwing.services.mocking.system:make_mock_skill_process"
+GOALS = 40
+"""Goals of the real skill manager in each history."""
 PATIENCE_WITH_THE_CROWD = 240.0
 """Wall seconds until a run counts as stuck."""
 
@@ -86,8 +92,7 @@ def record(
     """
     skillset = load(WORKSHOP)
     journal_file = run_dir / "journal.sqlite" if journal else None
-    options = {"skillset": str(WORKSHOP), **({"journal": str(journal_file)} if journal_file else {})}
-    spec = ProcessSpec(RESOURCE_MANAGER, factory, options)
+    spec = _resource_manager(factory, journal_file)
     with Launcher(ROBOT, skillset.name, run_dir, clock="wall") as launcher:
         launcher.start((spec,))
         buses = [ZenohBus(f"client{number}", ROBOT, launcher.endpoint) for number in range(clients)]
@@ -112,6 +117,38 @@ def record(
             bus.close()
     history = [told for client in crowd for told in client.notebook.operations]
     return Recorded((*history, *losses.operations(history)), seconds, kills, observed)
+
+
+def record_goals(
+    run_dir: Path, *, seed: int = 0, goals: int = GOALS, kills: int = 0, factory: str = HONEST_SKILL
+) -> Observed:
+    """Steps of the resource manager and statuses of one real skill manager, which is made by `factory`.
+
+    kills: how often the resource manager is killed with -9, each time while a goal may run.
+    """
+    skillset, journal = load(WORKSHOP), run_dir / "journal.sqlite"
+    spec = _resource_manager(HONEST, journal)
+    options = {"skillset": str(WORKSHOP), "skill": SKILL, "scripts": [str(SCRIPT)], "seed": seed}
+    with Launcher(ROBOT, skillset.name, run_dir, clock="wall") as launcher:
+        launcher.start((spec, ProcessSpec(skill_process(SKILL), factory, options)))
+        ear = ZenohBus("ear", ROBOT, launcher.endpoint)
+        steps, user = StepWatch(ear, skillset), GoalUser(ear, skillset, SKILL, seed)
+        for _ in range(kills):
+            user.use(goals // (kills + 1))
+            goal = user.begin()
+            os.kill(launcher.pids[RESOURCE_MANAGER], signal.SIGKILL)
+            _listen(ear, lambda: not launcher.running(RESOURCE_MANAGER))
+            launcher.start((spec,))
+            user.end(goal)
+        user.use(goals // (kills + 1))
+        observed = replace(steps.observed(journal, kills), statuses=tuple(user.heard))
+        ear.close()
+    return observed
+
+
+def _resource_manager(factory: str, journal: Path | None) -> ProcessSpec:
+    options = {"skillset": str(WORKSHOP), **({"journal": str(journal)} if journal else {})}
+    return ProcessSpec(RESOURCE_MANAGER, factory, options)
 
 
 def _listen(ear: ZenohBus, done: Callable[[], bool]) -> None:
@@ -150,10 +187,12 @@ def main(arguments: list[str] | None = None) -> int:
             recorded = record(
                 Path(folder), seed=seed, clients=wanted.clients, operations=wanted.operations, kills=kills
             )
-        verdict, order = recorded.check(), recorded.check_order()
+        with tempfile.TemporaryDirectory() as folder:
+            goals = record_goals(Path(folder), seed=seed, kills=kills)
+        verdict, order, order_of_goals = recorded.check(), recorded.check_order(), judge_order(goals, ())
         told = f"{len(recorded.history)} operations in {recorded.seconds:.1f} s, {kills} kills, "
         sys.stdout.write(f"seed {seed}: {told}{recorded.unanswered} unanswered: {verdict}\n")
-        sys.stdout.writelines(f"    {problem}\n" for problem in order.problems)
+        sys.stdout.writelines(f"    {problem}\n" for problem in (*order.problems, *order_of_goals.problems))
         judged.append(
             Judged(
                 seed=seed,
@@ -166,6 +205,8 @@ def main(arguments: list[str] | None = None) -> int:
                 published=len(recorded.observed.steps),
                 unsent=order.missing_steps,
                 ordered=not order.problems,
+                statuses=len(goals.statuses),
+                followed=not order_of_goals.problems,
             )
         )
         if not judged[-1].passed:

@@ -1,4 +1,5 @@
-"""Published steps of a resource manager, held to its replies and to its journal (rule 11 of docs/semantics.md).
+"""Published steps of a resource manager, held to its replies, its journal and the goals' statuses (rule 11 of
+docs/semantics.md).
 
 Pure: what an observer has heard, a history, sentences about what does not fit.
 """
@@ -11,7 +12,8 @@ from itertools import chain
 
 from sequential_manager import Reply
 
-from skillwing.services.protocol import Ended, ErrorReply, RecordKind, ResourceStates, ResourceStep
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import Ended, ErrorReply, GoalStatus, RecordKind, ResourceStates, ResourceStep
 
 
 @dataclass(frozen=True)
@@ -19,13 +21,15 @@ class Observed:
     """Knowledge of an observer of a history.
 
     begun: states before the first call. steps: in the order of their arrival. stored: ids of the timeline records in
-    the journal, in order; None without a journal. kills: how often the process was killed.
+    the journal, in order; None without a journal. kills: how often the process was killed. statuses: of the goals of
+    real skill managers.
     """
 
     begun: ResourceStates
     steps: tuple[ResourceStep, ...]
     stored: tuple[str, ...] | None
     kills: int = 0
+    statuses: tuple[GoalStatus, ...] = ()
 
 
 @dataclass
@@ -49,6 +53,7 @@ class StepOrder:
             self._problems_of_numbers(),
             self._problems_of_states([reply for reply in told if isinstance(reply, ResourceStates)]),
             self._problems_of_verdicts(told),
+            self._problems_of_statuses(),
             self._problems_of_journal(),
         )
 
@@ -119,6 +124,20 @@ class StepOrder:
             if step is None or verdict.record not in {record.id for record in step.records}:
                 yield f"The verdict {verdict} has no record in step {verdict.step}."
 
+    def _problems_of_statuses(self) -> Iterator[str]:
+        """A status that follows from a step names it, or a later one of its goal."""
+        steps = {record.id: step.number for step in self._steps.values() for record in step.records}
+        latest = max(self._steps, default=self.observed.begun.step)
+        for status in self.observed.statuses:
+            told = f"The status {status.label} of {status.goal_id} names step {status.after_step}"
+            if status.after_step > latest:
+                yield f"{told}: the last one was {latest}."
+            if status.cause in steps:
+                if status.after_step < steps[status.cause]:
+                    yield f"{told}. Its cause belongs to step {steps[status.cause]}."
+            elif _is_of_a_step(status.cause) and status.cause not in (self.observed.stored or ()):
+                yield f"{told}. No step has its cause, {status.cause}."
+
     def _problems_of_journal(self) -> Iterator[str]:
         """Published steps equal stored ones, and each missing step was stored as well."""
         if self.observed.stored is None:
@@ -145,6 +164,11 @@ class StepOrder:
 def _is_return(step: ResourceStep) -> bool:
     """True for the step by which a process continues from its journal."""
     return any(record.kind is RecordKind.PROCESS and record.after == "RESUMED" for record in step.records)
+
+
+def _is_of_a_step(record: str | None) -> bool:
+    """True for the id of a record of the resource manager."""
+    return record is not None and record.partition("~")[0] == RESOURCE_MANAGER
 
 
 def judge_order(observed: Observed, replies: Iterable[Reply]) -> StepOrder:

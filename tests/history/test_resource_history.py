@@ -9,10 +9,11 @@ import os
 from pathlib import Path
 
 import pytest
-from history_run import record
+from history_run import record, record_goals
 from sequential_manager import Told
+from step_order import Observed, judge_order
 
-from skillwing.services.protocol import Granted
+from skillwing.services.protocol import Ending, Granted
 
 pytestmark = pytest.mark.slow
 
@@ -69,6 +70,26 @@ def test_a_manager_that_leaves_out_numbers_after_a_kill_is_found_out(tmp_path: P
     """A step may be missing only if it was stored."""
     recorded = record(tmp_path, seed=6, operations=60, kills=1, factory="untrustworthy:make_skips_numbers")
     assert "records were stored" in " ".join(recorded.check_order().problems)
+
+
+@pytest.mark.parametrize("kills", [0, 1])
+def test_each_status_of_a_real_goal_names_the_step_that_it_follows_from(tmp_path: Path, kills: int) -> None:
+    observed = record_goals(tmp_path, seed=1, goals=20, kills=kills)
+    assert judge_order(observed, ()).problems == []
+    ends = {status.terminal.ending for status in observed.statuses if status.terminal is not None}
+    assert ends >= {Ending.SUCCEEDED, Ending.INTERRUPTED, Ending.INVARIANT_VIOLATED}
+    assert follows(observed) > 20
+
+
+def test_a_skill_manager_that_names_earlier_steps_is_found_out(tmp_path: Path) -> None:
+    observed = record_goals(tmp_path, seed=8, goals=10, factory="untrustworthy:make_names_earlier_steps")
+    assert "Its cause belongs to step" in " ".join(judge_order(observed, ()).problems)
+
+
+def follows(observed: Observed) -> int:
+    """Number of statuses whose cause is in a published step."""
+    records = {record.id for step in observed.steps for record in step.records}
+    return sum(status.cause in records for status in observed.statuses)
 
 
 def granted(history: tuple[Told, ...]) -> int:

@@ -8,7 +8,7 @@ import pytest
 from sequential_manager import Reply
 from step_order import Observed, judge_order
 
-from skillwing.services.protocol import Granted, Record, RecordKind, ResourceStates, ResourceStep
+from skillwing.services.protocol import GoalStatus, Granted, Record, RecordKind, ResourceStates, ResourceStep, State
 
 EPOCH = "e"
 
@@ -105,3 +105,45 @@ def test_replies_after_a_missing_step_have_to_agree_with_each_other() -> None:
 )
 def test_steps_that_differ_from_the_journal(steps: Sequence[ResourceStep], stored: Sequence[int]) -> None:
     assert len(problems(steps, [], stored, kills=1)) == 1
+
+
+def status(after_step: int, cause: str | None) -> GoalStatus:
+    return GoalStatus(goal_id="g", skill="lift", state=State.RUNNING, t=0.0, cause=cause, after_step=after_step)
+
+
+def problems_of(*statuses: GoalStatus, stored: tuple[str, ...] | None = None, kills: int = 0) -> list[str]:
+    steps = (step_of("resource_manager~a#1", 8), step_of("resource_manager~a#2", 9))
+    return judge_order(Observed(states(7, "ON"), steps, stored, kills, statuses), []).problems
+
+
+def step_of(record_id: str, number: int) -> ResourceStep:
+    record = Record(
+        id=record_id, t=0.0, source="rm", kind=RecordKind.GOAL, subject="lift", before=None, after="GRANTED"
+    )
+    return ResourceStep(number=number, epoch=EPOCH, t=0.0, records=(record,))
+
+
+def test_statuses_that_name_the_step_of_their_cause_or_a_later_one() -> None:
+    asked, granted, runs = status(0, "client~b#1"), status(8, "resource_manager~a#1"), status(8, "skill/lift~c#1")
+    assert problems_of(asked, granted, runs, status(9, "resource_manager~a#2")) == []
+    assert problems_of(status(9, "resource_manager~a#1"), status(0, None)) == []
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        (status(8, "resource_manager~a#2"), "names step 8. Its cause belongs to step 9."),
+        (status(0, "resource_manager~a#1"), "names step 0. Its cause belongs to step 8."),
+        (status(10, "resource_manager~a#2"), "names step 10: the last one was 9."),
+        (status(9, "resource_manager~a#3"), "names step 9. No step has its cause, resource_manager~a#3."),
+    ],
+)
+def test_statuses_that_do_not_name_their_step(wrong: GoalStatus, problem: str) -> None:
+    (found,) = problems_of(wrong)
+    assert problem in found
+
+
+def test_a_status_may_follow_from_a_step_that_was_stored_and_not_sent() -> None:
+    stored = tuple(f"resource_manager~a#{number}" for number in (1, 2, 3))
+    found = problems_of(status(9, "resource_manager~a#3"), stored=stored, kills=1)
+    assert not any("its cause" in problem.lower() for problem in found)

@@ -1,4 +1,4 @@
-"""Resource managers that lie now and then: the check has to find out."""
+"""Managers that lie now and then: the check has to find out."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ from skillwing.services.core.snapshot import Snapshot
 from skillwing.services.journal.journal import Journal
 from skillwing.services.journal.schema import Identity
 from skillwing.services.managers.resource_manager import ResourceManagerNode
+from skillwing.services.mocking.fitting import fit_script
+from skillwing.services.mocking.script_file import load_scripts
+from skillwing.services.mocking.skill import MockSkillNode
 from skillwing.services.protocol import (
     Ended,
     EndGoal,
     GoalCall,
+    GoalStatus,
     GoalVerdict,
     Granted,
     Keys,
@@ -201,6 +205,21 @@ class SkipsNumbers(ResourceManagerNode):
 
     def _resume(self, snapshot: Snapshot) -> None:
         super()._resume(msgspec.structs.replace(snapshot, step=snapshot.step + OFTEN))
+
+
+class NamesEarlierSteps(MockSkillNode):
+    """Publishes the ends of its goals with the number of the step before."""
+
+    def _publish(self, status: GoalStatus) -> None:
+        super()._publish(
+            msgspec.structs.replace(status, after_step=status.after_step - 1) if status.terminal else status
+        )
+
+
+def make_names_earlier_steps(options: dict[str, Any]) -> MockSkillNode:
+    skillset = load(options["skillset"])
+    script = load_scripts([Path(script) for script in options["scripts"]], skillset)
+    return NamesEarlierSteps(skillset, options["skill"], fit_script(script, skillset))
 
 
 def make_loses_steps(options: dict[str, Any]) -> ResourceManagerNode:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import pytest
 from observed_network import ObservedNetwork
-from skill_needs import seen, told
 
+from skill_needs import seen, told
 from skillwing.m600.robot import ROBOT
 from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.topics.flight import AUTOPILOT_SETPOINT

@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from observed_network import ObservedNetwork
-from skill_needs import seen, told
 
+from skill_needs import seen, told
 from skillwing.m600.robot import ROBOT as M600
 from skillwing.onboard.interface.table import TOPICS
 from skillwing.onboard.topics.common import Vector3

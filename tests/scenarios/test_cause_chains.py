@@ -125,6 +125,33 @@ def test_the_audit_finds_a_cause_that_nobody_has_recorded() -> None:
     assert ChainProblem.CUT in planted("VIOLATED", lambda record: replace(record, cause="nobody#1"))
 
 
+def test_the_audit_finds_an_interruption_that_does_not_lead_to_the_failure() -> None:
+    """The mission stops its other skills because of the failure."""
+    for state in ("INTERRUPTING", "IT"):
+        assert ChainProblem.SKIPS_FAULT in planted(state, lambda record: replace(record, cause=None))
+        assert ChainProblem.SKIPS_FAULT in planted(state, lambda record: replace(record, cause=start_of(record)))
+
+
+def test_the_audit_finds_an_interruption_without_a_cause_also_where_nothing_has_failed() -> None:
+    flight = MISSIONS["mapping"](1)
+    flight.fly()
+    stop = max((each for each in flight.records if each.after == "INTERRUPTING"), key=lambda record: record.t)
+    fault = InjectedFault(stop.t - 1.0, frozenset())
+    assert audit(flight.records, fault) == ()
+    records = [replace(each, cause=None) if each is stop else each for each in flight.records]
+    bad = audit(records, fault)
+    assert {(each.record.after, each.problem) for each in bad} == {
+        ("INTERRUPTING", ChainProblem.SKIPS_FAULT),
+        ("IT", ChainProblem.SKIPS_FAULT),
+    }
+
+
+def test_the_audit_finds_a_change_of_a_resource_whose_cause_is_unknown_or_later() -> None:
+    last = camera_fails()[-1]
+    assert planted("NONE", lambda record: replace(record, cause="nobody#1")) == {ChainProblem.CUT}
+    assert ChainProblem.BACKWARDS in planted("NONE", lambda record: replace(record, cause=last.id))
+
+
 def test_the_audit_finds_a_chain_that_leads_back_to_itself() -> None:
     assert ChainProblem.LOOP in planted("RI", lambda record: replace(record, cause=record.id))
 

@@ -48,13 +48,19 @@ class Holder:
     stopped_at: float = 0.0
     authority_lost: bool = False
     text: str = ""
+    no_view: bool = False
 
     @property
     def status(self) -> AxisStatus:
         lost = self.authority_lost and self.state is MotionState.ABORTED
         text = "the safety pilot has taken over" if lost else self.text
         return AxisStatus(
-            goal_id=self.goal_id, state=self.state, remaining=self.remaining, text=text, authority_lost=lost
+            goal_id=self.goal_id,
+            state=self.state,
+            remaining=self.remaining,
+            text=text,
+            authority_lost=lost,
+            no_view=self.no_view and self.state is MotionState.BLOCKED,
         )
 
 

@@ -233,6 +233,7 @@ def test_an_obstacle_on_the_way_ends_the_motion_at_a_distance() -> None:
     rig.fly_until(MotionState.BLOCKED)
     assert 1.5 < 8.0 - rig.sim.motion.position[0] < 3.5
     assert "obstacle" in rig.status.body.text
+    assert not rig.status.body.no_view
     free = rig.status.free_distance
     assert free is not None
     assert 1.5 < free < 3.5
@@ -252,6 +253,7 @@ def test_a_view_that_does_not_come_back_blocks_the_motion() -> None:
     rig.fly_until(MotionState.WAITING, seconds=8.0)
     rig.fly_until(MotionState.BLOCKED, seconds=20.0)
     assert "no view" in rig.status.body.text
+    assert rig.status.body.no_view
 
 
 def test_without_a_fresh_view_it_waits_and_then_goes_on() -> None:

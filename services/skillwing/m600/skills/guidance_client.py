@@ -9,6 +9,7 @@ from typing import Any
 from skillwing.m600.functional_layer_client import SentCommand, send_command
 from skillwing.m600.keys import KEYS
 from skillwing.m600.latest import Latest
+from skillwing.m600.skills.view_loss import ViewLoss
 from skillwing.onboard.topics.guidance import (
     GUIDANCE_COMMAND,
     GUIDANCE_STATUS,
@@ -58,13 +59,19 @@ class GuidanceClient:
     A motion that is ABORTED because the authority is lost is reported after `VERDICT_PATIENCE` only. The resource
     manager ends such a goal (`RI`), but guidance may hear of the pilot before it, and a drone at rest aborts at once.
 
+    view: observes the depth map while the goal flies. Its loss is the cause of a motion that ends for want of a view.
     record: timeline record of the reason for which the goal's motion ended early; None if it did not. why: that reason
     in words, empty if guidance gave none.
     """
 
     def __init__(
-        self, hooks: SkillHooks[Any, Any, Any], axis: Axis, on_report: Callable[[Goal[Any], AxisStatus], None]
+        self,
+        hooks: SkillHooks[Any, Any, Any],
+        axis: Axis,
+        on_report: Callable[[Goal[Any], AxisStatus], None],
+        view: ViewLoss | None = None,
     ) -> None:
+        self._view = view
         self._hooks, self._bus, self._axis, self._on_report = hooks, hooks.bus, axis, on_report
         self._status = Latest(hooks.bus, GUIDANCE_STATUS, GuidanceStatus, self._receive, at_rest=True)
         self._goal: Goal[Any] | None = None
@@ -106,6 +113,8 @@ class GuidanceClient:
         self._forget()
         self._goal = goal
         self._status.follow()
+        if self._view is not None:
+            self._view.follow()
         self._named_at = self._bus.now()
         self._watchdog = self._bus.every(SILENCE_LIMIT / 4, self._watch)
         self._send(goal, motion, self._accepted, on_refused or self._refused)
@@ -127,6 +136,8 @@ class GuidanceClient:
         given_back = self._given_back
         self._forget()
         self._status.rest()
+        if self._view is not None:
+            self._view.rest()
         if given_back:
             return
         # Not cancelled by the next goal: its command has a newer token, so guidance refuses this one after it.
@@ -178,8 +189,9 @@ class GuidanceClient:
     def _report(self, goal: Goal[Any], axis: AxisStatus) -> None:
         if axis.state in ENDED_EARLY and self.record is None:
             self.why = axis.text
+            cause = self._view.record if self._view is not None and axis.no_view else None
             self.record = self._timeline.record(
-                RecordKind.HEALTH, SUBJECT, None, axis.state, text=axis.text, goal_id=goal.id
+                RecordKind.HEALTH, SUBJECT, None, axis.state, text=axis.text, cause=cause, goal_id=goal.id
             )
         self._on_report(goal, axis)
 

@@ -8,6 +8,7 @@ from skillwing.m600.generated.types import Position
 from skillwing.m600.geofence import GeofenceChecker
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.position_tracker import PositionTracker
+from skillwing.m600.skills.view_loss import ViewLoss
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.guidance import AxisStatus, FlyTo, MotionState, YawMode
 from skillwing.services.managers.hooks import F, I, O
@@ -20,7 +21,7 @@ class MotionManager(SkillHooks[I, O, F]):
     `arrived`, `blocked` or `aborted`, with the drone at rest."""
 
     def setup(self) -> None:
-        self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance)
+        self.guidance = GuidanceClient(self, Axis.BODY, self._on_guidance, ViewLoss(self.bus))
         self.tracker = PositionTracker(self)
         self.fence = GeofenceChecker(self.bus)
 

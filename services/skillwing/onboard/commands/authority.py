@@ -9,6 +9,8 @@ from skillwing.services.protocol import ErrorCode
 TAKEN_OVER = "the safety pilot has taken over"
 REVOKED = "its authority was revoked"
 """Reasons of a motion that ends because its goal may no longer command it."""
+NO_VIEW = "no view of the way ahead"
+"""Begin of the reason of a motion that ends because nothing looks along its way."""
 REMEMBERED = 100
 """Most revocations kept while no goal takes the authority."""
 
@@ -64,5 +66,10 @@ class CommandAuthority:
     def status(self) -> AxisStatus:
         lost = self.state is MotionState.ABORTED and self.text in (TAKEN_OVER, REVOKED)
         return AxisStatus(
-            goal_id=self.goal, state=self.state, remaining=self.remaining, text=self.text, authority_lost=lost
+            goal_id=self.goal,
+            state=self.state,
+            remaining=self.remaining,
+            text=self.text,
+            authority_lost=lost,
+            no_view=self.state is MotionState.BLOCKED and self.text.startswith(NO_VIEW),
         )

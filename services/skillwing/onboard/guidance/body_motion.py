@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from skillwing.onboard.commands.authority import CommandAuthority
+from skillwing.onboard.commands.authority import NO_VIEW, CommandAuthority
 from skillwing.onboard.frames.vectors import Vector, norm, scale, subtract, wrap
 from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
@@ -345,7 +345,7 @@ class BodyMotion:
         if self._monitor.may_go_on(t):
             self._begin_leg(path.end, navigation, t)
         elif t - path.began > path.profile.duration + PATIENCE:
-            self.axis.become(MotionState.BLOCKED, f"no view of the way ahead for {PATIENCE:g} s")
+            self.axis.become(MotionState.BLOCKED, f"{NO_VIEW} for {PATIENCE:g} s")
 
     def _advance_path(self, t: float, navigation: Navigation, path: Path) -> None:
         position, velocity, _ = path.at(t)

@@ -92,13 +92,14 @@ class AxisStatus(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """Holder and progress of the body axes or of the heading. `remaining` is in m, or rad for the heading.
 
     `authority_lost`: an ABORTED motion lost its authority, to the safety pilot or to the resource manager. The resource
-    manager ends such a goal."""
+    manager ends such a goal. `no_view`: a BLOCKED motion ended because the way ahead was not in view."""
 
     goal_id: Label | None
     state: MotionState
     remaining: float
     text: str = ""
     authority_lost: bool = False
+    no_view: bool = False
 
 
 class GuidanceStatus(Message, frozen=True, kw_only=True):

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from pathlib import Path
-
-from observed_network import ObservedNetwork
+from typing import TYPE_CHECKING
 
 from skillwing.services.names import skill_process
 
-PAGE = Path(__file__).parents[2] / "docs" / "functional-layer.md"
+if TYPE_CHECKING:
+    from observed_network import ObservedNetwork
+
+PAGE = Path(__file__).parents[1] / "docs" / "functional-layer.md"
 Needs = dict[str, tuple[set[str], set[str]]]
 """Keys by skill: those that it queries, and those that it follows."""
 
