@@ -34,13 +34,15 @@ UNKNOWN_GOAL = "UNKNOWN_GOAL"
 """Code of the refusal by a manager that does not know the goal: it was replaced, and the goal is lost."""
 LOST = {"ending": "LOST", "result": None, "success": False}
 PAUSE = 0.5
-"""Time before that [s]."""
+"""Time before that [s], and between two questions whether a lost goal is released."""
 PATIENCE = 2.0
 """Time without a message after which the client asks for the goal's state [s]."""
 ORDER = ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING", "TERMINATED")
 """States of a goal in their order. Replies and events come on different ways: an older state is no news."""
 ATTEMPTS = 5
 """Consecutive requests without a reply after which the robot counts as gone."""
+HELD = 20
+"""Replies that a lost goal still holds its resources, after which it is printed as lost all the same."""
 
 
 class RefusedError(Exception):
@@ -88,6 +90,7 @@ class Skill:
         self._session = session
         self._schema = schema
         self._skillset = skillset
+        self._skill = skill
         self._prefix = f"{skillset}/skill/{skill}"
         self._news: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._step, self._epoch = 0, ""
@@ -117,8 +120,7 @@ class Skill:
             except RefusedError as error:
                 if error.code != UNKNOWN_GOAL:
                     raise
-                # The manager was replaced. What the goal had taken is released by the resource manager.
-                news = {"goal_id": goal_id, "state": "TERMINATED", "terminal": {**LOST, "reason": str(error)}}
+                news = self._lose(goal_id, str(error))
             if "number" in news:
                 self._take_step(news)
             elif news["goal_id"] == goal_id and "state" not in news:
@@ -131,6 +133,19 @@ class Skill:
                 said = ORDER.index(news["state"])
                 if news.get("terminal"):
                     return news["terminal"]
+
+    def _lose(self, goal_id: str, reason: str) -> dict[str, Any]:
+        """The end of a goal whose manager was replaced, after the states in which its resources are released."""
+        for _ in range(HELD):
+            (skill,) = ask(self._session, f"{self._skillset}/resource/ready", {"skill": self._skill})["skills"]
+            running = skill["running"]
+            if running is None or running["goal_id"] != goal_id:
+                break
+            time.sleep(PAUSE)
+        else:
+            reason += " Its resources may still be taken."
+        self._print_states()
+        return {"goal_id": goal_id, "state": "TERMINATED", "terminal": {**LOST, "reason": reason}}
 
     def _next_news(self, goal_id: str) -> dict[str, Any]:
         """The next message, or the reply to a request. The goal is over when its status says so, not before."""

@@ -19,6 +19,9 @@ from skillwing.services.protocol import (
     Violated,
 )
 
+AWAY = 3.0
+"""Time after which a client has found the loss of a goal, and before which it shows one without its states [s]."""
+
 
 def asked_states(system: System) -> ResourceStates:
     states = system.asked_states()
@@ -181,3 +184,28 @@ def test_a_client_shows_no_status_before_the_states_that_it_follows_from(system:
     follows = {status.record: status.after_step for status in system.statuses}
     assert [(record, step) for record, step, _ in shown if follows[record] > step] == []
     assert {record: lamp for record, _, lamp in shown}[goal.record or ""] == "DARK"
+
+
+def test_a_client_shows_a_loss_of_its_own_after_the_release_of_what_the_goal_held(system: System) -> None:
+    """Both managers are gone, so that the client finds the loss first. Nothing is released until one is back."""
+    bus = system.stage.bus("watcher")
+    watcher = SkillsetInterface(bus, system.skillset, client="watcher", owns_goals=True)
+    shown: list[tuple[str, str]] = []
+    try:
+        assert bus.run_until(lambda: watcher.ready, PATIENCE)
+        goal = watcher.start("look")
+        assert bus.run_until(lambda: goal.state is State.RUNNING, PATIENCE)
+        assert watcher.states["lamp"] == "LIT"
+        goal.on_change(
+            lambda goal: shown.append((goal.terminal.label if goal.terminal else "", watcher.states["lamp"]))
+        )
+        for process in ("resource_manager", "skill/look"):
+            system.stage.kill(process)
+        bus.run_until(lambda: goal.done, AWAY)
+        assert shown == []
+        system.stage.restart("resource_manager")
+        assert bus.run_until(lambda: goal.done, PATIENCE)
+    finally:
+        system.stage.restart("skill/look")
+        bus.close()
+    assert shown == [("LOST", "DARK")]

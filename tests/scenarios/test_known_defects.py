@@ -98,7 +98,7 @@ def test_no_flight_home_begins_with_a_critical_battery(short_flight: MockScript,
 
 @pytest.mark.parametrize("jitter", JITTERS)
 def test_without_the_order_of_messages_flights_home_do_begin(short_flight: MockScript, jitter: float) -> None:
-    """The test before would find it."""
+    """The test above fails without this rule."""
     with patch.object(CausalView, "take_status", lambda view, status: (status,)):
         assert any(returns_home_with_a_critical_battery(short_flight, seed, jitter) for seed in SEEDS)
 

@@ -446,6 +446,18 @@ def test_a_mission_that_ends_in_the_air_after_all_is_landed_by_its_rescue(then: 
     assert flight.idle
 
 
+def test_a_mission_that_waits_for_the_robots_report_of_its_place_says_so() -> None:
+    flight = Flight(
+        mission=ShortHop(whole=lambda context: Closed(in_order("hidden", take_off(context), Success("done"))))
+    )
+    flight.fly()
+    texts = [status.text for status in flight.statuses]
+    waiting = texts.index("done; waiting for the robot's report of `flight_status` (in the air so far)")
+    assert texts[waiting + 1].startswith("done; it ended in the air; landing")
+    waited = flight.statuses[waiting + 1].t - flight.statuses[waiting].t
+    assert waited == pytest.approx(mission_run.ARRIVAL_REPORT, abs=0.01), "robot time"
+
+
 def test_a_mission_that_ends_because_the_pilot_has_the_drone_leaves_it_to_him() -> None:
     def whole(context: MissionContext) -> Behaviour:
         flight = in_order("hop", take_off(context), hold(context))

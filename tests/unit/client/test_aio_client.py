@@ -5,15 +5,18 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 from lift_robot import MockedLift
 
 from skillwing.dsl.model import UnknownNameError
+from skillwing.services.bus import Handle, RunnableBus, Sample
 from skillwing.services.client.aio import Client
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidInputError, RefusedError, SkillwingError
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.protocol import Ending
+from skillwing.services.protocol import Ending, Keys
 
 Generated = Callable[[str], Any]
 Scenario = Callable[[Any, Any], Coroutine[Any, Any, None]]
@@ -223,3 +226,43 @@ def test_a_running_goal_takes_new_inputs(generated: Generated) -> None:
         assert (await goal).output.stopped_at == types.Place(floor=7)
 
     play(generated, scenario, MockRun(delay=5.0, output={"stopped_at": {"input": "place"}}))
+
+
+class BusWithoutSteps:
+    """A bus on which each step of the resource manager gets lost: a reply with the states releases the statuses."""
+
+    def __init__(self, bus: RunnableBus) -> None:
+        self._bus = bus
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+    def subscribe(self, key_expression: str, on_sample: Callable[[Sample], None], **options: Any) -> Handle:
+        lost = key_expression == Keys("lift").resource_steps
+        return self._bus.subscribe(key_expression, (lambda sample: None) if lost else on_sample, **options)
+
+
+def test_no_task_sees_a_goals_end_before_the_states_of_its_step(generated: Generated) -> None:
+    """A task may run between any two calls that the loop was given."""
+
+    async def main() -> None:
+        system = MockedLift(MockScript(skills={"go": (MockRun(delay=0.5),)}))
+        bus: Any = BusWithoutSteps(system.network.bus("script"))
+        interface = SkillsetInterface(bus, system.skillset, client="script")
+        assert system.network.run_until(lambda: interface.ready, 5.0)
+        calls: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
+        seen: list[tuple[bool, str]] = []
+        with patch.object(
+            asyncio.get_running_loop(), "call_soon_threadsafe", lambda *call: calls.append((call[0], call[1:]))
+        ):
+            client = Client(bus, interface)
+            lift = generated("aio").Lift(client)
+            goal = lift.go(place=generated("types").Place(floor=3))
+            system.network.run_for(5.0)
+        for call, arguments in calls:
+            call(*arguments)
+            seen.append((goal.done, lift.resources.motor.state))
+        assert (False, "USED") in seen
+        assert {motor for done, motor in seen if done} == {"FREE"}
+
+    asyncio.run(main())

@@ -120,6 +120,7 @@ class Desk:
             client="mission",
             manager_alive=lambda: self.alive,
             take_reply=self._take_reply,
+            after_release=lambda skill, goal_id, then: then(""),
             on_change=lambda handle: self.changes.append(
                 handle.terminal.label if handle.terminal else handle.state or ""
             ),

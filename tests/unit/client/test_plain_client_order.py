@@ -101,16 +101,35 @@ def test_a_state_that_is_older_than_the_last_one_is_not_printed(
     assert told == [None, "RUNNING", "TERMINATED"]
 
 
-def test_a_goal_that_its_manager_does_not_know_is_lost(
-    heard: tuple[Network, Any], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("replies", [0, 2, 1000])
+def test_a_goal_that_its_manager_does_not_know_is_lost_after_its_release(
+    capsys: pytest.CaptureFixture[str],
+    heard: tuple[Network, Any],
+    monkeypatch: pytest.MonkeyPatch,
+    replies: int,
 ) -> None:
+    """replies: number of replies of the resource manager that the goal still holds its grant."""
     _, client = heard
-    refusal = {"message": "`drive` knows of no goal g.", "help": "Start one.", "code": "UNKNOWN_GOAL"}
+    asked: list[str] = []
 
-    def refuse(*_: Any) -> None:
-        raise plain_client.RefusedError(refusal)
+    def ask(session: Network, key: str, request: dict[str, Any]) -> dict[str, Any]:
+        asked.append(key)
+        if key == "rover/skill/drive/goal":
+            refusal = {"message": "`drive` knows of no goal g.", "help": "Start one.", "code": "UNKNOWN_GOAL"}
+            raise plain_client.RefusedError(refusal)
+        if key == "rover/resource/ready":
+            held = asked.count(key) <= replies
+            session.step = 6 if held else 7
+            return {"skills": [{"skill": "drive", "running": {"goal_id": "g"} if held else None}]}
+        return {"step": session.step, "epoch": "e", "states": {"wheels": f"after {session.step}"}}
 
-    monkeypatch.setattr(plain_client, "ask", refuse)
+    monkeypatch.setattr(plain_client, "ask", ask)
     monkeypatch.setattr(plain_client, "PATIENCE", 0.01)
+    monkeypatch.setattr(plain_client, "PAUSE", 0.0)
     terminal = client.follow("g")
     assert (terminal["ending"], terminal["success"]) == ("LOST", False)
+    assert terminal["reason"].endswith("may still be taken.") == (replies > plain_client.HELD)
+    assert asked[1:] == ["rover/resource/ready"] * min(replies + 1, plain_client.HELD) + ["rover/resource/state"]
+    states, end = (json.loads(line) for line in capsys.readouterr().out.splitlines()[1:])
+    assert states["step"] == (6 if replies > plain_client.HELD else 7)
+    assert end["terminal"] == terminal

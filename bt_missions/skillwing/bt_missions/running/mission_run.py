@@ -4,7 +4,7 @@ Stages in this order:
 
 - WAITING until the robot is ready
 - RUNNING the first tree
-- CHECKING for a robot away from its rescue goal, after the end of that tree
+- CHECKING for a robot away from its rescue goal, after the end of that tree: it waits for the robot's report
 - RESCUING with the second tree, if the first one stopped or left the robot away from its goal
 - STOPPING until every goal has ended
 - OVER
@@ -30,8 +30,8 @@ from skillwing.services.protocol import MissionPhase
 SETTLED_TICK = 0.01
 """Time from a tick that changed something to the next one, in seconds of robot time."""
 ARRIVAL_REPORT = 0.2
-"""Longest wait for the state of the rescue goal after the end of its skill, in seconds of robot time. The robot reports
-it by itself, so that no step tells when it comes."""
+"""Longest wait for the robot's report that it has reached its rescue goal, after the end of its skill, in seconds of
+robot time. The robot reports it by itself, so that no step tells when it comes."""
 SETTLE_TIMEOUT = 15.0
 """Longest wait at the end for goals that do not stop, in seconds of wall time."""
 
@@ -71,7 +71,7 @@ class MissionRun:
         self._abort_reason: str | None = None
         self._has_run = False
         self._system_is_there = True
-        self._ended_at = 0.0
+        self._report_is_overdue = False
         self._looks_again = False
         """True if a robot that becomes the mission's to rescue again, before the end, is rescued."""
         self._settle_timer: Handle | None = None
@@ -298,15 +298,22 @@ class MissionRun:
         self._stop_tree(phase, text)
         self._looks_again = True
         self._stage = RunStage.CHECKING
-        self._ended_at = self._bus.now()
         self._check_place()
+        if self._stage is RunStage.CHECKING:
+            waits = f"waiting for the robot's report of {self._safety.reported} ({self._safety.where} so far)"
+            self._publisher.publish(MissionPhase.RUNNING, _joined(text, waits))
+            self._at_end.append(self._bus.after(ARRIVAL_REPORT, self._note_overdue_report))
+
+    def _note_overdue_report(self) -> None:
+        self._report_is_overdue = True
+        self._wake()
 
     def _check_place(self) -> None:
         """Rescue a robot that stays away. The end of the skill may arrive before the robot reports its new state."""
         rescue = self._trees.rescue
         if rescue is None or not self._safety.is_due:
             self._settle()
-        elif self._bus.now() - self._ended_at >= ARRIVAL_REPORT:
+        elif self._report_is_overdue:
             self._rescue_after_all(rescue)
 
     def _rescue_after_all(self, rescue: Behaviour) -> None:

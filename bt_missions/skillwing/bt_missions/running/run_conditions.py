@@ -72,6 +72,11 @@ class RescueCheck:
         return self._goal.away.get(self._interface.state(self._goal.resource) or "", "")
 
     @property
+    def reported(self) -> str:
+        """Resource by whose state the robot reports its place."""
+        return f"`{self._goal.resource}`" if self._goal else ""
+
+    @property
     def is_due(self) -> bool:
         """True if the mission has to bring the robot to its goal: it has brought it away, and may bring it back.
 

@@ -184,16 +184,21 @@ class Client:
         return self._readings.get(datum)
 
     def on_loop(self, action: Callable[[], None]) -> None:
-        """Run an action on the event loop's thread, and wake all waiters there. Call it on the bus's thread."""
+        """Run an action on the event loop's thread, and wake all waiters there. Call it on the bus's thread.
+
+        The states of now come with it: a task that wakes sees the end of a goal and the states after it together.
+        """
+        states = dict(self.interface.states)
         with contextlib.suppress(RuntimeError):  # the loop is closed: nothing waits
-            self._loop.call_soon_threadsafe(self._take_in, action)
+            self._loop.call_soon_threadsafe(self._take_in, states, action)
 
     def close(self) -> None:
         """End all waiting with an error: the bus is closed."""
         self._closed = True
         self._wake()
 
-    def _take_in(self, news: Callable[[], None]) -> None:
+    def _take_in(self, states: Mapping[str, str], news: Callable[[], None]) -> None:
+        self.states = states
         news()
         self._wake()
 
@@ -212,12 +217,7 @@ class Client:
                 self._copy_reading(reading)
 
     def _copy_states(self) -> None:
-        states = dict(self.interface.states)
-
-        def take() -> None:
-            self.states = states
-
-        self.on_loop(take)
+        self.on_loop(lambda: None)
 
     def _copy_reading(self, reading: DataReading) -> None:
         def take() -> None:

@@ -9,13 +9,15 @@ from functools import partial
 from skillwing.services.bus import Answered, Bus, Handle, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_view import CausalView, Delivered
-from skillwing.services.client.retry import ask_until_answered
+from skillwing.services.client.retry import LONGEST_DELAY, ask_until_answered
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
     GoalStatus,
     Keys,
     ProtocolError,
+    QueryReady,
     QueryStates,
+    ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
@@ -27,6 +29,10 @@ HOLD_TIME = 0.1
 """Wall time in seconds for a missing step to arrive by itself. Then the states are asked for."""
 SILENCES_UNTIL_SHOWN = 10
 """Unanswered questions for the states, 5 s to 26 s, after which statuses are shown without them."""
+HOLDS_UNTIL_SHOWN = 10
+"""Replies, a second apart, that a lost goal still holds its grant. After them its loss is shown all the same."""
+NO_ANSWER = "Its resources may still be taken: the resource manager does not answer."
+STILL_HELD = "Its resources may still be taken: the resource manager has not released them."
 
 log = logging.getLogger(__name__)
 
@@ -82,6 +88,43 @@ class CausalFeed:
             return
         self._deliver(self.view.take_states(states, question))
 
+    def after_release(self, skill: str, goal_id: str, then: Callable[[str], None]) -> None:
+        """Call `then` once the states are known from after the release of a goal that its client has lost.
+
+        No status and no step names that release, so the resource manager is asked whether the goal holds its grant.
+        Only then the states are asked for. `then` gets a sentence if the states before it are shown, else an empty one.
+        """
+        replies = 0
+
+        def ask() -> None:
+            question = encode(QueryReady(skill=skill))
+            ask_until_answered(
+                self._bus,
+                self._keys.resource_ready,
+                question,
+                receive,
+                keep_retrying=lambda silences: silences < (1 if self._silent else SILENCES_UNTIL_SHOWN),
+                on_silence=give_up,
+            )
+
+        def receive(answer: Answered | Refused) -> None:
+            nonlocal replies
+            replies += 1
+            if _is_released(answer, goal_id):
+                self._ask_states(then)
+            elif replies < HOLDS_UNTIL_SHOWN:
+                self._bus.after(LONGEST_DELAY, ask, wall=True)
+            else:
+                then(STILL_HELD)
+
+        def give_up() -> None:
+            self._silent = True
+            if not self._asking:
+                self._ask_states()  # until there is an answer
+            then(NO_ANSWER)
+
+        ask()
+
     def _take_step(self, step: ResourceStep) -> None:
         self._deliver(self.view.take_step(step))
 
@@ -108,32 +151,56 @@ class CausalFeed:
         if alive:
             self._ask_states()
 
-    def _ask_states(self) -> None:
+    def _ask_states(self, then: Callable[[str], None] = lambda remark: None) -> None:
+        """Ask for the states until there is an answer. then: called once, with a sentence if the answer stays away."""
+        waiting = [then]
+
+        def answered(answer: Answered | Refused, question: int) -> None:
+            self._asking = self._silent = False
+            if isinstance(answer, Answered):
+                self.take_states(answer.payload, question)
+                tell("")
+            else:
+                self._deliver(())
+                tell(NO_ANSWER)
+
+        def keep_retrying(silences: int) -> bool:
+            """Show what is held back if the silence lasts, and go on asking."""
+            if silences >= SILENCES_UNTIL_SHOWN:
+                self._give_up()
+                tell(NO_ANSWER)
+            return True
+
+        def tell(remark: str) -> None:
+            if waiting:
+                waiting.pop()(remark)
+
         self._asking = True
         ask_until_answered(
             self._bus,
             self._keys.resource_states,
             encode(QueryStates()),
-            partial(self._on_answer, self.view.note_question()),
-            keep_retrying=self._on_silence,
+            partial(answered, question=self.view.note_question()),
+            keep_retrying=keep_retrying,
         )
 
-    def _on_answer(self, question: int, answer: Answered | Refused) -> None:
-        self._asking = self._silent = False
-        if isinstance(answer, Answered):
-            self.take_states(answer.payload, question)
-        else:
-            self._deliver(())
+    def _give_up(self) -> None:
+        self._silent = True
+        held = self.view.give_up()
+        if held:
+            log.warning("the resource manager is silent: goals are shown without the states that they follow from")
+        self._deliver(held)
 
-    def _on_silence(self, silences: int) -> bool:
-        """Show what is held back if the silence lasts, and go on asking."""
-        if silences >= SILENCES_UNTIL_SHOWN:
-            self._silent = True
-            held = self.view.give_up()
-            if held:
-                log.warning("the resource manager is silent: goals are shown without the states that they follow from")
-            self._deliver(held)
-        return True
+
+def _is_released(answer: Answered | Refused, goal_id: str) -> bool:
+    """True if a reply says that the goal holds no grant."""
+    if isinstance(answer, Refused):
+        return False
+    try:
+        report = decode(answer.payload, ReadyReport)
+    except ProtocolError:
+        return False
+    return all(skill.running is None or skill.running.goal_id != goal_id for skill in report.skills)
 
 
 def follow_records(

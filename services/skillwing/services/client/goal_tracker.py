@@ -55,6 +55,7 @@ class GoalTracker:
         client: str,
         manager_alive: Callable[[], bool],
         take_reply: Callable[[GoalStatus], None],
+        after_release: Callable[[str, str, Callable[[str], None]], None],
         on_change: Callable[[GoalHandle], None],
     ) -> None:
         self._bus = bus
@@ -64,6 +65,7 @@ class GoalTracker:
         self._client = client
         self._manager_alive = manager_alive
         self._take_reply = take_reply
+        self._after_release = after_release
         self._on_change = on_change
         self._interrupting = False
         self._interrupt_cause: str | None = None
@@ -71,6 +73,8 @@ class GoalTracker:
         self._probing = False
         self._has_to_exist = False
         self._verdict: str | None = None
+        self._lost = False
+        """The goal ends LOST, as soon as the states from after its release are known."""
         self._modifications: deque[tuple[ModifyGoal, Callable[[Answer], None]]] = deque()
 
     def start(self, request: StartGoal) -> None:
@@ -142,9 +146,10 @@ class GoalTracker:
         self._ask_status(lambda answer: self._probe_answered(answer, seen=seen))
 
     def on_verdict(self, verdict: Violated | Lost) -> None:
-        """Take the resource manager's verdict, if the goal's manager does not pass it on in time."""
+        """Take the resource manager's verdict, if the goal's manager does not pass it on in time, or is gone."""
         self._verdict = verdict.record
-        self._bus.after(VERDICT_PATIENCE, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
+        patience = 0.0 if self._lost else VERDICT_PATIENCE
+        self._bus.after(patience, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
 
     def advance(self, status: GoalStatus) -> None:
         """Take a status of this goal, published or answered."""
@@ -228,7 +233,15 @@ class GoalTracker:
             self._lose(f"The manager of `{self.handle.skill}` is gone: it answers nothing and its alive token is away.")
 
     def _lose(self, reason: str) -> None:
-        self._end(Terminal(ending=Ending.LOST, reason=reason, detected_by="client"))
+        """End the goal, after its resources were released as far as that is known in time."""
+        if self._lost or self.handle.done:
+            return
+
+        def end(remark: str) -> None:
+            self._end(Terminal(ending=Ending.LOST, reason=f"{reason} {remark}".rstrip(), detected_by="client"))
+
+        self._lost = True
+        self._after_release(self.handle.skill, self.handle.goal_id, end)
 
     def _end(self, terminal: Terminal, cause: str | None = None) -> None:
         """End the goal. cause: record behind it, by default that of the resource manager's verdict, if one has come."""

@@ -24,6 +24,7 @@ from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.protocol import (
     DataReading,
     DataSample,
+    Ending,
     ErrorCode,
     ErrorReply,
     FireEvent,
@@ -303,6 +304,7 @@ class SkillsetInterface:
             client=self.client,
             manager_alive=lambda: skill_process(skill) in self._alive,
             take_reply=self._feed.take_status,
+            after_release=self._feed.after_release,
             on_change=self._on_goal_change,
         )
         if self._probe_timer is None:
@@ -328,6 +330,9 @@ class SkillsetInterface:
         if len(self._orphaned) >= ORPHANED_LIMIT:
             self._orphaned.pop(next(iter(self._orphaned)))
         self._orphaned[goal.goal_id] = goal.skill
+        lost = goal.terminal is not None and goal.terminal.ending is Ending.LOST
+        if lost and skill_process(goal.skill) in self._alive:
+            self._interrupt_orphaned(goal.goal_id)  # it may have come back before the loss was shown
 
     def _interrupt_orphaned(self, goal_id: str) -> None:
         """Repeat the interrupt until it is answered: a manager that has just come back may not be reachable yet."""
