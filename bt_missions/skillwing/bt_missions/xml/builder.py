@@ -15,7 +15,7 @@ from skillwing.bt_missions.leaves.source_location import set_source_location
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.document import Element, FileProblem
 from skillwing.bt_missions.xml.installed_nodes import unusable_reason
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError, children_text
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
 from skillwing.dsl.suggest import closest, did_you_mean, listed
 
@@ -296,7 +296,7 @@ def _child_problems(known: NodeType, children: list[Behaviour]) -> Iterator[str]
         case Category.CONTROL if not count:
             yield f"`{known.tag}` has no children; give it one at least."
         case Category.DECORATOR if count != 1:
-            yield f"`{known.tag}` has {count} children; it takes one."
+            yield f"`{known.tag}` has {children_text(count)}; it takes one."
         case Category.ACTION | Category.CONDITION if count:
             yield f"`{known.tag}` is a leaf; remove its children."
         case _:

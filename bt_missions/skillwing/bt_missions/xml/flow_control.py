@@ -10,17 +10,16 @@ from py_trees.decorators import OneShot
 
 from skillwing.bt_missions.subtrees.decorators import Delay, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
 from skillwing.bt_missions.xml.values import attribute_text, reference_text
 
-MILLISECONDS = 1000.0
 MOST_CASES = 6
 _CASE = "value for which the child at this place runs; the last child is for all else"
 
 
 def _make_if(config: NodeConfig) -> Behaviour:
     if len(config.children) not in (2, 3):
-        raise PortError(f"`{config.name}` has {len(config.children)} children; it takes 2 or 3.")
+        raise config.wrong_number("2 or 3")
     return IfThenElse(config.name, *config.children)
 
 
@@ -59,7 +58,7 @@ def _switch(cases: int) -> NodeType:
 
 
 def _make_delay(config: NodeConfig) -> Behaviour:
-    return Delay(config.name, config.context, config.number("delay_msec") / MILLISECONDS, config.children[0])
+    return Delay(config.name, config.context, config.seconds("delay_msec"), config.children[0])
 
 
 def _make_run_once(config: NodeConfig) -> Behaviour:
@@ -95,7 +94,7 @@ FLOW_CONTROL = (
         "Delay",
         Category.DECORATOR,
         _make_delay,
-        describe=lambda node: {"delay_msec": f"{node.seconds * MILLISECONDS:g}"} if isinstance(node, Delay) else None,
+        describe=lambda node: {"delay_msec": milliseconds_text(node.seconds)} if isinstance(node, Delay) else None,
         ports=(Port("delay_msec", "milliseconds of robot time until the child starts", "unsigned"),),
         standard=True,
     ),

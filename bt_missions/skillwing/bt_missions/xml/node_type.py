@@ -22,6 +22,7 @@ D = TypeVar("D")
 BOOLEANS = {"true": True, "false": False}
 DATA = "data."
 """Start of the names of entries for the robot's data."""
+MILLISECONDS = 1000.0
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
 """Route in place of one that cannot be read."""
 
@@ -67,6 +68,15 @@ class NodeType:
 
     def port(self, name: str) -> Port | None:
         return next((port for port in self.ports if port.name == name), None)
+
+
+def children_text(count: int) -> str:
+    return f"{count} child" if count == 1 else f"{count} children"
+
+
+def milliseconds_text(seconds: float) -> str:
+    """The text for `NodeConfig.seconds` to read."""
+    return str(round(seconds * MILLISECONDS))
 
 
 class PortError(Exception):
@@ -181,6 +191,13 @@ class NodeConfig:
             return 1
         return int(number)
 
+    def seconds(self, port: str) -> float:
+        """The seconds of a port in milliseconds, which is `unsigned` as in BehaviorTree.CPP."""
+        milliseconds = self.count(port)
+        if milliseconds < 0:
+            self.problems.append(f"`{port}` is {milliseconds}; it takes 0 or more.")
+        return abs(milliseconds) / MILLISECONDS
+
     def boolean(self, port: str) -> bool:
         text = self.choice(port, tuple(BOOLEANS))
         return BOOLEANS[text]
@@ -198,8 +215,12 @@ class NodeConfig:
     def exactly(self, count: int) -> Sequence[Behaviour]:
         """The children. Raises PortError if their number is not `count`."""
         if len(self.children) != count:
-            raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
+            raise self.wrong_number(str(count))
         return self.children
+
+    def wrong_number(self, taken: str) -> PortError:
+        """The error for another number of children than those that the tag takes."""
+        return PortError(f"`{self.name}` has {children_text(len(self.children))}; it takes {taken}.")
 
     def route(self, port: str) -> Route:
         """The route that a PlanRoute before this node has written."""

@@ -16,7 +16,7 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
 from skillwing.bt_missions.xml.values import attribute_text
 
 
@@ -77,7 +77,6 @@ HOLDING = (
 )
 
 
-SECOND = 1000.0
 ALL = -1
 
 
@@ -139,11 +138,11 @@ def _make_on_ending(config: NodeConfig) -> Behaviour:
 
 
 def _make_timeout(config: NodeConfig) -> Behaviour:
-    return Deadline(config.name, config.context, config.number("msec") / SECOND, config.children[0])
+    return Deadline(config.name, config.context, config.seconds("msec"), config.children[0])
 
 
 def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
-    return {"msec": f"{node.seconds * SECOND:g}"} if isinstance(node, Deadline) else None
+    return {"msec": milliseconds_text(node.seconds)} if isinstance(node, Deadline) else None
 
 
 def _make_retry(config: NodeConfig) -> Behaviour:
