@@ -17,12 +17,6 @@ MOST_CASES = 6
 _CASE = "value for which the child at this place runs; the last child is for all else"
 
 
-def _make_if(config: NodeConfig) -> Behaviour:
-    if len(config.children) not in (2, 3):
-        raise config.wrong_number("2 or 3")
-    return IfThenElse(config.name, *config.children)
-
-
 def _plain_text(value: object) -> str:
     return value if isinstance(value, str) else attribute_text(value)
 
@@ -31,9 +25,8 @@ def _switch(cases: int) -> NodeType:
     ports = [f"case_{number}" for number in range(1, cases + 1)]
 
     def make(config: NodeConfig) -> Behaviour:
-        children = config.exactly(cases + 1)
         variable = config.live("variable") or config.value("variable", _plain_text, "")
-        return ValueSwitch(config.name, variable, [config.text(port) for port in ports], children)
+        return ValueSwitch(config.name, variable, [config.text(port) for port in ports], config.children)
 
     def describe(node: Behaviour) -> Mapping[str, str] | None:
         if not isinstance(node, ValueSwitch) or len(node.cases) != cases:
@@ -54,6 +47,7 @@ def _switch(cases: int) -> NodeType:
             *(Port(port, _CASE) for port in ports),
         ),
         standard=True,
+        children=(cases + 1,),
     )
 
 
@@ -85,9 +79,10 @@ FLOW_CONTROL = (
     NodeType(
         "IfThenElse",
         Category.CONTROL,
-        _make_if,
+        make=lambda config: IfThenElse(config.name, *config.children),
         describe=lambda node: {} if isinstance(node, IfThenElse) else None,
         standard=True,
+        children=(2, 3),
     ),
     *(_switch(cases) for cases in range(2, MOST_CASES + 1)),
     NodeType(

@@ -56,7 +56,7 @@ class NodeType:
     """A tag. make: builds the node, or raises PortError. describe: the attributes for `make` to build the same node
     again; None for a node of another type. Without it, no node of the type is written.
 
-    standard: BehaviorTree.CPP has this node.
+    standard: BehaviorTree.CPP has this node. children: the numbers of children that a CONTROL takes; empty for any.
     """
 
     tag: str
@@ -65,13 +65,10 @@ class NodeType:
     describe: Callable[[Behaviour], Mapping[str, str] | None] = _not_described
     ports: tuple[Port, ...] = ()
     standard: bool = False
+    children: tuple[int, ...] = ()
 
     def port(self, name: str) -> Port | None:
         return next((port for port in self.ports if port.name == name), None)
-
-
-def children_text(count: int) -> str:
-    return f"{count} child" if count == 1 else f"{count} children"
 
 
 def milliseconds_text(seconds: float) -> str:
@@ -211,16 +208,6 @@ class NodeConfig:
             raise PortError(f"`{port}` is `{text}`{hint}")
 
         return self.value(port, use, known[0])
-
-    def exactly(self, count: int) -> Sequence[Behaviour]:
-        """The children. Raises PortError if their number is not `count`."""
-        if len(self.children) != count:
-            raise self.wrong_number(str(count))
-        return self.children
-
-    def wrong_number(self, taken: str) -> PortError:
-        """The error for another number of children than those that the tag takes."""
-        return PortError(f"`{self.name}` has {children_text(len(self.children))}; it takes {taken}.")
 
     def route(self, port: str) -> Route:
         """The route that a PlanRoute before this node has written."""

@@ -51,7 +51,7 @@ def _describe_while_granted(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _make_pausable(config: NodeConfig) -> Behaviour:
-    condition, meanwhile, body = config.exactly(3)
+    condition, meanwhile, body = config.children
     return Pausable(config.name, config.context, condition, meanwhile, body)
 
 
@@ -73,6 +73,7 @@ HOLDING = (
         Category.CONTROL,
         _make_pausable,
         lambda node: {} if isinstance(node, Pausable) else None,
+        children=(3,),
     ),
 )
 
@@ -133,7 +134,7 @@ def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _make_on_ending(config: NodeConfig) -> Behaviour:
-    attempt, then = config.exactly(2)
+    attempt, then = config.children
     return OnEnding(config.name, attempt, config.words("endings"), then)
 
 
@@ -187,6 +188,7 @@ STRUCTURE = (
         _make_on_ending,
         lambda node: {"endings": " ".join(node.endings)} if isinstance(node, OnEnding) else None,
         (Port("endings", "endings of a skill in the first child, such as `NR S_BLOCKED`, that start the second"),),
+        children=(2,),
     ),
     *HOLDING,
     _decorator("Inverter", Inverter),
