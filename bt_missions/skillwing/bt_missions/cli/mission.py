@@ -254,7 +254,8 @@ def new(
     """Write a small mission to start from: the template of the robot, or else its skills in an order that their
     preconditions allow. See docs/own_mission.md.
 
-    Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
+    Exit codes: 0 written; 2 the file exists already, its name is not one of a mission, or the robot's rescue goal is
+    wrong.
     """
     write_draft(file, choose_robot(robot, skillset))
     console = make_console()
