@@ -16,6 +16,7 @@ from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load, parse
 from skillwing.dsl.model import Skillset
+from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking import MockScript, MockWorld, make_mock_managers
@@ -55,7 +56,8 @@ LOWERED = RescueGoal(
     reached="without load",
     action="lowering",
 )
-ROBOTS = [(each, None) for each in EXAMPLES.values()] + [(CRANE, LOWERED)]
+M600 = ROBOT.load_skillset()
+ROBOTS = [(each, None) for each in EXAMPLES.values()] + [(CRANE, LOWERED), (M600, ROBOT.rescue_goal)]
 
 
 def test_steps_follow_preconditions_and_end_at_the_rescue_goal() -> None:

@@ -1,4 +1,4 @@
-"""File of a new mission: the template of a robot, or a draft from its skillset."""
+"""File of a new mission: the draft that the robot's table brings, or else one from its skillset."""
 
 from __future__ import annotations
 
