@@ -17,7 +17,7 @@ from skillwing.bt_missions.leaves.source_location import source_location
 from skillwing.bt_missions.tree_skill.composition import RLC, read_composition
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
-from skillwing.bt_missions.xml.document import FileProblem
+from skillwing.bt_missions.xml.document import FileProblem, by_place
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
 from skillwing.dsl.expressions import names_used
@@ -61,7 +61,7 @@ def body_problems(source: TreeFile, skillset: Skillset, skill: str, folder: Path
         names = " -> ".join(f"`{name}`" for name in ring)
         text = f"These skills would start each other for ever: {names}. Change a tree."
         found.append(_at_call(source, skillset, ring[1], text))
-    return sorted(found, key=lambda problem: (problem.line, problem.column))
+    return by_place(found)
 
 
 def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> list[FileProblem]:
@@ -80,7 +80,7 @@ def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> lis
         for text in _problems_within(own, leaf.skill, skillset) if own else ():
             found.append(_problem(source, source_location(leaf), f"Leaf `{leaf.name}`: {text}"))
     marked = dict.fromkeys(_with_excerpt(source, problem) for problem in found)
-    return sorted(marked, key=lambda problem: (problem.line, problem.column))
+    return by_place(marked)
 
 
 def ring_through(skill: str, trees: Mapping[str, TreeFile], skillset: Skillset) -> list[str]:
