@@ -102,6 +102,7 @@ ROBOT = Robot(
         "map_statistics": ("lidar_mapping",),
         "video_quality": ("stream",),
     },
+    # A draft from the skillset would fly to the origin, on the ground, and without its camera.
     mission_templates="skillwing.bt_missions.drone.templates",
     rescue_goal=RescueGoal(
         resource="flight_status",

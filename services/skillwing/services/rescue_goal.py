@@ -9,6 +9,8 @@ import msgspec
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Invariant, Skillset, UnknownNameError
 from skillwing.dsl.queries import holds, taken_by
+from skillwing.dsl.suggest import listed
+from skillwing.services.errors import InvalidOptionError
 
 
 class RescueGoal(msgspec.Struct, frozen=True, kw_only=True):
@@ -32,14 +34,24 @@ class RescueGoal(msgspec.Struct, frozen=True, kw_only=True):
         """The reasons why a robot with this skillset cannot have this goal, each as a sentence."""
         try:
             states = skillset.resource(self.resource).states
-            for name in (self.skill, *self.left_by):
-                skillset.skill(name)
+            skill, *_ = [skillset.skill(name) for name in (self.skill, *self.left_by)]
         except UnknownNameError as error:
             yield str(error)
             return
         for state in (self.state, *self.away):
             if state not in states:
                 yield str(UnknownNameError(f"state of {self.resource}", state, states))
+        required = [field.name for field in skill.inputs if field.default is None]
+        if required:
+            needs = f"its input{'s' * (len(required) > 1)} {listed(required)}"
+            yield f"`{skill.name}` cannot be a rescue, because it needs {needs}. Give them defaults, or choose another."
+
+    def require_fit(self, skillset: Skillset) -> None:
+        """Raise InvalidOptionError if a robot with this skillset cannot have this goal."""
+        for problem in self.problems(skillset):
+            raise InvalidOptionError(
+                "robot", f"The rescue goal of `{skillset.name}` does not fit its skillset: {problem}"
+            )
 
     def needed_resources(self, skillset: Skillset) -> frozenset[str]:
         """The resources on which the skill depends until its end. While one is in another state, it cannot start."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import pytest
 
 from skillwing.bt_missions.checking.mission_check import check_mission
@@ -14,7 +16,9 @@ from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load, parse
 from skillwing.dsl.model import Skillset
+from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking import MockScript, MockWorld, make_mock_managers
 from skillwing.services.mocking.script import Reaction, When
 from skillwing.services.protocol import MissionPhase
@@ -52,7 +56,8 @@ LOWERED = RescueGoal(
     reached="without load",
     action="lowering",
 )
-ROBOTS = [(each, None) for each in EXAMPLES.values()] + [(CRANE, LOWERED)]
+M600 = ROBOT.load_skillset()
+ROBOTS = [(each, None) for each in EXAMPLES.values()] + [(CRANE, LOWERED), (M600, ROBOT.rescue_goal)]
 
 
 def test_steps_follow_preconditions_and_end_at_the_rescue_goal() -> None:
@@ -88,6 +93,30 @@ def test_a_draft_succeeds_on_mocks(tmp_path: Path, suffix: str) -> None:
     network.attach(node)
     assert network.run_until(lambda: node.over, 60.0)
     assert node.status.phase is MissionPhase.SUCCEEDED, node.status.text
+
+
+@pytest.mark.parametrize(
+    ("changed", "problem"),
+    [
+        ({"skill": "swing"}, "`swing` cannot be a rescue, because it needs its inputs `to`, `side` and `speed`."),
+        ({"skill": "plaice"}, "There is no skill `plaice`"),
+    ],
+)
+def test_a_wrong_rescue_goal_is_told_and_nothing_is_written(
+    tmp_path: Path, changed: dict[str, Any], problem: str
+) -> None:
+    file = tmp_path / "first.xml"
+    with pytest.raises(InvalidOptionError) as caught:
+        write_draft(file, ChosenRobot(CRANE, msgspec.structs.replace(LOWERED, **changed)))
+    assert str(caught.value).startswith(f"The rescue goal of `crane` does not fit its skillset: {problem}")
+    assert not file.exists()
+
+
+@pytest.mark.parametrize("name", ["a&b.xml", 'a"b.py', "2nd.xml", "rescue.xml", ".xml.py"])
+def test_a_file_name_that_cannot_name_a_mission_is_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InvalidOptionError, match="cannot name a mission"):
+        write_draft(tmp_path / name, ChosenRobot(CRANE, LOWERED))
+    assert list(tmp_path.iterdir()) == []
 
 
 def _reaction(skill: str, state: str) -> Reaction:

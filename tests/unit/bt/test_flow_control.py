@@ -214,7 +214,7 @@ def test_what_runs_once_may_be_skipped_in_a_loop() -> None:
         ('<Sequence><RunOnce name="once"><go/></RunOnce><turn/></Sequence>', None),
         ('<Inverter><RunOnce name="once" then_skip="false"><go/></RunOnce></Inverter>', None),
         ('<Delay delay_msec="500"><go/></Delay>', None),
-        ("<IfThenElse><go/></IfThenElse>", "`IfThenElse` has 1 children; it takes 2 or 3."),
+        ("<IfThenElse><go/></IfThenElse>", "`IfThenElse` has 1 child; it takes 2 or 3."),
         (
             "<IfThenElse><AlwaysSuccess name='c'/><go/><turn/></IfThenElse>",
             "Branch `turn` of `IfThenElse` is never reached: `c` cannot fail.",
@@ -241,6 +241,21 @@ def test_what_runs_once_may_be_skipped_in_a_loop() -> None:
             "`variable` reads `{a}`, which nothing fills; declare it as a port of the tree.",
         ),
         ('<Delay delay_msec="soon"><go/></Delay>', "`delay_msec` is `soon`; it takes a number."),
+        ('<Delay delay_msec="-500"><go/></Delay>', "`delay_msec` is -500; it takes 0 or more."),
+        ('<Delay delay_msec="0.5"><go/></Delay>', "`delay_msec` is `0.5`; it takes a whole number."),
+        ('<Timeout msec="-500"><go/></Timeout>', "`msec` is -500; it takes 0 or more."),
+        (
+            '<Switch variable="a" case_1="a" case_2="b"><go/><turn/><AlwaysFailure/></Switch>',
+            "There is no node `Switch`; did you mean `Switch2`?",
+        ),
+        (
+            '<Switch variable="a" case_1="a" case_2="b" case_3="c"><go/><turn/></Switch>',
+            "There is no node `Switch`; did you mean `Switch3`?",
+        ),
+        (
+            '<Switch9 variable="a" case_1="a" case_2="b"><go/><turn/><AlwaysFailure/></Switch9>',
+            "There is no node `Switch9`; did you mean `Switch2`?",
+        ),
         ('<Sleep msec="9"/>', "`Sleep` of BehaviorTree.CPP is not supported; use Delay."),
     ],
 )

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from skillwing.bt_missions import library
+from skillwing.bt_missions.cli import robot_choice
 from skillwing.bt_missions.cli.mission import mission
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
@@ -72,6 +73,26 @@ def test_options_are_read_as_they_are_shown(
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
     again = MISSION.read_options(parse_options(words))
     assert {name: option_text(value) for name, value in msgspec.to_builtins(again).items()} == shown
+
+
+FORKLIFT = str(Path(__file__).parents[3] / "examples/forklift/forklift.skillset")
+
+
+def test_an_export_for_a_robot_that_the_mission_does_not_fit_says_so_in_one_sentence() -> None:
+    result = CliRunner().invoke(mission, ["export", "mapping", "--skillset", FORKLIFT])
+    assert isinstance(result.exception, InvalidOptionError)
+    assert str(result.exception).startswith("Mission `mapping` does not fit `forklift`. `skillwing mission check`")
+    assert result.stdout == ""
+
+
+def test_a_new_mission_names_its_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("SKILLWING_ROBOT", raising=False)
+    monkeypatch.setattr(robot_choice, "running_systems", tuple)
+    result = CliRunner().invoke(mission, ["new", "first.xml"])
+    assert result.stdout.startswith("Wrote first.xml for m600, as no robot runs and none is named. Next: ")
+    result = CliRunner().invoke(mission, ["new", "second.xml", "--skillset", FORKLIFT])
+    assert result.stdout.startswith("Wrote second.xml for forklift. Next: ")
 
 
 PATROL = """

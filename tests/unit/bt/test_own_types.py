@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import os
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +17,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.library import find_draft
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.mission.options import default_values, option_text, parse_options, read_values
+from skillwing.bt_missions.xml.port_types import LANGUAGE_NAMES
 from skillwing.dsl import parse
 from skillwing.services.errors import InvalidOptionError
 
@@ -201,6 +203,18 @@ def test_a_value_or_a_type_that_does_not_fit_is_a_problem_of_the_file(
     _, found = fetched(tmp_path, *words, kind=kind)
     assert len(found) == 1, found
     assert found[0].startswith(sentence)
+
+
+@pytest.mark.parametrize("kind", LANGUAGE_NAMES)
+def test_an_option_has_any_scalar_type_of_a_tree_skill(tmp_path: Path, kind: str) -> None:
+    first = '<input_port name="shelf" type="TYPE" default="1,2,0"/>'
+    more = f'<input_port name="more" type="{kind}" default="{"true" if kind == "bool" else 7}"/>'
+    file = tmp_path / "fetch.xml"
+    file.write_text(TREE.replace(first, f"{first}{more}").replace("TYPE", "Pose").strip())
+    mission = find_draft(str(file))
+    assert check_mission(mission, FORKLIFT, mission.read_options({})) == []
+    with nullcontext() if kind == "string" else pytest.raises(InvalidOptionError):
+        mission.read_options({"more": "much"})
 
 
 # --- packages beside a mission

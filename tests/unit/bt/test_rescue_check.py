@@ -146,6 +146,7 @@ CRANE = parse(
         skill lift { precondition { low: resource=(load == LOWERED) } result { success UP } }
         skill swing { precondition { high: resource=(load != LOWERED) } result { success DONE } }
         skill lower { result { success DOWN } }
+        skill carry { input { to: int32  by: int32  slowly: bool = true } result { success DOWN } }
     }
     """,
     "crane.skillset",
@@ -198,6 +199,7 @@ def test_a_condition_decides_by_the_place_only_if_it_names_all_states_away(state
         ({"skill": "drop"}, "There is no skill `drop`"),
         ({"left_by": ("lifft",)}, "There is no skill `lifft`; did you mean `lift`?"),
         ({"away": {"UP": "up"}}, "There is no state `UP` of `load`"),
+        ({"skill": "carry"}, "`carry` cannot be a rescue, because it needs its inputs `to` and `by`."),
         ({}, None),
     ],
 )

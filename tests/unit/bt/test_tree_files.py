@@ -206,7 +206,7 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<go _skipIf="x"/>', ["2: `_skipIf` is a script"]),
         ('<Script code="x:=1"/>', ["2: `Script` of BehaviorTree.CPP is not supported; use R"]),
         ("<WhileDoElse><go/><go/></WhileDoElse>", ["2: `WhileDoElse` of BehaviorTree.CPP is not supported; put its"]),
-        ('<Switch4 variable="x"><go/></Switch4>', ["2: `Switch4` has 1 children; it takes 5."]),
+        ('<Switch4 variable="x"><go/></Switch4>', ["2: `Switch4` has 1 child; it takes 5."]),
         ('<Timeout msec="x"><go/></Timeout>', ["2: `msec` is `x`; it takes a number."]),
         ('<Parallel failure_count="2"><go/></Parallel>', ["2: `failure_count` has to be 1"]),
         ('<Parallel success_count="2"><go/><look/><turn/></Parallel>', ["2: `success_count` is 2"]),
@@ -225,7 +225,7 @@ def test_what_only_python_can_do_is_not_written() -> None:
         ('<MayStart skill="go" inputs="fast"/>', ["2: `inputs` is `fast`; it takes pairs"]),
         ("<MayStart skill='go' inputs='speed=\"1'/>", ["2: `inputs` is"]),
         ('<OnEnding endings="S_BLOKED"><go/><look/></OnEnding>', ["2: Node `OnEnding`: There is no ending below"]),
-        ('<OnEnding endings="NR"><go/></OnEnding>', ["2: `OnEnding` has 1 children; it takes 2."]),
+        ('<OnEnding endings="NR"><go/></OnEnding>', ["2: `OnEnding` has 1 child; it takes 2."]),
         ("<Pausable><go/><look/></Pausable>", ["2: `Pausable` has 2 children; it takes 3."]),
         (
             '<WhileGranted resource="axis" states="FREE" patience="1" ended_by="camera GONE"><go/></WhileGranted>',

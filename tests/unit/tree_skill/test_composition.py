@@ -248,6 +248,55 @@ def test_all_mistakes_are_told_at_once(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        (
+            "robt.drive(rack) | robot.honk(9.0)",
+            ["5 There is no robot `robt`", "22 `|` has no place here in the composition.", "35 `duration` is"],
+        ),
+        (
+            "(robt.drive(rack) | robot.honk(9.0)) >> robot.pik()",
+            ["6 There is no robot", "23 `|` has no place here", "36 `duration` is 9 s", "51 There is no skill `pik`"],
+        ),
+        (
+            "race(robt.drive(rack), robot.honk(9.0) | robot.pik())",
+            [
+                "10 There is no robot",
+                "39 `duration` is 9 s",
+                "44 `|` stands where `,` belongs",
+                "52 There is no skill `pik`",
+            ],
+        ),
+        (
+            "robt.drive(rack), robot.honk(9.0)",
+            ["5 There is no robot", "21 `,` has no place here in the composition", "34 `duration` is 9 s"],
+        ),
+    ],
+)
+def test_a_misplaced_sign_hides_no_other_mistake(tmp_path: Path, body: str, told: list[str]) -> None:
+    problems = found(tmp_path, body)
+    assert len(problems) == len(told), problems
+    for problem, start in zip(problems, told, strict=True):
+        assert problem.startswith(f"2:{start}")
+
+
+def test_problems_of_one_line_are_told_from_left_to_right(tmp_path: Path) -> None:
+    body = "robot.drive(rak) >> robot.honk(9.0) | robt.pick() || robot.shunt(1) >> robot.pik()"
+    columns = [int(problem.partition(" ")[0].partition(":")[2]) for problem in found(tmp_path, body)]
+    assert columns == sorted(columns)
+    assert len(columns) == 6
+    error = TreeFileError(Path("fetch.rlc"), read(tmp_path, body).problems)
+    places = [int((problem.place or "").split(":")[2]) for problem in error.problems]
+    assert places == sorted(places)
+    assert len(places) == 6
+
+
+def test_a_skill_that_runs_twice_is_one_mistake(tmp_path: Path) -> None:
+    (problem,) = found(tmp_path, "robot.drive(rack) || robot.drive(rack) >> robot.shunt()")
+    assert problem.startswith("2:23 Under `||` skill `drive` would run twice at the same time")
+
+
 def test_a_problem_has_the_marked_line_of_its_file(tmp_path: Path) -> None:
     (problem,) = read(tmp_path, "robot.drve(rack)").problems
     assert str(problem.in_file(Path("fetch.rlc"))).splitlines() == [

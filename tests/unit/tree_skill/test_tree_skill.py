@@ -13,6 +13,7 @@ from skillwing.bt_missions.tree_skill.hooks import TreeHooks
 from skillwing.bt_missions.xml.document import TreeFileError
 from skillwing.bt_missions.xml.tree_file import read_tree_file
 from skillwing.dsl import parse
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.protocol import State
 from skillwing.services.testing import SkillsetInProcess
@@ -138,6 +139,29 @@ def test_a_tree_that_does_not_fit_is_refused_with_all_problems(fetch: type[TreeH
         "`target` reads `{rak}`, which nothing fills",
         "There is no node `pik`",
     ]
+
+
+@pytest.mark.parametrize(
+    ("success", "failure", "problem"),
+    [
+        ("NOPE", None, "`success` of `FetchManager` is `NOPE`, which is no success of `fetch`; there is `FETCHED`."),
+        ("FETCHD", None, "`success` of `FetchManager` is `FETCHD`, which is no success of `fetch`; did you mean `FETC"),
+        ("LEFT", "LEFT", "`success` of `FetchManager` is `LEFT`, which is no success of `fetch`; there is `FETCHED`."),
+        (None, "FETCHED", "`failure` of `FetchManager` is `FETCHED`, which is no failure of `fetch`; there is `LEFT`."),
+    ],
+)
+def test_a_result_that_the_skill_does_not_have_is_refused_before_a_goal(
+    fetch: type[TreeHooks], success: str | None, failure: str | None, problem: str
+) -> None:
+    fetch.success, fetch.failure = success, failure
+    with pytest.raises(InvalidOptionError) as caught:
+        forklift(fetch)
+    assert str(caught.value).startswith(problem)
+
+
+def test_a_named_result_ends_the_goal(fetch: type[TreeHooks]) -> None:
+    fetch.success, fetch.failure = "FETCHED", "LEFT"
+    forklift(fetch).start_skill("fetch", rack=RACK).assert_ended("S_FETCHED", within=10.0)
 
 
 def problems(folder: Path, tree: str, skill: str) -> list[str]:

@@ -92,11 +92,12 @@ def _skills(node: Behaviour, skillset: Skillset) -> list[str]:
 
 
 def _taken_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
-    """Resources that skills in different children take when they start."""
+    """Resources that skills in different children take when they start, but not those of a skill that runs twice."""
     for one, other in combinations(parallel.children, 2):
+        twice = {*_skills(one, skillset)}.intersection(_skills(other, skillset))
         for resource, leaf in _taken(one, skillset):
             for same, rival in _taken(other, skillset):
-                if resource == same and leaf.skill != rival.skill:
+                if resource == same and leaf.skill != rival.skill and twice.isdisjoint((leaf.skill, rival.skill)):
                     names = f"both `{leaf.name}` and `{rival.name}`"
                     yield f"Under `{parallel.name}` {names} take {resource}, at the same time."
 

@@ -1,1 +1,1 @@
-"""Command group `skillwing mission`, and mission templates."""
+"""Command group `skillwing mission`, and the file of a new mission."""

@@ -1,4 +1,4 @@
-"""File of a new mission: the template of a robot, or a draft from its skillset."""
+"""File of a new mission: the draft that the robot's table brings, or else one from its skillset."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot
 from skillwing.bt_missions.drafting.mission_files import draft_python_file, draft_tree_file
+from skillwing.bt_missions.xml.tree_file import RESCUE
 from skillwing.services.errors import InvalidOptionError
 
 TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
@@ -17,10 +18,16 @@ DRAFTS = {".xml": draft_tree_file, ".py": draft_python_file}
 def write_draft(file: Path, robot: ChosenRobot) -> None:
     """Write a mission with the name of the file.
 
-    Raises InvalidOptionError if the file exists already, or is neither .xml nor .py.
+    Raises InvalidOptionError if the file exists already, or cannot be one of a mission by its name. So it does for a
+    robot with a wrong rescue goal.
     """
     if file.suffix not in DRAFTS:
         raise InvalidOptionError("FILE", f"`{file}` ends neither with .xml nor with .py. Name it {file.stem}.xml.")
+    if not file.stem.isidentifier() or file.stem == RESCUE:
+        text = f"`{file.stem}` cannot name a mission. Write a letter, then letters, digits or `_`, but not `{RESCUE}`."
+        raise InvalidOptionError("FILE", text)
+    if robot.rescue_goal is not None:
+        robot.rescue_goal.require_fit(robot.skillset)
     try:
         with file.open("x", encoding="utf-8") as opened:
             opened.write(draft_text(file, robot))

@@ -251,14 +251,19 @@ def new(
     robot: RobotTableOption = None,
     skillset: SkillsetOption = None,
 ) -> None:
-    """Write a small mission to start from: the template of the robot, or else its skills in an order that their
-    preconditions allow. See docs/own_mission.md.
+    """Write a small mission to start from: skills of the robot in an order that their preconditions allow, or the draft
+    of its table. See docs/own_mission.md.
 
-    Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
+    Exit codes: 0 written; 2 the file exists already, its name is not one of a mission, or the robot's rescue goal is
+    wrong.
     """
-    write_draft(file, choose_robot(robot, skillset))
-    console = make_console()
-    console.print(f"Wrote {file}. Next: `skillwing mission check {file}`, then change it.", soft_wrap=True)
+    chosen = choose_robot(robot, skillset)
+    write_draft(file, chosen)
+    whose = f" for {chosen.skillset.name}"
+    if not chosen.is_chosen:
+        whose += ", as no robot runs and none is named"
+    text = f"Wrote {file}{whose}. Next: `skillwing mission check {file}`, then change it."
+    make_console().print(text, soft_wrap=True, markup=False)
 
 
 @mission.command()
@@ -271,13 +276,16 @@ def export(
 ) -> None:
     """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values. See docs/own_mission.md.
 
-    Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name or malformed
-    value.
+    Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name, malformed
+    value, or it does not fit the robot.
     """
-    chosen = find_mission(name)
-    model = choose_robot(robot, skillset).skillset
-    trees = chosen.build(offline_context(model), chosen.read_options(parse_options(options or [])))
-    _put(write_mission(chosen.name, trees, model), output)
+    chosen, model = find_mission(name), choose_robot(robot, skillset)
+    given = chosen.read_options(parse_options(options or []))
+    if check_mission(chosen, model.skillset, given, model.rescue_goal):
+        fit = f"Mission `{chosen.name}` does not fit `{model.skillset.name}`"
+        raise InvalidOptionError("mission", f"{fit}. `skillwing mission check` with the same words lists its problems.")
+    trees = chosen.build(offline_context(model.skillset), given)
+    _put(write_mission(chosen.name, trees, model.skillset), output)
 
 
 @mission.command()

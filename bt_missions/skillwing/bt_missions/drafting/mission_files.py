@@ -10,9 +10,10 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from skillwing.bt_missions.drafting.steps import DraftSteps, draft_steps
+from skillwing.bt_missions.xml.port_types import port_type
 from skillwing.bt_missions.xml.skills import input_port
 from skillwing.bt_missions.xml.values import attribute_text
-from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, Skillset, StructType
+from skillwing.dsl.model import Field, Skill, Skillset
 from skillwing.services.mocking.defaults import default_value
 from skillwing.services.rescue_goal import RescueGoal
 
@@ -111,22 +112,7 @@ def _tag(skill: Skill, options: Mapping[tuple[str, str], tuple[str, Field]]) -> 
 
 def _port(name: str, field: Field) -> str:
     default = quoteattr(attribute_text(default_value(field)))
-    return f'<input_port name="{name}" type="{_option_type(field)}" default={default}/>'
-
-
-def _option_type(field: Field) -> str:
-    """Name of a type as a port of the main tree has it. Lists of scalars are text, which the skill's port reads."""
-    match field.type:
-        case ScalarType(name="bool"):
-            return "bool"
-        case ScalarType() as kind if kind.is_number:
-            return "int" if kind.is_integer else "double"
-        case EnumType() | StructType():
-            return field.type.name
-        case ArrayType(element=EnumType() | StructType() as element, length=None):
-            return f"{element.name}[]"
-        case _:
-            return "string"
+    return f'<input_port name="{name}" type="{port_type(field.type)}" default={default}/>'
 
 
 def _rescue_tree(goal: RescueGoal) -> list[str]:

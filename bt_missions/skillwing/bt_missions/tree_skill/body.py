@@ -9,13 +9,11 @@ from pathlib import Path
 
 from skillwing.bt_missions.tree_skill.checks import body_problems, read_body, tree_skill_problems
 from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
+from skillwing.bt_missions.xml.port_types import LANGUAGE_NAMES, LIST
 from skillwing.bt_missions.xml.tree_file import DeclaredPort, TreeFile
-from skillwing.dsl.checking.types import SCALARS as LANGUAGE_SCALARS
 from skillwing.dsl.model import EnumType, Skillset
 from skillwing.dsl.naming import manager_class
 
-SCALARS = {"double": "float64", "float": "float64", "int": "int64", **{name: name for name in LANGUAGE_SCALARS}}
-"""Types of the language for the types of ports."""
 _BLOCK = """\
     // Runs the tree in skills/{file}.
     skill {skill} {{
@@ -113,15 +111,15 @@ def tree_body(file: Path, skill: str, skillset: Skillset) -> TreeBody:
 
 def _input_lines(source: TreeFile, skillset: Skillset, problems: list[FileProblem]) -> Iterator[str]:
     for port in source.main_model.ports:
-        kind = port.kind.removesuffix("[]")
+        kind = port.kind.removesuffix(LIST)
         own = {each.name: each for each in skillset.types}
-        if kind not in SCALARS and kind not in own:
+        if kind not in LANGUAGE_NAMES and kind not in own:
             text = f"Port `{port.name}` is of type `{port.kind}`, which {skillset.name} does not have. Change its type."
             problems.append(FileProblem(port.line, text))
             continue
         is_enum = isinstance(own.get(kind), EnumType)
         ends = port.kind.removeprefix(kind)
-        yield f"{port.name}: {SCALARS.get(kind, kind)}{ends}{_default(port, is_enum)}"
+        yield f"{port.name}: {LANGUAGE_NAMES.get(kind, kind)}{ends}{_default(port, is_enum)}"
 
 
 def _default(port: DeclaredPort, is_enum: bool) -> str:
@@ -130,4 +128,4 @@ def _default(port: DeclaredPort, is_enum: bool) -> str:
         return ""
     if port.kind == "string":
         return f" = {json.dumps(port.default)}"
-    return f" = {port.default}" if is_enum or port.kind in SCALARS else ""
+    return f" = {port.default}" if is_enum or port.kind in LANGUAGE_NAMES else ""

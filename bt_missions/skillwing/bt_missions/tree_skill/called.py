@@ -8,7 +8,7 @@ from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem
-from skillwing.bt_missions.tree_skill.checks import BODY_SUFFIXES, body_problems, called_skills, read_body
+from skillwing.bt_missions.tree_skill.checks import BODY_SUFFIXES, body_problems, call_paths, called_skills, read_body
 from skillwing.dsl.model import Skillset
 
 
@@ -36,20 +36,17 @@ def called_skill_problems(
         leaves = [leaf for tree in trees.all for leaf in tree.iterate() if isinstance(leaf, SkillAction)]
     except (Exception, SystemExit):  # noqa: BLE001 - code of users may raise anything
         return []
-    left = sorted({leaf.skill for leaf in leaves})
-    seen: set[str] = set()
+    calls: dict[str, frozenset[str]] = {}
     found: list[MissionProblem] = []
-    while left:
-        skill = left.pop(0)
+    for *_, skill in call_paths((leaf.skill for leaf in leaves), calls):
         files = [file for suffix in BODY_SUFFIXES if (file := folder / f"{skill}{suffix}").is_file()]
-        if skill in seen or not files:
+        if not files:
             continue
-        seen.add(skill)
         try:
             source = read_body(files[0], skillset)
         except FaultyMissionError as error:
             found += error.problems
             continue
         found += [problem.in_file(source.file) for problem in body_problems(source, skillset, skill, folder)]
-        left += sorted(called_skills(source, skillset))
+        calls[skill] = called_skills(source, skillset)
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations, product
 from pathlib import Path
@@ -17,7 +17,7 @@ from skillwing.bt_missions.leaves.source_location import source_location
 from skillwing.bt_missions.tree_skill.composition import RLC, read_composition
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
-from skillwing.bt_missions.xml.document import FileProblem
+from skillwing.bt_missions.xml.document import FileProblem, by_place
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
 from skillwing.dsl.expressions import names_used
@@ -61,7 +61,7 @@ def body_problems(source: TreeFile, skillset: Skillset, skill: str, folder: Path
         names = " -> ".join(f"`{name}`" for name in ring)
         text = f"These skills would start each other for ever: {names}. Change a tree."
         found.append(_at_call(source, skillset, ring[1], text))
-    return sorted(found, key=lambda problem: (problem.line, problem.column))
+    return by_place(found)
 
 
 def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> list[FileProblem]:
@@ -80,7 +80,7 @@ def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> lis
         for text in _problems_within(own, leaf.skill, skillset) if own else ():
             found.append(_problem(source, source_location(leaf), f"Leaf `{leaf.name}`: {text}"))
     marked = dict.fromkeys(_with_excerpt(source, problem) for problem in found)
-    return sorted(marked, key=lambda problem: (problem.line, problem.column))
+    return by_place(marked)
 
 
 def ring_through(skill: str, trees: Mapping[str, TreeFile], skillset: Skillset) -> list[str]:
@@ -88,18 +88,24 @@ def ring_through(skill: str, trees: Mapping[str, TreeFile], skillset: Skillset) 
 
     trees: by skill. A tree that starts its own skill is no ring; `tree_skill_problems` reports it.
     """
-    calls = {name: called_skills(source, skillset) & trees.keys() - {name} for name, source in trees.items()}
-    paths = [[skill]]
-    seen = {skill}
+    calls = {name: called_skills(source, skillset) - {name} for name, source in trees.items()}
+    paths = (path for path in call_paths([skill], calls) if skill in calls.get(path[-1], ()))
+    return next(([*path, skill] for path in paths), [])
+
+
+def call_paths(skills: Iterable[str], calls: Mapping[str, frozenset[str]]) -> Iterator[tuple[str, ...]]:
+    """The shortest chain of calls from one of the skills to each skill that they start, themselves included.
+
+    calls: skills that the tree of a skill starts. Those of a skill may be added when its chain has been yielded.
+    """
+    seen = set(skills)
+    paths: list[tuple[str, ...]] = [(skill,) for skill in sorted(seen)]
     while paths:
         path = paths.pop(0)
-        for called in sorted(calls[path[-1]]):
-            if called == skill:
-                return [*path, skill]
-            if called not in seen:
-                seen.add(called)
-                paths.append([*path, called])
-    return []
+        yield path
+        for called in sorted(calls.get(path[-1], frozenset()) - seen):
+            seen.add(called)
+            paths.append((*path, called))
 
 
 def called_skills(source: TreeFile, skillset: Skillset) -> frozenset[str]:
@@ -122,12 +128,15 @@ def _problems_of_called(
     root = builder.build(source.main, Blackboard(may_be_empty=True))
     calls = {name: called_skills(body, skillset) for name, body in bodies.items()}
 
+    def reached_by(skill: str) -> set[str]:
+        return {path[-1] for path in call_paths([skill], calls)}
+
     def started_by(node: Behaviour) -> list[tuple[str, str]]:
         """Each leaf's skill with itself and with each skill that its tree starts, directly or not."""
-        return [(leaf.skill, skill) for leaf in _leaves(node) for skill in sorted(_closure(leaf.skill, calls))]
+        return [(leaf.skill, skill) for leaf in _leaves(node) for skill in sorted(reached_by(leaf.skill))]
 
     for leaf in _leaves(root):
-        for skill in sorted(_closure(leaf.skill, calls) - {leaf.skill}):
+        for skill in sorted(reached_by(leaf.skill) - {leaf.skill}):
             for text in _problems_within(own, skill, skillset) if own else ():
                 problem = _problem(source, source_location(leaf), f"Leaf `{leaf.name}` starts `{skill}`: {text}")
                 yield _with_excerpt(source, problem)
@@ -147,18 +156,6 @@ def _find(skill: str, skillset: Skillset) -> Skill | None:
 
 def _named(skill: str, caller: str) -> str:
     return f"`{skill}`" if skill == caller else f"`{skill}` of `{caller}`"
-
-
-def _closure(skill: str, calls: Mapping[str, frozenset[str]]) -> set[str]:
-    """The skill, and all skills that its tree starts, directly or through other trees."""
-    found: set[str] = set()
-    left = [skill]
-    while left:
-        name = left.pop()
-        if name not in found:
-            found.add(name)
-            left += calls.get(name, ())
-    return found
 
 
 def _taken(skill: str, skillset: Skillset) -> set[str]:

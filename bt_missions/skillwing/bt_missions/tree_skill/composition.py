@@ -23,6 +23,7 @@ from skillwing.dsl.reading.rlc.parser import parse_compositions
 from skillwing.dsl.reading.rlc.syntax import (
     ArgumentNode,
     ArmNode,
+    BrokenNode,
     CallNode,
     CompositionsNode,
     DefinitionNode,
@@ -172,8 +173,9 @@ class _Translation:
                 if result is not None:
                     self._check_outcome(kind, result, within)
                 made = self._element("AlwaysSuccess" if kind.text == "success" else "AlwaysFailure", {}, kind.span)
-            case _:
-                made = Element("", {}, within.name.span.line)
+            case BrokenNode(parts=parts):
+                children = [self._node(each, scope, within) for each in parts]
+                made = Element("", {}, within.name.span.line, children)
         return made
 
     def _parallel(

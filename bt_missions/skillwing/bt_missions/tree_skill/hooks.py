@@ -23,8 +23,10 @@ from skillwing.bt_missions.xml.document import TreeFileError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import TreeFile
 from skillwing.dsl import load
-from skillwing.dsl.model import Field, Skill
+from skillwing.dsl.model import Field
+from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.protocol import Keys, RecordKind, Terminal
 from skillwing.services.timeline import Timeline
@@ -41,7 +43,8 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
     and without one as ERROR. An interrupt, and every other end, halts the tree. It is confirmed when all goals of the
     tree have ended.
 
-    `setup` raises TreeFileError with all problems of the tree, also with the trees of other skills beside its file.
+    `setup` raises TreeFileError with all problems of the tree, also with the trees of other skills beside its file. It
+    raises InvalidOptionError if `success` or `failure` is no such result of the skill.
     """
 
     skillset_file: ClassVar[Path]
@@ -57,6 +60,10 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
         if problems:
             # The launcher shows the last line of the log.
             raise TreeFileError(self.tree_file, (problem.without_excerpt() for problem in problems))
+        self._results = {
+            Status.SUCCESS: self._result("success", self.success),
+            Status.FAILURE: self._result("failure", self.failure),
+        }
         self._run: TreeRun | None = None
         self._timeline = Timeline(self.bus, Keys(self._skillset.name))
         self._interface = SkillsetInterface(self.bus, self._skillset, client=self.skill, owns_goals=True)
@@ -90,7 +97,7 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
     def _conclude(self, goal: Goal[Any], status: Status, text: str, cause: str | None) -> None:
         """End the goal after the tree has ended by itself. text: its last failure."""
         run = self._run
-        result = result_of(self._model, status, self.success, self.failure)
+        result = self._results[status]
         if result is None or run is None:
             self.failed(goal.id, text or f"The tree ended {status.value}.", cause=cause)
             return
@@ -99,6 +106,17 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
             self.failed(goal.id, 'The tree has set none of the outputs. Write them: `out="{name}"`.', cause=cause)
             return
         self.terminated(goal.id, result, output, cause=cause)
+
+    def _result(self, kind: str, named: str | None) -> str | None:
+        """The result for an end of the tree; None if the skill has none of that kind. Raises InvalidOptionError."""
+        names = [result.name for result in self._model.results if result.success is (kind == "success")]
+        if named is None:
+            return next(iter(names), None)
+        if named not in names:
+            hint = did_you_mean(named, names, f"; there is {listed(names)}.")
+            text = f"`{kind}` of `{type(self).__name__}` is `{named}`, which is no {kind} of `{self.skill}`{hint}"
+            raise InvalidOptionError(kind, text)
+        return named
 
     def _write_record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
@@ -160,10 +178,3 @@ class TreeRun:
     def _settle(self, after: Callable[[], None]) -> None:
         self._after = after
         self._context.cancel_all()
-
-
-def result_of(skill: Skill, status: Status, success: str | None, failure: str | None) -> str | None:
-    """The result for the end of a tree; None if the skill has none of that kind."""
-    succeeded = status is Status.SUCCESS
-    named = success if succeeded else failure
-    return named or next((result.name for result in skill.results if result.success is succeeded), None)

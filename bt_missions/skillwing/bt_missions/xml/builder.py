@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from string import digits
 
 from py_trees.behaviour import Behaviour
 
@@ -160,16 +161,27 @@ class Builder:
         if reason is not None:
             self._note(element, reason)
             return None
-        near = closest(tag, self._types)
-        hint = f"did you mean `{near}`?" if near else "`skillwing mission nodes` lists those there are."
+        intended = self._nearest_type(tag, attributes, children)
+        hint = f"did you mean `{intended.tag}`?" if intended else "`skillwing mission nodes` lists those there are."
         self._note(element, f"There is no node `{tag}`; {hint}")
-        intended = self._types[near] if near else None
         fits = (
             intended
             and not any(_child_problems(intended, children))
             and not _read_attributes(intended, attributes).is_incomplete
         )
         return intended if fits else None
+
+    def _nearest_type(self, tag: str, attributes: Mapping[str, str], children: list[Behaviour]) -> NodeType | None:
+        """The type with the nearest tag. Of tags that differ in their number only, the one that fits best."""
+        near = closest(tag, self._types)
+        if near is None:
+            return None
+        family = [each for each in self._types if each.rstrip(digits) == near.rstrip(digits)]
+        types = [self._types[each] for each in sorted(family, key=lambda each: each != near)]
+        return min(
+            types,
+            key=lambda each: (len(_read_attributes(each, attributes).problems), any(_child_problems(each, children))),
+        )
 
     def _subtree(self, element: Element, attributes: dict[str, str], blackboard: Blackboard) -> Behaviour:
         called = self._called_tree(element, attributes)
@@ -293,6 +305,9 @@ def _other_lines(lines: Iterable[int]) -> str:
 def _child_problems(known: NodeType, children: list[Behaviour]) -> Iterator[str]:
     count = len(children)
     match known.category:
+        case Category.CONTROL if known.children and count not in known.children:
+            written = "1 child" if count == 1 else f"{count} children"
+            yield f"`{known.tag}` has {written}; it takes {' or '.join(map(str, known.children))}."
         case Category.CONTROL if not count:
             yield f"`{known.tag}` has no children; give it one at least."
         case Category.DECORATOR if count != 1:

@@ -11,7 +11,7 @@ from skillwing.bt_missions.mission.files import read_source, refuse_if_not_utf8
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem
 
 
-@dataclass(frozen=True, slots=True, order=True)
+@dataclass(frozen=True, slots=True)
 class FileProblem:
     """A problem of a tree file. line, column: from 1, or 0 for the whole; text: the problem and its fix, and
     behind these perhaps lines with an excerpt."""
@@ -30,12 +30,17 @@ class FileProblem:
         return MissionProblem(self.text, place)
 
 
+def by_place(problems: Iterable[FileProblem]) -> list[FileProblem]:
+    """Problems of one file by line and column."""
+    return sorted(problems, key=lambda problem: (problem.line, problem.column, problem.text))
+
+
 class TreeFileError(FaultyMissionError):
-    """A tree file that cannot run. problems: all that were found, by line."""
+    """A tree file that cannot run. problems: all that were found, by place."""
 
     def __init__(self, file: Path, problems: Iterable[FileProblem]) -> None:
         self.file = file
-        super().__init__(problem.in_file(file) for problem in sorted(set(problems)))
+        super().__init__(problem.in_file(file) for problem in by_place(set(problems)))
 
 
 _XML = expat.errors

@@ -10,18 +10,11 @@ from py_trees.decorators import OneShot
 
 from skillwing.bt_missions.subtrees.decorators import Delay, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
 from skillwing.bt_missions.xml.values import attribute_text, reference_text
 
-MILLISECONDS = 1000.0
 MOST_CASES = 6
 _CASE = "value for which the child at this place runs; the last child is for all else"
-
-
-def _make_if(config: NodeConfig) -> Behaviour:
-    if len(config.children) not in (2, 3):
-        raise PortError(f"`{config.name}` has {len(config.children)} children; it takes 2 or 3.")
-    return IfThenElse(config.name, *config.children)
 
 
 def _plain_text(value: object) -> str:
@@ -32,9 +25,8 @@ def _switch(cases: int) -> NodeType:
     ports = [f"case_{number}" for number in range(1, cases + 1)]
 
     def make(config: NodeConfig) -> Behaviour:
-        children = config.exactly(cases + 1)
         variable = config.live("variable") or config.value("variable", _plain_text, "")
-        return ValueSwitch(config.name, variable, [config.text(port) for port in ports], children)
+        return ValueSwitch(config.name, variable, [config.text(port) for port in ports], config.children)
 
     def describe(node: Behaviour) -> Mapping[str, str] | None:
         if not isinstance(node, ValueSwitch) or len(node.cases) != cases:
@@ -55,11 +47,12 @@ def _switch(cases: int) -> NodeType:
             *(Port(port, _CASE) for port in ports),
         ),
         standard=True,
+        children=(cases + 1,),
     )
 
 
 def _make_delay(config: NodeConfig) -> Behaviour:
-    return Delay(config.name, config.context, config.number("delay_msec") / MILLISECONDS, config.children[0])
+    return Delay(config.name, config.context, config.seconds("delay_msec"), config.children[0])
 
 
 def _make_run_once(config: NodeConfig) -> Behaviour:
@@ -86,16 +79,17 @@ FLOW_CONTROL = (
     NodeType(
         "IfThenElse",
         Category.CONTROL,
-        _make_if,
+        make=lambda config: IfThenElse(config.name, *config.children),
         describe=lambda node: {} if isinstance(node, IfThenElse) else None,
         standard=True,
+        children=(2, 3),
     ),
     *(_switch(cases) for cases in range(2, MOST_CASES + 1)),
     NodeType(
         "Delay",
         Category.DECORATOR,
         _make_delay,
-        describe=lambda node: {"delay_msec": f"{node.seconds * MILLISECONDS:g}"} if isinstance(node, Delay) else None,
+        describe=lambda node: {"delay_msec": milliseconds_text(node.seconds)} if isinstance(node, Delay) else None,
         ports=(Port("delay_msec", "milliseconds of robot time until the child starts", "unsigned"),),
         standard=True,
     ),

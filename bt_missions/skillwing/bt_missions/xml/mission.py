@@ -13,14 +13,13 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.mission.options import option_text, plain_value
 from skillwing.bt_missions.mission.problems import MissionProblem
-from skillwing.bt_missions.planning.detour import Position
-from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
 from skillwing.bt_missions.xml.node_type import PortError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
+from skillwing.bt_missions.xml.port_types import LIST, PYTHON_TYPES, SHAPES
 from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
 from skillwing.bt_missions.xml.values import read_option
 from skillwing.dsl.model import ArrayType, Skillset
@@ -29,21 +28,6 @@ from skillwing.services.errors import InvalidOptionError
 
 NEEDS = "needs"
 """Key of the metadata for the resource states that a mission needs at its start."""
-OPTION_TYPES: dict[str, Any] = {
-    "double": float,
-    "float": float,
-    "int": int,
-    "bool": bool,
-    "string": str,
-    "Position": Position,
-    "Position[]": tuple[Position, ...],
-    "Area": Area | None,
-}
-"""Types of the ports of the main tree on every robot. The skillset's own types, and lists of them, are others."""
-MAYBE_OWN_TYPES = ("Position", "Position[]", "Area")
-"""Names for which a skillset may have types with other fields."""
-LIST = "[]"
-"""End of the name of a type of lists."""
 
 
 def load_mission(file: Path) -> XmlMission:
@@ -136,10 +120,10 @@ def _options(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[st
 
 
 def _option(port: DeclaredPort, default: str, problems: list[FileProblem]) -> Iterator[tuple[str, Any, Any]]:
-    kind = OPTION_TYPES.get(port.kind, Any)
+    kind = PYTHON_TYPES.get(port.kind, Any)
     try:
         plain = default if kind is str else plain_value(port.name, default)
-        if port.kind in MAYBE_OWN_TYPES and not _fits(plain, kind):
+        if port.kind in SHAPES and not _fits(plain, kind):
             kind = Any
         value = msgspec.convert(None if plain == "" else plain, kind, strict=False)
         is_mutable = isinstance(value, list | dict)
@@ -160,11 +144,11 @@ def _own_value(value: object, port: DeclaredPort, skillset: Skillset) -> Any:
     """The value of an option whose type is one of the skillset. Raises PortError."""
     named = {kind.name: kind for kind in skillset.types}
     name = port.kind.removesuffix(LIST)
-    if name not in named and port.kind in OPTION_TYPES:
+    if name not in named and port.kind in PYTHON_TYPES:
         raise PortError(f"`{port.name}` is `{option_text(value)}`, which is no {port.kind}. Change its default.")
     if name not in named:
-        known = [*OPTION_TYPES, *named]
-        others = f"; it may be {listed(known, limit=20)}, or a list of a skillset's type as `TYPE{LIST}`."
+        known = [*PYTHON_TYPES, *named]
+        others = f"; it may be {listed(known, limit=30)}, or a list of a skillset's type as `TYPE{LIST}`."
         raise PortError(f"`{port.name}` is of type `{port.kind}`{did_you_mean(name, known, others)}")
     return read_option(value, ArrayType(named[name], None) if port.kind.endswith(LIST) else named[name], port.name)
 

@@ -22,6 +22,7 @@ D = TypeVar("D")
 BOOLEANS = {"true": True, "false": False}
 DATA = "data."
 """Start of the names of entries for the robot's data."""
+MILLISECONDS = 1000.0
 NOWHERE: tuple[Position, ...] = ((0.0, 0.0, 0.0),)
 """Route in place of one that cannot be read."""
 
@@ -55,7 +56,7 @@ class NodeType:
     """A tag. make: builds the node, or raises PortError. describe: the attributes for `make` to build the same node
     again; None for a node of another type. Without it, no node of the type is written.
 
-    standard: BehaviorTree.CPP has this node.
+    standard: BehaviorTree.CPP has this node. children: the numbers of children that a CONTROL takes; empty for any.
     """
 
     tag: str
@@ -64,9 +65,15 @@ class NodeType:
     describe: Callable[[Behaviour], Mapping[str, str] | None] = _not_described
     ports: tuple[Port, ...] = ()
     standard: bool = False
+    children: tuple[int, ...] = ()
 
     def port(self, name: str) -> Port | None:
         return next((port for port in self.ports if port.name == name), None)
+
+
+def milliseconds_text(seconds: float) -> str:
+    """The text for `NodeConfig.seconds` to read."""
+    return str(round(seconds * MILLISECONDS))
 
 
 class PortError(Exception):
@@ -181,6 +188,13 @@ class NodeConfig:
             return 1
         return int(number)
 
+    def seconds(self, port: str) -> float:
+        """The seconds of a port in milliseconds, which is `unsigned` as in BehaviorTree.CPP."""
+        milliseconds = self.count(port)
+        if milliseconds < 0:
+            self.problems.append(f"`{port}` is {milliseconds}; it takes 0 or more.")
+        return abs(milliseconds) / MILLISECONDS
+
     def boolean(self, port: str) -> bool:
         text = self.choice(port, tuple(BOOLEANS))
         return BOOLEANS[text]
@@ -194,12 +208,6 @@ class NodeConfig:
             raise PortError(f"`{port}` is `{text}`{hint}")
 
         return self.value(port, use, known[0])
-
-    def exactly(self, count: int) -> Sequence[Behaviour]:
-        """The children. Raises PortError if their number is not `count`."""
-        if len(self.children) != count:
-            raise PortError(f"`{self.name}` has {len(self.children)} children; it takes {count}.")
-        return self.children
 
     def route(self, port: str) -> Route:
         """The route that a PlanRoute before this node has written."""

@@ -16,7 +16,7 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
-from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError
+from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
 from skillwing.bt_missions.xml.values import attribute_text
 
 
@@ -51,7 +51,7 @@ def _describe_while_granted(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _make_pausable(config: NodeConfig) -> Behaviour:
-    condition, meanwhile, body = config.exactly(3)
+    condition, meanwhile, body = config.children
     return Pausable(config.name, config.context, condition, meanwhile, body)
 
 
@@ -73,11 +73,11 @@ HOLDING = (
         Category.CONTROL,
         _make_pausable,
         lambda node: {} if isinstance(node, Pausable) else None,
+        children=(3,),
     ),
 )
 
 
-SECOND = 1000.0
 ALL = -1
 
 
@@ -134,16 +134,16 @@ def _describe_alongside(node: Behaviour) -> Mapping[str, str] | None:
 
 
 def _make_on_ending(config: NodeConfig) -> Behaviour:
-    attempt, then = config.exactly(2)
+    attempt, then = config.children
     return OnEnding(config.name, attempt, config.words("endings"), then)
 
 
 def _make_timeout(config: NodeConfig) -> Behaviour:
-    return Deadline(config.name, config.context, config.number("msec") / SECOND, config.children[0])
+    return Deadline(config.name, config.context, config.seconds("msec"), config.children[0])
 
 
 def _describe_timeout(node: Behaviour) -> Mapping[str, str] | None:
-    return {"msec": f"{node.seconds * SECOND:g}"} if isinstance(node, Deadline) else None
+    return {"msec": milliseconds_text(node.seconds)} if isinstance(node, Deadline) else None
 
 
 def _make_retry(config: NodeConfig) -> Behaviour:
@@ -188,6 +188,7 @@ STRUCTURE = (
         _make_on_ending,
         lambda node: {"endings": " ".join(node.endings)} if isinstance(node, OnEnding) else None,
         (Port("endings", "endings of a skill in the first child, such as `NR S_BLOCKED`, that start the second"),),
+        children=(2,),
     ),
     *HOLDING,
     _decorator("Inverter", Inverter),

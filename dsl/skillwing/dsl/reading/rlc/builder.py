@@ -27,7 +27,7 @@ from skillwing.dsl.reading.rlc.syntax import (
 class RlcBuilder:
     """A builder of the nodes. The method named after a rule gets the nodes and words within it."""
 
-    broken, arm, outcome, argument = BrokenNode, ArmNode, OutcomeNode, ArgumentNode
+    arm, outcome, argument = ArmNode, OutcomeNode, ArgumentNode
     parameter, type = ParameterNode, TypeNode
 
     def compositions(self, *parts: DefinitionNode | None) -> CompositionsNode:
@@ -37,9 +37,15 @@ class RlcBuilder:
         """Leave it out: a skillset is chosen by the command and by the manager."""
 
     def definition(
-        self, name: Lexeme, parameters: tuple[ParameterNode, ...], ends: tuple[EndNode, ...] | None, *body: Node
+        self, name: Lexeme, parameters: tuple[ParameterNode, ...], ends: tuple[EndNode, ...] | None, body: Node
     ) -> DefinitionNode:
-        return DefinitionNode(name, parameters, ends or (), body[0] if body else BrokenNode())
+        return DefinitionNode(name, parameters, ends or (), body)
+
+    def body(self, *parts: Node | None) -> Node:
+        found = tuple(part for part in parts if part is not None)
+        return found[0] if len(found) == 1 else BrokenNode(found)
+
+    branch = body
 
     def parameters(self, *found: ParameterNode | None) -> tuple[ParameterNode, ...]:
         return tuple(each for each in found if each is not None)

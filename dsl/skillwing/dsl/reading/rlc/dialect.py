@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.rlc.builder import RlcBuilder
+from skillwing.dsl.reading.rlc.syntax import SkillCallNode
 from skillwing.dsl.reading.vocabulary import Vocabulary
 
-_VOCABULARY = Vocabulary(
+
+class _RlcVocabulary(Vocabulary):
+    """The vocabulary, with names for the blocks behind a node: of a composition, and of a `match`."""
+
+    def block_title(self, heading: Sequence[object]) -> str:
+        match heading:
+            case [*_, SkillCallNode()]:
+                return "the `match`"
+            case [*_, last] if not isinstance(last, Lexeme):
+                return "the composition"
+            case _:
+                return super().block_title(heading)
+
+
+_VOCABULARY = _RlcVocabulary(
     signs={
         "COLON": ":",
         "OPEN_PAREN": "(",

@@ -116,7 +116,9 @@ class MatchNode:
 
 @dataclass(frozen=True, slots=True)
 class BrokenNode:
-    """A body that could not be read, which is reported already."""
+    """A body with a mistake, which is reported already. parts: those before and after it."""
+
+    parts: tuple[Node, ...] = ()
 
 
 Node: TypeAlias = (
