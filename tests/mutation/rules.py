@@ -158,8 +158,10 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "CausalFeed._ask_if_waiting",
         "CausalFeed._on_manager",
         "CausalFeed._ask_states",
-        "CausalFeed._on_answer",
-        "CausalFeed._on_silence",
+        "CausalFeed._give_up",
+        "CausalFeed.after_release",
+        "_is_released",
+        "GoalTracker._lose",
         "follow_records",
     ),
 }

@@ -166,8 +166,8 @@ class Robot:
     def check(self, run: dict[str, Any]) -> None:
         """Raise InvalidOptionError for options of a run that the robot's checker rejects, and for a wrong table."""
         skillset = self.load_skillset()
-        for problem in () if self.rescue_goal is None else self.rescue_goal.problems(skillset):
-            raise InvalidOptionError("robot", f"The rescue goal of `{self.name}` does not fit its skillset: {problem}")
+        if self.rescue_goal is not None:
+            self.rescue_goal.require_fit(skillset)
         if self.checker is not None:
             imported({"checker": self.checker}, "checker")(run)
 

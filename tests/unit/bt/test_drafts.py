@@ -66,6 +66,21 @@ def test_steps_follow_preconditions_and_end_at_the_rescue_goal() -> None:
     assert steps.needs == {"key": "IN"}
 
 
+def test_a_need_of_a_later_step_that_would_stop_an_earlier_one_counts_for_neither() -> None:
+    tractor = parse(
+        """
+        skillset tractor {
+            resource engine { initial OFF  extern OFF -> ON  extern ON -> OFF }
+            skill refill { precondition { still: resource=(engine == OFF) } result { success FULL } }
+            skill drive { precondition { on: resource=(engine == ON) } result { success DONE } }
+        }
+        """,
+        "tractor.skillset",
+    )
+    steps = draft_steps(tractor, None)
+    assert ([skill.name for skill in steps.skills], steps.needs) == (["refill"], {})
+
+
 @pytest.mark.parametrize(("skillset", "goal"), ROBOTS, ids=lambda each: each.name if isinstance(each, Skillset) else "")
 @pytest.mark.parametrize("suffix", [".xml", ".py"])
 def test_a_draft_fits_its_robot(tmp_path: Path, skillset: Skillset, goal: RescueGoal | None, suffix: str) -> None:

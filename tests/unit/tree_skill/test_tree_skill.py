@@ -105,7 +105,9 @@ def test_the_skill_runs_its_tree_and_ends_with_its_first_success(fetch: type[Tre
 
 def test_a_failure_of_the_tree_is_a_failure_of_the_skill(fetch: type[TreeHooks]) -> None:
     robot = forklift(fetch, pick=MockRun(result="MISSED"))
-    robot.start_skill("fetch", rack=RACK).assert_ended("S_LEFT", within=10.0)
+    goal = robot.start_skill("fetch", rack=RACK)
+    goal.assert_ended("S_LEFT", within=10.0)
+    assert goal.terminal.reason == "The skill ended with LEFT: pick ended S_MISSED: The skill ended with MISSED."
 
 
 def test_an_interrupt_halts_the_tree_and_waits_for_its_skills(fetch: type[TreeHooks]) -> None:

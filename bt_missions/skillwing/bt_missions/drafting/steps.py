@@ -6,7 +6,7 @@ robot reports may begin in another state than their first one: the mission then 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.expressions import UnboundNameError
@@ -55,11 +55,12 @@ class _Planner:
         for with_needs in (False, True):
             for skill in self._left:
                 needs = dict(self._needs_of(skill)) if with_needs else {}
-                if could_start(skill, self._skillset, self._states | needs):
-                    self.needs |= needs
-                    self._states |= needs
+                states = self._states_after([*self.steps, skill], self.needs | needs)
+                if states is not None:
+                    self.steps.append(skill)
                     self._left.remove(skill)
-                    self._run(skill)
+                    self.needs |= needs
+                    self._states = states
                     return True
         return False
 
@@ -67,7 +68,7 @@ class _Planner:
         """Add the skill of the rescue goal, if a step leads away from it."""
         goal = self._goal
         if goal is not None and self._states[goal.resource] in goal.away:
-            self._run(self._skillset.skill(goal.skill))
+            self.steps.append(self._skillset.skill(goal.skill))
 
     def _needs_of(self, skill: Skill) -> Iterator[tuple[str, str]]:
         """States that the robot would have to report for the skill to start, in place of what it reports at first."""
@@ -83,24 +84,31 @@ class _Planner:
     def _is_of_goal(self, resource: str) -> bool:
         return self._goal is not None and self._goal.resource == resource
 
-    def _run(self, skill: Skill) -> None:
-        """Take a skill as a step, with its success."""
-        self.steps.append(skill)
+    def _states_after(self, skills: Sequence[Skill], needs: Mapping[str, str]) -> dict[str, str] | None:
+        """States after these steps, from a start with these needs; None if one of the steps could not start."""
+        states = {resource.name: resource.initial for resource in self._skillset.resources} | dict(needs)
+        for skill in skills:
+            if not could_start(skill, self._skillset, states):
+                return None
+            states |= self._changes(skill, states)
+        return states
+
+    def _changes(self, skill: Skill, before: Mapping[str, str]) -> dict[str, str]:
+        """States that the success of a skill leaves, as far as it changes them or promises them."""
         result = next(result for result in skill.results if result.success)
-        self._states |= dict(skill.transitions(skill.preconditions.success))
-        self._states |= dict(skill.transitions(result.apply))
+        changes = dict(skill.transitions(skill.preconditions.success)) | dict(skill.transitions(result.apply))
         goal = self._goal
         if goal is not None and skill.name in goal.left_by:
-            self._states[goal.resource] = next(iter(goal.away))
+            changes[goal.resource] = next(iter(goal.away))
         elif goal is not None and skill.name == goal.skill:
-            self._states[goal.resource] = goal.state
+            changes[goal.resource] = goal.state
         if result.post is None:
-            return
+            return changes
         try:
-            wanted = wanted_states(result.post, self._skillset, self._states)
+            wanted = wanted_states(result.post, self._skillset, {**before, **changes})
         except UnboundNameError:  # it is about data as well
-            return
-        self._states |= {name: targets[0] for name, targets in wanted.items() if name in self._reported}
+            return changes
+        return changes | {name: targets[0] for name, targets in wanted.items() if name in self._reported}
 
 
 def _ends_well(skill: Skill) -> bool:

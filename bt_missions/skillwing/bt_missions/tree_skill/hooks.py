@@ -105,7 +105,8 @@ class TreeHooks(SkillHooks[Any, Any, Any]):
         if self._model.outputs and output is None:
             self.failed(goal.id, 'The tree has set none of the outputs. Write them: `out="{name}"`.', cause=cause)
             return
-        self.terminated(goal.id, result, output, cause=cause)
+        why = "" if status is Status.SUCCESS else text.removesuffix(".")
+        self.terminated(goal.id, result, output, cause=cause, why=why)
 
     def _result(self, kind: str, named: str | None) -> str | None:
         """The result for an end of the tree; None if the skill has none of that kind. Raises InvalidOptionError."""
