@@ -561,6 +561,19 @@ def test_phases_and_tree_are_published_as_they_change() -> None:
     assert flight.trees[-1].nodes[0].status == "SUCCESS"
 
 
+class WithoutRescue(ShortHop):
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        trees = super().build(context, options)
+        return MissionTrees(trees.root, None, trees.progress)
+
+
+@pytest.mark.parametrize(("mission", "rescue"), [(ShortHop, "landing"), (WithoutRescue, "")])
+def test_the_status_names_the_rescue_that_follows_an_abort(mission: type[ShortHop], rescue: str) -> None:
+    flight = Flight(mission=mission())
+    flight.until(lambda: bool(flight.statuses))
+    assert flight.statuses[-1].rescue == rescue
+
+
 def test_between_changes_nothing_is_published() -> None:
     flight = hop(hold)
     flight.network.run_for(10.0)

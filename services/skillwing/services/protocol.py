@@ -704,12 +704,16 @@ class MissionPhase(StrEnum):
 
 
 class MissionStatus(Message, frozen=True, kw_only=True):
-    """Progress of a mission; published on every change."""
+    """Progress of a mission; published on every change.
+
+    `rescue` is a noun for what follows an abort, such as `lowering`; empty for a mission without a rescue.
+    """
 
     mission: str
     phase: MissionPhase
     t: Time
     text: str
+    rescue: str = ""
     waypoint: int = 0
     waypoints: int = 0
     goal: tuple[float, float, float] | None = None

@@ -75,7 +75,8 @@ def test_a_failure_names_what_is_missing_and_who_holds_it(mission: FakeMission) 
     asked.tick()
     asked.reply(answered(NOT_READY))
     assert asked.tick() is Status.FAILURE
-    text = "go may not start: axes_free: `axes == FREE` does not hold: axes is USED. `turn` holds `axes`."
+    why = "axes_free: `axes == FREE` does not hold: axes is USED. `turn` holds `axes` for goal g-7."
+    text = f"go may not start: {why}"
     assert asked.leaf.feedback_message == text
     assert mission.context.failure is not None
     assert (mission.context.failure.text, mission.context.failure.record) == (text, "axes:changed")

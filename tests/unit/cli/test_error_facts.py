@@ -63,6 +63,27 @@ def test_an_error_is_json_if_the_output_would_be(
     assert facts["remedy"]
 
 
+def test_a_skillset_that_cannot_be_read_is_json_too(tmp_path: Path, failed: Failed) -> None:
+    missing, folder = tmp_path / "missing.skillset", tmp_path
+    code, out, error = failed("check", "--json", str(missing))
+    assert (code, json.loads(out)) == (USAGE, [])
+    found = json.loads(error)["error"]
+    assert (found["kind"], found["place"], found["exit_code"]) == ("unreadable", str(missing), USAGE)
+    assert (found["what"], found["remedy"]) == (
+        f"`{missing}` cannot be read: No such file or directory.",
+        "Name one that can.",
+    )
+    *_, error = failed("check", "--json", str(missing), str(folder))
+    assert len(json.loads(error)["error"]["problems"]) == 2
+
+
+@pytest.mark.parametrize("words", [("check", "--json"), ("check", "--json", "--explain", "SW999")])
+def test_wrong_usage_of_check_is_json_too(words: tuple[str, ...], failed: Failed) -> None:
+    code, out, error = failed(*words)
+    assert (code, out) == (USAGE, "")
+    assert json.loads(error)["error"]["kind"] == "usage"
+
+
 @pytest.mark.parametrize("words", [("status",), ("start", "--", "--json")])
 def test_any_other_error_is_a_sentence(words: tuple[str, ...], failed: Failed) -> None:
     _, _, error = failed(*words)

@@ -1,15 +1,39 @@
-"""Advice for a start that was refused because the robot is not ready."""
+"""Advice on a skill that may not start: after a refused start, and as `skillwing ready` gives it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
 
 from skillwing.dsl import parse
+from skillwing.dsl.expressions import Environment
+from skillwing.dsl.model import Skillset
+from skillwing.services.core.ready_report import Situation, skill_ready
 from skillwing.services.mocking.script import Reaction, When
-from skillwing.services.terminal.start_advice import busy_advice, start_advice
-from skillwing.services.terminal.system_state import Reporter, SystemState
+from skillwing.services.protocol import Holder
+from skillwing.services.terminal.start_advice import ready_advice, start_advice
+from skillwing.services.terminal.system_state import Reporter, RunningMission, SystemState
+
+BY_HAND = Holder(skill="wait", goal_id="g1", owner="cli")
+
+
+def advice(
+    skillset: Skillset,
+    skill: str,
+    failing: Sequence[str],
+    now: SystemState,
+    holder: Holder | None = None,
+    data: Mapping[str, object] | None = None,
+) -> list[str]:
+    """Advice after a refused start, from the answer of the resource manager in that situation."""
+    known = Environment(resources=now.states, data=data or {})
+    ready = skill_ready(Situation(skillset, known, (holder,) if holder else ()), skillset.skill(skill), {})
+    found = list(start_advice(skillset, ready, failing, now))
+    assert [each for each in found if "holds by now" not in each] == list(ready_advice(skillset, ready, now))
+    return found
+
 
 ROVER = parse(
     """
@@ -37,24 +61,22 @@ skillset rover {
 }
 """
 )
-STATES = {"stop": "RELEASED", "lamp": "OFF", "wheels": "PARKED"}
+STATES = {"stop": "RELEASED", "lamp": "ON", "wheels": "PARKED"}
 ONLY_IT = "only the robot can report that"
 
 
-def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = None) -> SystemState:
-    return SystemState("rover", reporter, STATES | (changed or {}), running={})
+def of_rover(skill: str, failing: Sequence[str], changed: Mapping[str, str], reporter: Reporter = "robot") -> list[str]:
+    now = SystemState("rover", reporter, {**STATES, **changed}, running={})
+    return advice(ROVER, skill, failing, now, data={} if "charged" in failing else {"battery": 50.0})
 
 
 @pytest.mark.parametrize(
     ("skill", "failing", "changed", "sentences"),
     [
         (
-            *("drive", ["released"], {"stop": "PRESSED"}),
-            [f"released: `stop` has to become RELEASED; {ONLY_IT}."],
-        ),
-        (
-            *("drive", ["lit"], {"stop": "PRESSED"}),
+            *("drive", ["released", "lit"], {"stop": "PRESSED", "lamp": "OFF"}),
             [
+                f"released: `stop` has to become RELEASED; {ONLY_IT}.",
                 f"lit: `lamp` has to become ON; {ONLY_IT}.",
                 f"lit: `stop` has to become RELEASED; {ONLY_IT}.",
             ],
@@ -74,36 +96,69 @@ def situation(reporter: Reporter = "robot", changed: dict[str, str] | None = Non
         ),
         (
             *("drive", ["effect take"], {"wheels": "LOCKED"}),
-            ["effect take: `wheels` has to become PARKED; so it does by effects of `drive` and `lock`."],
+            ["effect take: `wheels` has to become PARKED or DRIVING; so it does by effects of `drive` and `lock`."],
         ),
         (
-            *("lock", ["parked"], {"wheels": "DRIVING"}),
+            *("lock", ["parked"], {"wheels": "LOCKED"}),
             ["parked: `wheels` has to become PARKED; so it does by effects of `drive` and `lock`."],
         ),
         ("lock", ["parked"], {}, ["parked: holds by now. Start it again."]),
+        ("lock", ["effect take"], {}, ["effect take: holds by now. Start it again."]),
     ],
 )
 def test_the_advice_names_who_can_change_it(
     skill: str, failing: list[str], changed: dict[str, str], sentences: list[str]
 ) -> None:
-    assert list(start_advice(ROVER, ROVER.skill(skill), failing, situation(changed=changed))) == sentences
+    assert of_rover(skill, failing, changed) == sentences
 
 
 @pytest.mark.parametrize(
     ("reporter", "way"),
     [
-        ("robot", "only the robot can report that"),
-        ("mock", "here `skillwing trigger stop RELEASED` does that"),
+        ("robot", ONLY_IT),
+        ("mock", "here `skillwing trigger lamp ON` does that"),
         (
             "nobody",
-            "no bridge is there to report that (docs/robots.md), `skillwing trigger stop RELEASED` does in its place",
+            "no bridge is there to report that (docs/robots.md), `skillwing trigger lamp ON` does in its place",
         ),
     ],
 )
 def test_by_hand_is_advised_only_where_no_robot_would_contradict(reporter: Reporter, way: str) -> None:
-    now = situation(reporter, {"stop": "PRESSED"})
-    assert list(start_advice(ROVER, ROVER.skill("drive"), ["released"], now)) == [
-        f"released: `stop` has to become RELEASED; {way}."
+    assert of_rover("drive", ["lit"], {"lamp": "OFF"}, reporter) == [f"lit: `lamp` has to become ON; {way}."]
+
+
+CRANE = parse(
+    """
+skillset crane {
+    resource arm { initial FREE  FREE -> TAKEN  TAKEN -> FREE }
+    resource hook { initial OFF  extern OFF -> ON  extern ON -> OFF }
+    event hooked { effect { hook -> ON } }
+    skill lift {
+        effect { take: arm -> TAKEN  release: arm -> FREE }
+        precondition { free: resource=(arm == FREE) success take }
+        result { success DONE: apply=release }
+    }
+    skill turn {
+        precondition { all: resource=(arm == FREE and hook == ON) }
+        result { success DONE }
+    }
+}
+"""
+)
+LIFTS = Holder(skill="lift", goal_id="g1", owner="shift")
+LIFTING = SystemState("crane", "mock", {"arm": "TAKEN", "hook": "OFF"}, running={"lift": None})
+
+
+def test_a_held_resource_hides_no_advice_on_the_others_of_its_precondition() -> None:
+    assert advice(CRANE, "turn", ["all"], LIFTING, LIFTS) == [
+        "all: `lift` holds `arm` for goal g1 of shift; `skillwing interrupt lift` ends it.",
+        "all: `hook` has to become ON; the event `hooked` does that; here `skillwing trigger hook ON` does that.",
+    ]
+
+
+def test_a_goal_of_the_same_skill_is_named_once() -> None:
+    assert advice(CRANE, "lift", [], LIFTING, LIFTS) == [
+        "`lift` runs for goal g1 of shift; `skillwing interrupt lift` ends it."
     ]
 
 
@@ -136,12 +191,14 @@ TORN = Reaction(when=When(ends="wait", ending="RI"), trigger={"place": "DOWN"})
 ROUNDS = Reaction(when=When(ends="wait", ending=("DONE", "RI")), trigger={"place": "DOWN"})
 
 
-def in_balloon(skill: str, failing: str, states: str, **known: Any) -> list[str]:
+def in_balloon(skill: str, failing: str, states: str, holder: Holder | None = None, **known: Any) -> list[str]:
+    """Advice on one failing precondition."""
     place, burner = states.split()
     now = SystemState(
         "balloon", **{"reporter": "robot", "running": {}} | known, states={"place": place, "burner": burner}
     )
-    return list(start_advice(BALLOON, BALLOON.skill(skill), [failing], now))
+    found = advice(BALLOON, skill, [failing], now, holder)
+    return [each for each in found if each.startswith(f"{failing}:")]
 
 
 @pytest.mark.parametrize("burner", ["FREE", "USED"])
@@ -168,14 +225,19 @@ def test_in_a_mocked_world_both_are_named() -> None:
 
 
 def test_the_holder_of_a_resource_is_named_with_a_remedy() -> None:
-    assert in_balloon("sink", "free", "UP USED", running={"wait": None}) == [
-        "free: `wait` holds `burner`; `skillwing interrupt wait` ends it."
-    ]
-    assert in_balloon("sink", "free", "UP USED", running={"wait": "patrol"}) == [
-        "free: `wait` holds `burner` for mission `patrol`; `skillwing mission abort` calls it off and runs its rescue."
+    assert in_balloon("sink", "free", "UP USED", BY_HAND, running={"wait": None}) == [
+        "free: `wait` holds `burner` for goal g1 of cli; `skillwing interrupt wait` ends it."
     ]
     assert in_balloon("sink", "free", "UP USED") == [
         "free: `burner` has to become FREE; so it does by effects of `rise`, `sink` and `wait`."
+    ]
+
+
+@pytest.mark.parametrize(("rescue", "then"), [("", "."), ("landing", ", and landing follows.")])
+def test_the_rescue_of_a_mission_is_named_if_it_has_one(rescue: str, then: str) -> None:
+    running = {"wait": RunningMission("patrol", rescue)}
+    assert in_balloon("sink", "free", "UP USED", BY_HAND, running=running) == [
+        f"free: `wait` holds `burner` for mission `patrol`; `skillwing mission abort` calls it off{then}"
     ]
 
 
@@ -194,10 +256,3 @@ def test_a_datum_that_never_came_leads_on() -> None:
     assert in_balloon("wait", "calm", "UP FREE", **by, running={"sink": None}) == [
         "calm: `wind` comes from the robot; see it with `skillwing data wind`."
     ]
-
-
-def test_what_keeps_a_skill_busy_can_be_ended() -> None:
-    assert busy_advice("wait", None) == "`wait` runs; `skillwing interrupt wait` ends it."
-    assert busy_advice("wait", "patrol") == (
-        "`wait` runs for mission `patrol`; `skillwing mission abort` calls it off and runs its rescue."
-    )

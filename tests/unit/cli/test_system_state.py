@@ -15,7 +15,7 @@ from skillwing.services.mocking import MockRun, MockScript, MockWorld, make_mock
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import DataSample, Keys, MissionPhase, MissionStatus, encode
 from skillwing.services.terminal.connection import System
-from skillwing.services.terminal.system_state import system_state
+from skillwing.services.terminal.system_state import RunningMission, system_state
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -66,12 +66,12 @@ def balloon(tmp_path: Path) -> Balloon:
 
 def test_a_mission_is_named_for_the_skills_that_it_has_started(balloon: Balloon) -> None:
     balloon.bus.declare_alive(KEYS.alive(MISSION))
-    status = MissionStatus(mission="patrol", phase=MissionPhase.RUNNING, t=0.0, text="")
+    status = MissionStatus(mission="patrol", phase=MissionPhase.RUNNING, t=0.0, text="", rescue="sinking")
     balloon.bus.advertise(KEYS.mission_status, events=True).put(encode(status))
     balloon.start("rise", MISSION)
     balloon.start("look", "cli")
     found = system_state(balloon.system)
-    assert found.running == {"rise": "patrol", "look": None}
+    assert found.running == {"rise": RunningMission("patrol", "sinking"), "look": None}
     assert found.states == {"place": "DOWN"}
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from skillwing.services.diagnosis import findings
 from skillwing.services.diagnosis.evidence import ClockSeen, Disk, Examination, Probe, ProbeReply, SystemSeen
-from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, diagnose
+from skillwing.services.diagnosis.findings import LITTLE_ROOM, RULES, SYSTEM_RULES, conclusion, diagnose
 from skillwing.services.diagnosis.unattended import Unattended
 from skillwing.services.processes.proc_files import Listener, Usage
 from skillwing.services.processes.process_monitor import ProcessStatus
@@ -215,6 +215,18 @@ def test_a_datum_is_missed_only_while_a_skill_runs_that_publishes_it() -> None:
     assert "`distance` is stale" in finding.what
     ended = GoalStatus(goal_id="g", skill="goto", state=State.TERMINATED, t=1.0)
     assert diagnose(Examination(system=replace(STALE, goals=(ended,)))) == []
+
+
+@pytest.mark.parametrize(
+    ("seen", "sentence"),
+    [
+        (WELL, "m600 is well."),
+        (replace(WELL, lost=(LOST,)), "m600 works, with the notes above."),
+        (process(ProcessCondition.DOWN), None),
+    ],
+)
+def test_a_system_with_a_note_is_not_called_well(seen: SystemSeen, sentence: str | None) -> None:
+    assert conclusion("m600", diagnose(Examination(system=seen))) == sentence
 
 
 def test_the_serious_comes_first() -> None:

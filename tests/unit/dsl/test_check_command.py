@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner, Result
+from command_runner import CommandRunner
+from typer.testing import Result
 
 from skillwing.dsl.checking.reachability import parts
 from skillwing.dsl.commands.check import check
@@ -23,7 +24,7 @@ GOOD = str(CASES / "valid" / "everything.skillset")
 def run(*arguments: str, text: str | None = None) -> Result:
     application = typer.Typer()
     application.command()(check)
-    return CliRunner().invoke(application, arguments, input=text)
+    return CommandRunner().invoke(application, arguments, input=text)
 
 
 def test_a_file_too_large_to_be_played_through_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

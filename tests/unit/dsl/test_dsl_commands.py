@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from typer.testing import CliRunner
+from command_runner import CommandRunner
 
 from skillwing.dsl import load
 from skillwing.dsl.commands.check import check
@@ -40,23 +40,23 @@ def app() -> typer.Typer:
     ],
 )
 def test_exit_codes_of_check(app: typer.Typer, arguments: list[str], code: int) -> None:
-    assert CliRunner().invoke(app, ["check", *arguments]).exit_code == code
+    assert CommandRunner().invoke(app, ["check", *arguments]).exit_code == code
 
 
 def test_check_shows_every_problem_and_a_count(app: typer.Typer) -> None:
-    output = CliRunner().invoke(app, ["check", GOOD, BAD]).output
+    output = CommandRunner().invoke(app, ["check", GOOD, BAD]).output
     assert output.count("error[SW012]") == 3
     assert f"{GOOD}: no problem" in output
     assert f"{BAD}: 9 errors" in output
 
 
 def test_a_missing_file_is_one_sentence(app: typer.Typer) -> None:
-    result = CliRunner().invoke(app, ["check", "nowhere.skillset"])
+    result = CommandRunner().invoke(app, ["check", "nowhere.skillset"])
     assert result.output.strip() == "`nowhere.skillset` cannot be read: No such file or directory. Name one that can."
 
 
 def test_a_missing_file_hides_nothing_in_the_others(app: typer.Typer) -> None:
-    result = CliRunner().invoke(app, ["check", GOOD, "nowhere.skillset", str(CASES), BAD])
+    result = CommandRunner().invoke(app, ["check", GOOD, "nowhere.skillset", str(CASES), BAD])
     assert result.exit_code == 2
     assert f"{GOOD}: no problem" in result.output
     assert f"{BAD}: 9 errors" in result.output
@@ -68,25 +68,25 @@ def test_a_missing_file_hides_nothing_in_the_others(app: typer.Typer) -> None:
 
 def test_a_binary_file_is_one_sentence(app: typer.Typer, tmp_path: Path) -> None:
     (tmp_path / "x.skillset").write_bytes(b"\xff\xfe\x00")
-    result = CliRunner().invoke(app, ["check", str(tmp_path / "x.skillset")])
+    result = CommandRunner().invoke(app, ["check", str(tmp_path / "x.skillset")])
     assert result.exit_code == 2
     assert "it is not text in UTF-8, from byte" in result.output
 
 
 def test_json_has_place_and_help(app: typer.Typer) -> None:
-    report = json.loads(CliRunner().invoke(app, ["check", "--json", LEAKY]).stdout)
+    report = json.loads(CommandRunner().invoke(app, ["check", "--json", LEAKY]).stdout)
     assert [(item["code"], item["severity"], item["line"], item["column"]) for item in report] == [
         ("SW080", "warning", 18, 7)
     ]
     assert report[0]["help"]
-    assert json.loads(CliRunner().invoke(app, ["check", "--json", GOOD]).stdout) == []
+    assert json.loads(CommandRunner().invoke(app, ["check", "--json", GOOD]).stdout) == []
 
 
 def test_generate_does_not_take_nothing_for_the_current_folder(
     app: typer.Typer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, ["generate", GOOD, "-o", ""])
+    result = CommandRunner().invoke(app, ["generate", GOOD, "-o", ""])
     assert result.exit_code == 2
     assert "it is empty" in result.output
     assert list(tmp_path.iterdir()) == []
@@ -94,13 +94,13 @@ def test_generate_does_not_take_nothing_for_the_current_folder(
 
 def test_generate_and_its_check(app: typer.Typer, tmp_path: Path) -> None:
     target = str(tmp_path / "robot")
-    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 1
+    assert CommandRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 1
     assert not (tmp_path / "robot").exists()
-    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target]).exit_code == 0
-    assert CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 0
+    assert CommandRunner().invoke(app, ["generate", GOOD, "-o", target]).exit_code == 0
+    assert CommandRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"]).exit_code == 0
     (tmp_path / "robot" / "skills" / "move.py").write_text("mine = 1\n")
     (tmp_path / "robot" / "generated" / "types.py").write_text("edited")
-    result = CliRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"])
+    result = CommandRunner().invoke(app, ["generate", GOOD, "-o", target, "--check"])
     assert result.exit_code == 1
     assert "types.py" in result.output
     assert "move.py" not in result.output
@@ -122,21 +122,21 @@ def test_generate_copies_the_script_of_the_mocks_with_the_skillset(app: typer.Ty
 
 
 def test_generate_says_what_was_written_once_and_then_leaves_it(app: typer.Typer, tmp_path: Path) -> None:
-    first = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
-    again = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
+    first = CommandRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
+    again = CommandRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
     assert "robot.py" in first.output
     assert "yours" not in again.output
 
 
 def test_generate_without_skeletons(app: typer.Typer, tmp_path: Path) -> None:
     target = tmp_path / "robot"
-    assert CliRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--no-skeletons"]).exit_code == 0
+    assert CommandRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--no-skeletons"]).exit_code == 0
     assert [path.name for path in target.iterdir()] == ["generated"]
-    assert CliRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--check"]).exit_code == 0
+    assert CommandRunner().invoke(app, ["generate", GOOD, "-o", str(target), "--check"]).exit_code == 0
 
 
 def test_generate_refuses_a_skillset_with_errors(app: typer.Typer, tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["generate", BAD, "-o", str(tmp_path / "robot")])
+    result = CommandRunner().invoke(app, ["generate", BAD, "-o", str(tmp_path / "robot")])
     assert result.exit_code == 1
     assert "nothing was generated" in result.output
     assert not (tmp_path / "robot").exists()
@@ -149,7 +149,7 @@ def test_generate_refuses_a_skillset_with_errors(app: typer.Typer, tmp_path: Pat
 def test_generate_refuses_a_folder_that_cannot_be_imported(
     app: typer.Typer, tmp_path: Path, name: str, advice: str
 ) -> None:
-    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / name)])
+    refused = CommandRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / name)])
     assert refused.exit_code == 2
     assert f"{advice}`" in refused.stderr
     assert list(tmp_path.iterdir()) == []
@@ -157,8 +157,8 @@ def test_generate_refuses_a_folder_that_cannot_be_imported(
 
 def test_generate_refuses_the_generated_part_of_a_package(app: typer.Typer, tmp_path: Path) -> None:
     target = tmp_path / "robot"
-    CliRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
-    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(target / "generated")])
+    CommandRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
+    refused = CommandRunner().invoke(app, ["generate", GOOD, "-o", str(target / "generated")])
     assert refused.exit_code == 2
     assert f"-o {target}`" in refused.stderr
 
@@ -167,7 +167,7 @@ def test_generate_never_overwrites_what_somebody_wrote(app: typer.Typer, tmp_pat
     own = tmp_path / "robot" / "generated" / "types.py"
     own.parent.mkdir(parents=True)
     own.write_text("MINE = 1\n")
-    refused = CliRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
+    refused = CommandRunner().invoke(app, ["generate", GOOD, "-o", str(tmp_path / "robot")])
     assert refused.exit_code == 2
     assert "types.py" in refused.stderr
     assert own.read_text() == "MINE = 1\n"
@@ -177,11 +177,11 @@ def test_generate_never_overwrites_what_somebody_wrote(app: typer.Typer, tmp_pat
 
 def test_generate_tells_of_managers_without_a_skill(app: typer.Typer, tmp_path: Path) -> None:
     target = tmp_path / "robot"
-    CliRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
+    CommandRunner().invoke(app, ["generate", GOOD, "-o", str(target)])
     fewer = tmp_path / "everything.skillset"
     text = Path(GOOD).read_text()
     fewer.write_text(text[: text.index("    skill wait {")] + "}\n")
-    result = CliRunner().invoke(app, ["generate", str(fewer), "-o", str(target)])
+    result = CommandRunner().invoke(app, ["generate", str(fewer), "-o", str(target)])
     assert result.exit_code == 0
     assert "wait.py manages a skill" in result.output
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 import typer
+from command_runner import CommandRunner
 from hypothesis import HealthCheck, given, settings
 from skillset_strategies import skillsets
-from typer.testing import CliRunner
 
 from skillwing import m600
 from skillwing.dsl.checking.resolver import resolve
@@ -311,7 +311,7 @@ NEAT = "skillset s {\n    data { a: float64 }\n}   // end\n"
 def run(*arguments: str | Path, given: str | bytes | None = None) -> tuple[int, str, str]:
     app = typer.Typer()
     app.command("fmt")(fmt)
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments], input=given)
+    result = CommandRunner().invoke(app, [str(argument) for argument in arguments], input=given)
     return result.exit_code, result.stdout, result.stderr
 
 

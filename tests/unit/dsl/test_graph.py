@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 
 import pytest
 import typer
+from command_runner import CommandRunner
 from pygraphviz import AGraph
-from typer.testing import CliRunner
 
 from skillwing import m600
 from skillwing.dsl import UnknownNameError, load, parse
@@ -199,7 +199,7 @@ def app() -> typer.Typer:
 
 
 def run(app: typer.Typer, *arguments: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(app, [str(M600), *arguments])
+    result = CommandRunner().invoke(app, [str(M600), *arguments])
     return result.exit_code, result.stdout, result.stderr
 
 
@@ -245,7 +245,7 @@ def test_misuse_is_said_in_a_sentence(app: typer.Typer, tmp_path: Path) -> None:
     assert run(app, "--all", "--skill", "land")[0] == 2
     assert run(app, "-o", str(tmp_path))[0] == 2
     with pytest.raises(UnknownNameError, match="did you mean `takeoff`"):
-        CliRunner().invoke(app, [str(M600), "--skill", "takeof"], catch_exceptions=False)
+        CommandRunner().invoke(app, [str(M600), "--skill", "takeof"], catch_exceptions=False)
 
 
 def test_without_graphviz_text_still_works(app: typer.Typer, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner
+from command_runner import CommandRunner
 
 from skillwing.dsl import load, parse
 from skillwing.dsl.commands.generate import generate
@@ -61,7 +61,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(app: typer.Typer, *words: str) -> Any:
-    return CliRunner().invoke(app, list(words))
+    return CommandRunner().invoke(app, list(words))
 
 
 def test_the_skill_comes_last_and_nothing_else_changes(app: typer.Typer, file: Path) -> None:

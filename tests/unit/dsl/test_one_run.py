@@ -148,6 +148,30 @@ def test_a_misspelt_initial_state_is_reported_where_it_stands(resource: str, hel
     assert error.help is not None and error.help.startswith(help_line)
 
 
+@pytest.mark.parametrize("states", ["", "state { OFF ON }"])
+def test_a_misspelt_initial_state_hides_no_effect_on_an_extern_transition(states: str) -> None:
+    skill = "skill k { effect { bad: lamp -> ON } precondition { p: resource=(lamp == OFF) success bad } result { D } }"
+    resource = f"resource lamp {{ {states} initial OFF  extern OFF -> ON  extern ON -> OFF }}"
+    assert codes(f"{resource} {skill}") == ["SW040"]
+    misspelt = resource.replace("initial OFF", "initial OF")
+    assert codes(f"{misspelt} {skill}") == ["SW011" if states else "SW031", "SW040"]
+
+
+@pytest.mark.parametrize(
+    "resource",
+    [
+        "initial OF  OFF -> ON  extern OFF -> ON  extern ON -> OFF",
+        "initial OFF  OFF -> ONN  extern ONN -> OFF  extern DIM -> ON",
+        "initial READY  extern OFF -> ON  extern ON -> OFF",
+    ],
+    ids=["open to skills", "another state is misspelt", "no state is resembled"],
+)
+def test_an_effect_that_may_be_right_after_a_correction_is_no_error(resource: str) -> None:
+    skill = "skill k { effect { on: lamp -> ON } precondition { success on } result { DONE } }"
+    found = codes(f"resource lamp {{ {resource} }} {skill}")
+    assert found and set(found) == {"SW031"}
+
+
 @pytest.mark.parametrize("transitions", ["IDLE -> BUZY  BUSY -> IDLE", "IDLE -> BUSY  BUZY -> IDLE"])
 def test_a_misspelt_state_of_a_transition_is_one_error(transitions: str) -> None:
     skill = """skill k {

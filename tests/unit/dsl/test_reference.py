@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from typer.testing import CliRunner
+from command_runner import CommandRunner
 
 from skillwing import m600
 from skillwing.dsl import load, parse
@@ -126,13 +126,13 @@ def test_the_command_writes_and_compares(tmp_path: Path) -> None:
     app = typer.Typer()
     app.command("docs")(docs)
     target = tmp_path / "page.md"
-    assert CliRunner().invoke(app, [str(EVERYTHING)]).stdout == page(EVERYTHING)
-    assert CliRunner().invoke(app, [str(EVERYTHING), "--check"]).exit_code == 2
-    assert CliRunner().invoke(app, [str(EVERYTHING), "--check", "-o", str(target)]).exit_code == 1
-    assert CliRunner().invoke(app, [str(EVERYTHING), "-o", str(target)]).exit_code == 0
+    assert CommandRunner().invoke(app, [str(EVERYTHING)]).stdout == page(EVERYTHING)
+    assert CommandRunner().invoke(app, [str(EVERYTHING), "--check"]).exit_code == 2
+    assert CommandRunner().invoke(app, [str(EVERYTHING), "--check", "-o", str(target)]).exit_code == 1
+    assert CommandRunner().invoke(app, [str(EVERYTHING), "-o", str(target)]).exit_code == 0
     assert target.read_text() == page(EVERYTHING)
-    assert CliRunner().invoke(app, [str(EVERYTHING), "--check", "-o", str(target)]).exit_code == 0
-    assert CliRunner().invoke(app, [str(EVERYTHING), "-o", str(tmp_path)]).exit_code == 2
+    assert CommandRunner().invoke(app, [str(EVERYTHING), "--check", "-o", str(target)]).exit_code == 0
+    assert CommandRunner().invoke(app, [str(EVERYTHING), "-o", str(tmp_path)]).exit_code == 2
 
 
 def test_ranges_of_data_are_shown_if_there_are_any() -> None:

@@ -10,9 +10,9 @@ from types import ModuleType
 import msgspec
 import pytest
 import typer
+from command_runner import CommandRunner
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 from skillwing.dsl import SkillsetError, load, parse
 from skillwing.dsl.checking.checker import check
@@ -424,7 +424,7 @@ def test_a_generated_package_needs_no_included_file(app: typer.Typer, tmp_path: 
         lib="type { Float Pose }",
         more="type Grip",
     )
-    assert CliRunner().invoke(app, ["generate", str(main), "-o", str(tmp_path / "robot")]).exit_code == 0
+    assert CommandRunner().invoke(app, ["generate", str(main), "-o", str(tmp_path / "robot")]).exit_code == 0
     copy = tmp_path / "robot" / "generated" / "arm.rl"
     head = "// An arm.\ntype { Float Grip }  // shared\n\ntype Pose\n"
     assert copy.read_text().partition("\n")[2].startswith(head)
@@ -462,7 +462,7 @@ def app() -> typer.Typer:
 
 
 def test_check_takes_rl_files(app: typer.Typer) -> None:
-    output = CliRunner().invoke(app, ["check", str(EXAMPLES / "gimbal.rl"), str(CASES / "invalid" / "unclosed.rl")])
+    output = CommandRunner().invoke(app, ["check", str(EXAMPLES / "gimbal.rl"), str(CASES / "invalid" / "unclosed.rl")])
     assert output.exit_code == 1
     assert "warning[SW090]" in output.output
     assert "Missing `}`" in output.output
@@ -478,7 +478,7 @@ def _imported(path: Path) -> ModuleType:
 
 def test_the_generated_package_can_be_imported(app: typer.Typer, tmp_path: Path) -> None:
     package = tmp_path / "forklift"
-    outcome = CliRunner().invoke(app, ["generate", str(EXAMPLES / "forklift.rl"), "-o", str(package)])
+    outcome = CommandRunner().invoke(app, ["generate", str(EXAMPLES / "forklift.rl"), "-o", str(package)])
     assert outcome.exit_code == 0, outcome.output
     for path in package.rglob("*.py"):
         compile(path.read_text(), str(path), "exec")
@@ -493,23 +493,23 @@ def test_the_generated_package_can_be_imported(app: typer.Typer, tmp_path: Path)
 )
 def test_converted_files_mean_the_same(app: typer.Typer, path: Path, tmp_path: Path) -> None:
     target = tmp_path / "converted.skillset"
-    outcome = CliRunner().invoke(app, ["convert", str(path), "-o", str(target)])
+    outcome = CommandRunner().invoke(app, ["convert", str(path), "-o", str(target)])
     assert outcome.exit_code == 0, outcome.output
     assert load(target) == load(path)
-    assert CliRunner().invoke(app, ["convert", str(path)]).output == target.read_text()
-    assert CliRunner().invoke(app, ["convert", str(path), "-o", str(target)]).exit_code == 2
+    assert CommandRunner().invoke(app, ["convert", str(path)]).output == target.read_text()
+    assert CommandRunner().invoke(app, ["convert", str(path), "-o", str(target)]).exit_code == 2
 
 
 def test_broken_files_are_not_converted(app: typer.Typer, tmp_path: Path) -> None:
     target = tmp_path / "converted.skillset"
-    outcome = CliRunner().invoke(app, ["convert", str(CASES / "invalid" / "names.rl"), "-o", str(target)])
+    outcome = CommandRunner().invoke(app, ["convert", str(CASES / "invalid" / "names.rl"), "-o", str(target)])
     assert outcome.exit_code == 1
     assert "error[SW013]" in outcome.output
     assert not target.exists()
 
 
 def test_words_of_the_language_that_are_names_are_converted(app: typer.Typer) -> None:
-    outcome = CliRunner().invoke(app, ["convert", str(CASES / "valid" / "words_as_names.rl")])
+    outcome = CommandRunner().invoke(app, ["convert", str(CASES / "valid" / "words_as_names.rl")])
     assert outcome.exit_code == 0
     assert "        extern all -> in\n        extern in -> None\n" in outcome.output
 
@@ -524,6 +524,6 @@ def test_a_name_that_the_skillset_language_cannot_tell_from_its_words_is_said(ap
         }
         """
     )
-    outcome = CliRunner().invoke(app, ["convert", str(path)])
+    outcome = CommandRunner().invoke(app, ["convert", str(path)])
     assert outcome.exit_code == 2
     assert "as a name" in outcome.output

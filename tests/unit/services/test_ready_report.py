@@ -68,6 +68,17 @@ def test_a_start_effect_that_cannot_apply_is_named(bench: Bench) -> None:
     assert (lamp.resource, lamp.wanted, lamp.extern) == ("lamp", ("OFF", "LIT"), ("OFF",))
 
 
+def test_a_failing_precondition_hides_no_start_effect_that_cannot_apply(bench: Bench) -> None:
+    bench.extern("lamp", "BROKEN")
+    granted(bench.begin("move", "g"))
+    free, effect = ask(bench, "carry").failing
+    assert (free.name, effect.name) == ("free", "effect take")
+    assert [missing.resource for missing in effect.missing] == ["lamp"]
+    verdict = bench.begin("carry", "h")
+    assert isinstance(verdict, NotReady)
+    assert list(verdict.failing) == ["free", "effect take"]
+
+
 def test_an_event_counts_only_where_it_can_be_fired() -> None:
     source = """
     skillset crane {

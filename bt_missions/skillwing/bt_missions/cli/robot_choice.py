@@ -9,10 +9,7 @@ from pathlib import Path
 from skillwing.bt_missions.tree_skill.called import skills_folder
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.dsl.suggest import listed
-from skillwing.services.client.connection import DEFAULT_ROBOT
-from skillwing.services.errors import InvalidOptionError
-from skillwing.services.processes.run_state import read_run_state, running_systems
+from skillwing.services.client.connection import DEFAULT_ROBOT, running_system
 from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.robot import find_robot
 
@@ -36,16 +33,11 @@ def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
     """The robot of that name, running or installed, or of that package folder. skillset: its file alone, instead.
 
     Without a name it is the one that runs, else that of SKILLWING_ROBOT, else the default one. Raises
-    InvalidOptionError if several run, and as `find_robot` and `load` do.
+    SeveralSystemsError, and as `find_robot` and `load` do.
     """
     if skillset is not None:
         return ChosenRobot(load(skillset), None, skills_folder=skills_folder(skillset))
-    systems = running_systems() if name is None else tuple(filter(None, [read_run_state(name)]))
-    if len(systems) > 1:
-        names = listed(system.robot for system in systems)
-        raise InvalidOptionError("robot", f"Several systems are running: {names}. Choose one with `--robot`.")
-    if systems:
-        (state,) = systems
+    if (state := running_system(name)) is not None:
         file = Path(state.skillset)
         return ChosenRobot(load(file), state.rescue_goal, state.mission_templates, skills_folder=skills_folder(file))
     known = name or os.environ.get("SKILLWING_ROBOT")

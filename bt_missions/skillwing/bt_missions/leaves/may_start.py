@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -16,6 +16,7 @@ from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Refused
 from skillwing.services.errors import InvalidInputError
 from skillwing.services.protocol import ErrorCode, ProtocolError, ReadyReport, SkillReady, decode
+from skillwing.services.ready_reasons import reasons
 
 ANSWER_PATIENCE = 5.0
 """Longest wait for an answer of the resource manager, in seconds of robot time."""
@@ -65,7 +66,7 @@ class MayStart(Behaviour):
             return Status.SUCCESS
         final = isinstance(ready, str)
         if isinstance(ready, SkillReady):
-            self.feedback_message = f"{self.skill} may not start: {' '.join(_reasons(ready))}"
+            self.feedback_message = f"{self.skill} may not start: {' '.join(reasons(ready))}"
         elif ready is not None:
             self.feedback_message = f"{self.skill} may not start: {ready}"
         patience = self.wait if ready is not None else max(self.wait, ANSWER_PATIENCE)
@@ -120,15 +121,3 @@ class MayStart(Behaviour):
             return None
         names = [missing.resource for check in ready.failing for missing in check.missing]
         return self._context.interface.change_record(names[0]) if names else None
-
-
-def _reasons(ready: SkillReady) -> Iterator[str]:
-    """A sentence for each thing that is missing, with the skills that hold it."""
-    if ready.running is not None:
-        yield f"It runs the goal {ready.running.goal_id}."
-    yield from ready.inputs.values()
-    for check in ready.failing:
-        yield f"{check.name}: {check.reason}"
-        for missing in check.missing:
-            if missing.holder is not None:
-                yield f"`{missing.holder.skill}` holds `{missing.resource}`."

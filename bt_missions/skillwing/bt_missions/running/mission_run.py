@@ -76,6 +76,7 @@ class MissionRun:
         """True if a robot that becomes the mission's to rescue again, before the end, is rescued."""
         self._settle_timer: Handle | None = None
         self._at_end: list[Handle] = []
+        publisher.rescue = self.rescue_action or ""
         self._show(trees.root)
 
     @property

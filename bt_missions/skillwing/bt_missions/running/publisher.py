@@ -14,7 +14,12 @@ from skillwing.services.timeline import Timeline
 
 
 class MissionPublisher:
-    """Publishes for one mission. `status` is the latest that was published; each one goes to `on_status` too."""
+    """Publishes for one mission. `status` is the latest that was published; each one goes to `on_status` too.
+
+    rescue: as in the status.
+    """
+
+    rescue = ""
 
     def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
         self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
@@ -51,6 +56,7 @@ class MissionPublisher:
             phase=phase,
             t=self._bus.now(),
             text=text,
+            rescue=self.rescue,
             waypoint=progress.waypoint,
             waypoints=progress.waypoints,
             goal=progress.goal,

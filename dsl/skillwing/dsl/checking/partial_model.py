@@ -19,6 +19,7 @@ from skillwing.dsl.model import Effect, Event, Precondition, Resource, Skill, Sk
 from skillwing.dsl.queries import named_by
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.spans import Span
+from skillwing.dsl.suggest import closest
 
 _LEAVES_BEHAVIOUR = frozenset(
     {
@@ -63,7 +64,8 @@ def partial_model(
     """
     misread, wrong = tuple(misread), tuple(item for item in wrong if item.severity == "error")
     spans = [item.span for item in (*misread, *wrong) if item.code not in _LEAVES_BEHAVIOUR]
-    hurt = [element for element in map(locations.at, (*spans, *lost)) if element is not None]
+    places = [(element, span) for span in (*spans, *lost) if (element := locations.at(span)) is not None]
+    hurt = [element for element, _ in places]
     unsure = {element.name.text for element in hurt if isinstance(element, syntax.ResourceSyntax)}
     named = {element.name.text for element in hurt if isinstance(element, syntax.SkillSyntax)}
     silent = {element.name.text for element in hurt if isinstance(element, syntax.EventSyntax)}
@@ -72,7 +74,7 @@ def partial_model(
     damaged = [skill for skill in skillset.skills if skill.name not in is_sound]
     unread = [locations.at(item.span) for item in misread if item.code not in _LEAVES_THE_REST]
     resources = tuple(
-        _unsure(resource, locations) if resource.name in unsure else resource
+        _unsure(resource, locations, places) if resource.name in unsure else resource
         for resource in skillset.resources
         if resource.name not in unsure or _has_known_states(resource, hurt, unread)
     )
@@ -106,21 +108,40 @@ def _has_known_states(
     return is_single and not any(each in unread for each in declarations) and len(resource.states) <= _MOST_STATES
 
 
-def _unsure(resource: Resource, locations: SourceLocations) -> Resource:
-    """A resource that may go from any state to any other: those that it declares, and those that it mentions."""
+def _unsure(resource: Resource, locations: SourceLocations, places: Iterable[tuple[syntax.Element, Span]]) -> Resource:
+    """A resource that may go from any state to any other: those that it declares, and those that it mentions.
+
+    places: of the errors. If only the initial state is misspelt, a state that extern transitions alone lead to stays
+    out of the reach of skills.
+    """
     states = dict.fromkeys(resource.states)
     declaration = locations.at(resource.span) if resource.span else None
+    reported = frozenset[str]()
     if isinstance(declaration, syntax.ResourceSyntax):
         edges = (item for item in declaration.items if isinstance(item, syntax.TransitionSyntax))
         states |= dict.fromkeys(word.text for edge in edges for word in (edge.source, edge.target) if word.text != "*")
-    edges = tuple(
+        if _is_only_initial(declaration, states, [span for element, span in places if element is declaration]):
+            reported = _targets(resource, extern=True) - _targets(resource, extern=False)
+    transitions = tuple(
         Transition(source, target, extern)
         for source in states
         for target in states
         for extern in (False, True)
-        if source != target
+        if source != target and (extern or target not in reported)
     )
-    return replace(resource, states=tuple(states), initial=next(iter(states), ""), transitions=edges)
+    return replace(resource, states=tuple(states), initial=next(iter(states), ""), transitions=transitions)
+
+
+def _is_only_initial(declaration: syntax.ResourceSyntax, states: Iterable[str], wrong: Iterable[Span]) -> bool:
+    """True if all that is wrong is an initial state that resembles another state. wrong: places of the errors."""
+    initials = [item.state for item in declaration.items if isinstance(item, syntax.InitialSyntax)]
+    if any(span != initial.span for span in wrong for initial in initials):
+        return False
+    return all(closest(each.text, [state for state in states if state != each.text]) for each in initials)
+
+
+def _targets(resource: Resource, *, extern: bool) -> frozenset[str]:
+    return frozenset(edge.target for edge in resource.transitions if edge.extern is extern)
 
 
 # --- damaged skills

@@ -12,7 +12,7 @@ import msgspec
 import typer
 
 from skillwing.dsl.checking.checker import check as check_source
-from skillwing.dsl.commands.source import MISUSE, PROBLEMS, STANDARD_INPUT, UnreadableError, show, text_of, usage_error
+from skillwing.dsl.commands.source import PROBLEMS, STANDARD_INPUT, UnreadableError, read, show, usage_error
 from skillwing.dsl.diagnostics.codes import CODES, page_on
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic, summary
 from skillwing.dsl.diagnostics.sarif import sarif_log
@@ -60,25 +60,33 @@ def check(
                 if not outcome.exact:
                     typer.echo(f"{name}: {_NOT_EXACT}")
             _point_to_pages(found)
-    for sentence in unreadable:
-        typer.echo(sentence, err=True)
+    if unreadable:
+        raise _together(unreadable)
     failed = any(outcome.skillset is None or (strict and outcome.diagnostics) for outcome in checked.values())
-    raise typer.Exit(MISUSE if unreadable else PROBLEMS if failed else 0)
+    raise typer.Exit(PROBLEMS if failed else 0)
 
 
 _NOT_EXACT = "too large to be played through: states of *several* resources that never come together may be missed."
 
 
-def _read(files: Sequence[Path]) -> tuple[dict[str, str], list[str]]:
-    """The texts of the readable files, by name, and a sentence for each other file."""
+def _read(files: Sequence[Path]) -> tuple[dict[str, str], list[UnreadableError]]:
+    """The texts of the readable files, by name, and an error for each other file."""
     sources: dict[str, str] = {}
-    unreadable: list[str] = []
+    unreadable: list[UnreadableError] = []
     for file in files:
         try:
-            sources[_name(file)] = text_of(file)
+            sources[_name(file)] = read(file)
         except UnreadableError as error:
-            unreadable.append(str(error))
+            unreadable.append(error)
     return sources, unreadable
+
+
+def _together(errors: Sequence[UnreadableError]) -> UnreadableError:
+    """One error for several files."""
+    if len(errors) == 1:
+        return errors[0]
+    texts = [str(error) for error in errors]
+    return UnreadableError("\n".join(texts), errors[0].place, texts)
 
 
 def _name(file: Path) -> str:
@@ -95,8 +103,7 @@ def _explain(code: str) -> None:
     if name not in CODES:
         guess = closest(name, CODES)
         advice = f"Did you mean `{guess}`?" if guess else "docs/errors lists them; they look like `SW042`."
-        typer.echo(f"There is no code `{code}`. {advice}", err=True)
-        raise typer.Exit(MISUSE)
+        usage_error(f"There is no code `{code}`. {advice}")
     from rich.console import Console  # noqa: PLC0415 - slow to import, and only wanted here
     from rich.markdown import Markdown  # noqa: PLC0415
 

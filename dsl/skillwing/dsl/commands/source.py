@@ -6,6 +6,7 @@ Exit codes: 0 no problem, 1 problems were found, 2 wrong usage, such as a missin
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -29,33 +30,37 @@ def folder_named(text: str) -> Path:
     return Path(text)
 
 
-class UnreadableError(Exception):
-    """A file cannot be read. `str()` is a sentence for the user."""
+class UsageError(Exception):
+    """Wrong usage of a command. `str()` is for people: one sentence with the problem, one with the remedy.
+
+    place: the file of the problem, if there is one. problems: the text for each problem, if there are several.
+    """
+
+    def __init__(self, text: str, place: str | None = None, problems: Sequence[str] = ()) -> None:
+        self.place = place
+        self.problems = tuple(problems)
+        super().__init__(text)
+
+
+class UnreadableError(UsageError):
+    """A file that cannot be read."""
 
 
 def read(file: Path) -> str:
-    """Read a file, or standard input for `-`, with line feeds as line ends. End the command on an error."""
-    try:
-        return text_of(file)
-    except UnreadableError as error:
-        usage_error(str(error))
-
-
-def text_of(file: Path) -> str:
-    """Read a file as `read` does, for commands that continue with other files. Raises UnreadableError."""
+    """Read a file, or standard input for `-`, with line feeds as line ends. Raises UnreadableError."""
     try:
         return text_in(sys.stdin.buffer.read() if file == STANDARD_INPUT else file.read_bytes())
     except ValueError as error:
-        raise UnreadableError(f"`{file}` cannot be read: {error}. Save it as UTF-8.") from None
+        raise UnreadableError(f"`{file}` cannot be read: {error}. Save it as UTF-8.", str(file)) from None
     except IsADirectoryError:
-        raise UnreadableError(f"`{file}` is a folder. Name a file in it.") from None
+        raise UnreadableError(f"`{file}` is a folder. Name a file in it.", str(file)) from None
     except OSError as error:
-        raise UnreadableError(f"`{file}` cannot be read: {error.strerror}. Name one that can.") from error
+        raise UnreadableError(f"`{file}` cannot be read: {error.strerror}. Name one that can.", str(file)) from error
 
 
 def usage_error(sentence: str) -> NoReturn:
-    typer.echo(sentence, err=True)
-    raise typer.Exit(MISUSE)
+    """End the command with a UsageError."""
+    raise UsageError(sentence)
 
 
 def show(outcome: Checked, source: str) -> None:

@@ -64,21 +64,28 @@ def find_target(
         known = find_robot(table or robot or os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
         name = robot if table and robot else known.name
         return Target(name, endpoint, known.skillset, known.clock, rescue_goal=known.rescue_goal)
+    state = running_system(robot, schema=schema)
+    if state is None:
+        which = f" of `{robot}`" if robot else ""
+        raise NoSystemError(f"No system{which} is running. Start one with `skillwing up`.")
+    return _target(state)
+
+
+def running_system(robot: str | None = None, *, schema: str | None = None) -> RunState | None:
+    """The system that runs here, of this name or any; None without one.
+
+    schema: as for `find_target`. Raises SeveralSystemsError.
+    """
     systems = running_systems() if robot is None else tuple(filter(None, [read_run_state(robot)]))
-    match systems:
-        case ():
-            which = f" of `{robot}`" if robot else ""
-            raise NoSystemError(f"No system{which} is running. Start one with `skillwing up`.")
-        case (state,):
-            return _target(state)
-        case _:
-            fitting = [state for state in systems if schema is not None and _schema_of(state) == schema]
-            if len(fitting) == 1:
-                return _target(fitting[0])
-            names = ", ".join(f"`{state.robot}`" for state in systems)
-            name = (fitting or systems)[0].robot
-            choice = f'Choose one: `--robot {name}` in a command, `connect("{name}")` in a script.'
-            raise SeveralSystemsError(f"Several systems are running: {names}. {choice}")
+    fitting = systems
+    if len(systems) > 1 and schema is not None:
+        fitting = tuple(state for state in systems if _schema_of(state) == schema) or systems
+    if len(fitting) <= 1:
+        return fitting[0] if fitting else None
+    names = ", ".join(f"`{state.robot}`" for state in systems)
+    name = fitting[0].robot
+    choice = f'Choose one: `--robot {name}` in a command, `connect("{name}")` in a script.'
+    raise SeveralSystemsError(f"Several systems are running: {names}. {choice}")
 
 
 def _schema_of(state: RunState) -> str | None:

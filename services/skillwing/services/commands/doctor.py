@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from skillwing.services.diagnosis.examination import examine
-from skillwing.services.diagnosis.findings import Finding, diagnose
+from skillwing.services.diagnosis.findings import Finding, conclusion, diagnose
 from skillwing.services.terminal.connection import JsonOption, RobotOption
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.output import make_console, print_json
@@ -28,10 +28,10 @@ def doctor(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     raise typer.Exit(FAILED if any(finding.serious for finding in findings) else OK)
 
 
-def _print(console: Console, robot: str | None, findings: list[Finding]) -> None:
+def _print(console: Console, name: str | None, findings: list[Finding]) -> None:
     for finding in findings:
         mark = Text("wrong ", "bold red") if finding.serious else Text("note  ", "bold yellow")
         console.print(Text.assemble(mark, finding.what))
         console.print(Text.assemble("      ", finding.remedy, style="dim"))
-    if not any(finding.serious for finding in findings):
-        console.print(f"{robot} is well.", style="green")
+    if (sentence := conclusion(name, findings)) is not None:
+        console.print(sentence, style="yellow" if findings else "green", markup=False)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from skillwing.services.client.inputs import parse_inputs
 from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
-from skillwing.services.protocol import ReadyReport, SkillReady, decode
+from skillwing.services.protocol import SkillReady
 from skillwing.services.terminal import completion
 from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.output import make_console, print_json, print_table
-from skillwing.services.terminal.ready_text import lines, rows, unheld
-from skillwing.services.terminal.start_advice import start_advice
+from skillwing.services.terminal.ready_text import lines, rows
+from skillwing.services.terminal.start_advice import ready_advice
 from skillwing.services.terminal.system_state import system_state
 
 
@@ -37,12 +37,11 @@ def ready(
     Code 3: no system is running. Code 4: the resource manager refuses to answer now.
     """
     with connect(robot) as system:
-        report = _ask(
-            system, skill or "", parse_inputs(system.skillset.skill(skill), inputs) if skill and inputs else None
-        )
+        values = parse_inputs(system.skillset.skill(skill), inputs) if skill and inputs else None
+        report = system.ask_ready(system.make_interface(), skill or "", values)
         alive = system.alive()
         unmanaged = [each.skill for each in report.skills if skill_process(each.skill) not in alive]
-        advice = [] if as_json or skill is None else _advice(system, report.skills[0])
+        advice = None if as_json or skill is None else _advice(system, report.skills[0])
     if as_json:
         print_json({"step": report.step, "t": report.t, "skills": report.skills, "without_manager": unmanaged})
     elif skill is None:
@@ -58,20 +57,11 @@ def ready(
     raise typer.Exit(OK if report.skills[0].ready else FAILED)
 
 
-def _ask(system: System, skill: str, values: dict[str, Any] | None) -> ReadyReport:
-    """The answer of the resource manager. Raises as `SkillsetInterface.ask_ready`, NoReplyError and RefusedError."""
-    interface = system.make_interface()
-    key = system.keys.resource_ready
-    return decode(
-        system.wait_for_answer(key, lambda take: interface.ask_ready(skill, take, values)).payload, ReadyReport
-    )
-
-
-def _advice(system: System, skill: SkillReady) -> list[str]:
-    """Ways to make preconditions hold of which no goal holds a resource; none without the states of the resources."""
-    if not (names := unheld(skill)):
+def _advice(system: System, skill: SkillReady) -> list[str] | None:
+    """Ways to make the skill ready; None without the states of the resources."""
+    if skill.ready:
         return []
     try:
-        return list(start_advice(system.skillset, system.skillset.skill(skill.skill), names, system_state(system)))
+        return list(ready_advice(system.skillset, skill, system_state(system)))
     except (NoReplyError, RefusedError):
-        return []
+        return None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
-from typing import Annotated
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -12,16 +12,17 @@ from rich.console import Console
 from skillwing.services.bus import Loop, RunnableBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.inputs import parse_inputs
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
 from skillwing.services.names import skill_process
 from skillwing.services.processes.stop_signal import StopSignal
-from skillwing.services.protocol import Ending, State, Terminal
+from skillwing.services.protocol import Ending, State
 from skillwing.services.terminal import completion
 from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
 from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
-from skillwing.services.terminal.start_advice import busy_advice, start_advice
-from skillwing.services.terminal.system_state import running_skills, system_state
+from skillwing.services.terminal.start_advice import start_advice
+from skillwing.services.terminal.system_state import system_state
 
 SILENCE = 2.0
 """Seconds without an answer from a live manager until the user gets a message."""
@@ -57,7 +58,7 @@ def start(
             follow_to_end(system.bus, goal, interface.interrupt, None if as_json else console)
         else:
             wait_for(system.bus, goal, lambda: goal.state in ACCEPTED, None if as_json else console)
-        advice = [] if as_json or goal.terminal is None else _advice(system, skill, goal.terminal)
+        advice = [] if as_json else _advice(system, goal, interface, values)
     if as_json:
         print_json({"goal_id": goal.goal_id, "skill": skill, "state": goal.state, "terminal": goal.terminal})
     elif goal.terminal is not None:
@@ -69,19 +70,15 @@ def start(
     raise typer.Exit(OK if goal.terminal is None else exit_code_of_end(goal.terminal))
 
 
-def _advice(system: System, skill: str, terminal: Terminal) -> list[str]:
-    """Advice after a refused start; none without the states of the resources."""
+def _advice(system: System, goal: GoalHandle, interface: SkillsetInterface, values: Mapping[str, Any]) -> list[str]:
+    """Advice after a refused start; none without an answer of the resource manager."""
+    if goal.terminal is None or goal.terminal.ending not in (Ending.NOT_READY, Ending.BUSY):
+        return []
     try:
-        if terminal.ending is Ending.NOT_READY:
-            return list(
-                start_advice(system.skillset, system.skillset.skill(skill), terminal.failing, system_state(system))
-            )
-        if terminal.ending is Ending.BUSY:
-            running = running_skills(system, system.alive())
-            return [busy_advice(skill, running[skill])] if skill in running else []
+        (ready,) = system.ask_ready(interface, goal.skill, values).skills
+        return list(start_advice(system.skillset, ready, goal.terminal.failing, system_state(system)))
     except (NoReplyError, RefusedError):
-        pass
-    return []
+        return []
 
 
 def wait_for(loop: Loop, goal: GoalHandle, condition: Callable[[], bool], console: Console | None) -> None:

@@ -49,7 +49,7 @@ def failing_preconditions(
     failing = {name: reason for name, reason in reasons.items() if reason is not None}
     start = skill.preconditions.success
     obstacle = transition_obstacle(skillset.resource, known.resources, skill.transitions(start))
-    if not failing and obstacle is not None:
+    if obstacle is not None:
         failing[f"effect {start}"] = f"The effect `{start}` cannot be applied: {obstacle}"
     return failing
 

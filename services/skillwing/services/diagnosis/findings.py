@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import msgspec
 
@@ -51,6 +51,13 @@ def diagnose(evidence: Examination) -> list[Finding]:
     if evidence.system is not None:
         found += [finding for rule in SYSTEM_RULES for finding in rule(evidence.system)]
     return sorted(found, key=lambda finding: not finding.serious)
+
+
+def conclusion(robot: str | None, findings: Sequence[Finding]) -> str | None:
+    """A sentence on a system as a whole; None after a serious finding, which says enough."""
+    if any(finding.serious for finding in findings):
+        return None
+    return f"{robot} works, with the notes above." if findings else f"{robot} is well."
 
 
 # --- the machine -----------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -23,7 +23,15 @@ from skillwing.services.processes.process_monitor import ProcessStatus, process_
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_options import run_options
 from skillwing.services.processes.run_state import read_run_state
-from skillwing.services.protocol import ErrorCode, GoalStatus, QueryGoal, QueryStates, ResourceStates
+from skillwing.services.protocol import (
+    ErrorCode,
+    GoalStatus,
+    QueryGoal,
+    QueryStates,
+    ReadyReport,
+    ResourceStates,
+    decode,
+)
 from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import inputs, running
 
@@ -67,6 +75,14 @@ class System(Connection):
             if error.code is ErrorCode.UNKNOWN_GOAL:
                 return None
             raise
+
+    def ask_ready(
+        self, interface: SkillsetInterface, skill: str, inputs: Mapping[str, Any] | None = None
+    ) -> ReadyReport:
+        """Answer to `SkillsetInterface.ask_ready`. Raises as that does, NoReplyError and RefusedError."""
+        key = self.keys.resource_ready
+        answer = self.wait_for_answer(key, lambda take: interface.ask_ready(skill, take, inputs))
+        return decode(answer.payload, ReadyReport)
 
     def process_statuses(self, alive: Collection[str]) -> list[ProcessStatus]:
         """Status of every process. First those that were started, or else those of the robot's table.

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from skillwing.dsl import SkillsetError
+from skillwing.dsl.commands.source import UsageError
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.terminal.cli import JSON_OPTION
 
@@ -32,6 +33,8 @@ def error_facts(error: Exception, message: str, exit_code: int) -> dict[str, Any
             first = next((each for each in error.diagnostics if each.severity == "error"), error.diagnostics[0])
             what, remedy, place = first.message, first.help, str(first.span)
             problems = [f"{each.span}: {each.message}" for each in error.diagnostics]
+        case UsageError():
+            place = error.place
         case OSError() if error.filename is not None:
             place = str(error.filename)
         case _ if isinstance(problems, Mapping):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
+from skillwing.dsl.commands.source import UsageError
 from skillwing.services.errors import (
     BadRecordingError,
     InvalidInputError,
@@ -33,7 +34,7 @@ _REFUSALS = (Ending.NOT_VALIDATED, Ending.NOT_READY, Ending.BUSY)
 def user_message(error: Exception) -> str | None:
     """The message for an error of the user or the robot; None for a fault of the program."""
     match error:
-        case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError():
+        case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError() | UsageError():
             return str(error)
         case OSError():
             where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
@@ -56,6 +57,7 @@ def exit_code_of(error: Exception) -> int:
             | InvalidInputError()
             | InvalidOptionError()
             | SkillsetError()
+            | UsageError()
             | JournalError()
             | BadRecordingError()
             | OSError()

@@ -1,79 +1,79 @@
-"""Advice after a refused start: the ways to make each failing precondition hold."""
+"""Advice on a skill that may not start: the ways to make each failing precondition hold."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from skillwing.dsl.expressions import names_used
-from skillwing.dsl.model import Skill, Skillset
-from skillwing.dsl.queries import can_bring, holds, taken_by, wanted_states
+from skillwing.dsl.model import Skillset
 from skillwing.dsl.suggest import listed
 from skillwing.services.diagnosis.consequences import causes
+from skillwing.services.protocol import FailingCheck, Holder, MissingState, SkillReady
+from skillwing.services.ready_reasons import goal_text, holding
 from skillwing.services.terminal.system_state import SystemState
 
 
-def start_advice(skillset: Skillset, skill: Skill, failing: Sequence[str], now: SystemState) -> Iterator[str]:
-    """A sentence for each failing precondition, which begins with its name.
+def start_advice(skillset: Skillset, ready: SkillReady, failing: Sequence[str], now: SystemState) -> Iterator[str]:
+    """Advice after a refused start. failing: as in the terminal answer; ready: the readiness now.
 
-    failing: as in the terminal answer, in which `effect take` is a start effect that cannot be applied. A precondition
-    that holds by now has a sentence, too.
+    A precondition that holds by now has a sentence, too.
     """
-    for check in skill.preconditions.checks:
-        if check.name not in failing:
-            continue
-        if check.kind == "resource" and holds(check.expression, now.states):
-            yield f"{check.name}: holds by now. Start it again."
-            continue
-        wanted = wanted_states(check.expression, skillset, now.states) if check.kind == "resource" else {}
-        for resource, targets in wanted.items():
-            yield f"{check.name}: {_way_to_state(skillset, resource, targets, now)}"
-        for name in sorted(names_used(check.expression, "data")):
-            yield f"{check.name}: {_way_to_datum(name, now)}"
-        for name in sorted(names_used(check.expression, "input")):
-            yield f"{check.name}: `{name}` is an input of the start; give another one."
-    for effect in skill.effects:
-        if (name := f"effect {effect.name}") in failing:
-            for resource, target in effect.transitions:
-                edges = skillset.resource(resource).transitions
-                sources = [edge.source for edge in edges if edge.target == target and not edge.extern]
-                if now.states[resource] not in (*sources, target):
-                    yield f"{name}: {_way_to_state(skillset, resource, sources, now)}"
+    skill = skillset.skill(ready.skill)
+    still = {check.name for check in ready.failing}
+    own = [*(check.name for check in skill.preconditions.checks), f"effect {skill.preconditions.success}"]
+    yield from (f"{name}: holds by now. Start it again." for name in own if name in failing and name not in still)
+    yield from ready_advice(skillset, ready, now)
 
 
-def busy_advice(skill: str, mission: str | None) -> str:
-    """Advice about a goal of the same skill. mission: its mission, as in `SystemState.running`."""
-    return f"`{skill}` runs{_started_by(mission)}; {_way_to_end(skill, mission)}"
+def ready_advice(skillset: Skillset, ready: SkillReady, now: SystemState) -> Iterator[str]:
+    """A sentence on the running goal of a skill, and on each resource, datum and input of a failing precondition.
+
+    Those on a precondition begin with its name. A resource that the running goal holds has none of its own.
+    """
+    if (running := ready.running) is not None:
+        goal = goal_text(running, _mission_name(running, now))
+        yield f"`{running.skill}` runs for {goal}; {_way_to_end(running, now)}"
+    for check in ready.failing:
+        missing = [each for each in check.missing if running is None or each.holder != running]
+        yield from (f"{check.name}: {_way_to_state(skillset, each, now)}" for each in missing)
+        yield from (f"{check.name}: {way}" for way in _ways_to_values(check, now))
 
 
-def _way_to_state(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:
-    """The skill that holds a resource, or the ways to bring the resource to one of these states."""
-    for name, mission in now.running.items():
-        skill = skillset.skill(name)
-        taken = taken_by(skill)
-        if resource in taken and can_bring(skill, resource, targets):
-            return f"`{name}` holds `{resource}`{_started_by(mission)}; {_way_to_end(name, mission)}"
-    present = now.states[resource]
-    edges = skillset.resource(resource).transitions
-    reported = [edge.target for edge in edges if edge.extern and edge.source == present and edge.target in targets]
-    aim = f"`{resource}` has to become {' or '.join(targets)}"
+def _ways_to_values(check: FailingCheck, now: SystemState) -> Iterator[str]:
+    for name in check.data:
+        yield _way_to_datum(name, now)
+    for name in check.inputs:
+        yield f"`{name}` is an input of the start; give another one."
+
+
+def _way_to_state(skillset: Skillset, missing: MissingState, now: SystemState) -> str:
+    """The goal that holds a resource, or the ways to bring the resource to a wanted state."""
+    if (holder := missing.holder) is not None:
+        return f"{holding(missing.resource, holder, _mission_name(holder, now))}; {_way_to_end(holder, now)}"
     ways: list[str] = []
-    if reported:
-        ways.append(_way_to_report(skillset, resource, reported, now))
-    if skills := [skill.name for skill in skillset.skills if can_bring(skill, resource, targets)]:
-        ways.append(f"so it does by {'an effect' if len(skills) == 1 else 'effects'} of {listed(skills)}")
+    if missing.events:
+        some = "the event" if len(missing.events) == 1 else "each of the events"
+        ways.append(f"{some} {listed(missing.events)} does that")
+    if missing.extern:
+        ways.append(_way_to_report(skillset, missing.resource, missing.extern, now))
+    if missing.skills:
+        effects = "an effect" if len(missing.skills) == 1 else "effects"
+        ways.append(f"so it does by {effects} of {listed(missing.skills)}")
+    aim = f"`{missing.resource}` has to become {' or '.join(missing.wanted)}"
     if not ways:
-        return f"{aim}; nothing leads there from {present} at once."
+        return f"{aim}; nothing leads there from {missing.state} at once."
     return f"{aim}; {'; '.join(ways)}."
 
 
-def _started_by(mission: str | None) -> str:
-    return "" if mission is None else f" for mission `{mission}`"
+def _mission_name(holder: Holder, now: SystemState) -> str | None:
+    mission = now.running.get(holder.skill)
+    return None if mission is None else mission.name
 
 
-def _way_to_end(skill: str, mission: str | None) -> str:
+def _way_to_end(holder: Holder, now: SystemState) -> str:
+    mission = now.running.get(holder.skill)
     if mission is None:
-        return f"`skillwing interrupt {skill}` ends it."
-    return "`skillwing mission abort` calls it off and runs its rescue."
+        return f"`skillwing interrupt {holder.skill}` ends it."
+    return "`skillwing mission abort` calls it off" + (f", and {mission.rescue} follows." if mission.rescue else ".")
 
 
 def _way_to_report(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:

@@ -1,4 +1,4 @@
-"""State of a running system: the facts from which advice after a refused start is made."""
+"""State of a running system: the facts from which advice on a skill that may not start is made."""
 
 from __future__ import annotations
 
@@ -37,10 +37,18 @@ Reporter: TypeAlias = Literal["robot", "mock", "nobody"]
 
 
 @dataclass(frozen=True)
+class RunningMission:
+    """A mission that runs. rescue: as in its status."""
+
+    name: str
+    rescue: str = ""
+
+
+@dataclass(frozen=True)
 class SystemState:
     """Present state of a system.
 
-    states: of the resources. running: the running skills, each with the name of its mission, None without one. unheard:
+    states: of the resources. running: the running skills, each with its mission, None without one. unheard:
     data that were never received. published_by: as in the robot's table. reactions: of this robot's mock, which show
     the effects of its skills.
     """
@@ -48,7 +56,7 @@ class SystemState:
     robot: str
     reporter: Reporter
     states: Mapping[str, str]
-    running: Mapping[str, str | None]
+    running: Mapping[str, RunningMission | None]
     unheard: Collection[str] = ()
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     reactions: tuple[Reaction, ...] = ()
@@ -71,10 +79,10 @@ def system_state(system: System) -> SystemState:
     )
 
 
-def running_skills(system: System, alive: Collection[str]) -> dict[str, str | None]:
+def running_skills(system: System, alive: Collection[str]) -> dict[str, RunningMission | None]:
     """The running skills, as in `SystemState`. alive: holders of alive tokens."""
     askers: dict[str, str] = {}
-    missions: list[str] = []
+    missions: list[RunningMission] = []
 
     def on_record(record: Record) -> None:
         if record.kind is RecordKind.GOAL and record.after == State.VALIDATING and record.goal_id is not None:
@@ -83,7 +91,7 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, str | No
     follow_records(system.bus, system.keys, on_record)
     system.bus.subscribe(
         system.keys.mission_status,
-        message_reader(MissionStatus, lambda status: missions.append(status.mission)),
+        message_reader(MissionStatus, lambda status: missions.append(RunningMission(status.mission, status.rescue))),
         events=True,
     )
     skills = [skill.name for skill in system.skillset.skills if skill_process(skill.name) in alive]
@@ -92,8 +100,8 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, str | No
         return dict.fromkeys(status.skill for status in statuses)
     system.bus.run_until(lambda: bool(missions) and all(status.goal_id in askers for status in statuses), LATE_MESSAGES)
     by_mission = [status.skill for status in statuses if askers.get(status.goal_id) == f"asked by {MISSION}"]
-    name = missions[-1] if missions else "unknown"
-    return {status.skill: name if status.skill in by_mission else None for status in statuses}
+    mission = missions[-1] if missions else RunningMission("unknown")
+    return {status.skill: mission if status.skill in by_mission else None for status in statuses}
 
 
 def _unheard(system: System) -> list[str]:
