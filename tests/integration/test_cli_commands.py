@@ -136,7 +136,7 @@ def test_ready_without_a_skill_is_a_table_of_all(ready: Command) -> None:
     said = ready("ready")
     assert said.code == OK
     assert "takeoff" in said.out
-    assert "No manager of it runs." in next(line for line in said.out.splitlines() if line.startswith("hover"))
+    assert "No manager of it runs;" in next(line for line in said.out.splitlines() if line.startswith("hover"))
 
 
 def test_a_skill_whose_manager_does_not_run_is_not_started(ready: Command) -> None:

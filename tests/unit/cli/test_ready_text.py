@@ -57,7 +57,7 @@ def test_unchecked_preconditions_are_named() -> None:
 
 def test_the_table_has_a_row_for_each_skill() -> None:
     ready = SkillReady(skill="lift", ready=True)
-    assert rows([ready, TURN], []) == [
+    assert rows([ready, TURN], {}) == [
         ("lift", "yes", ""),
         (
             "turn",
@@ -66,4 +66,9 @@ def test_the_table_has_a_row_for_each_skill() -> None:
             "loose: `brake == LOOSE` does not hold: brake is SET.",
         ),
     ]
-    assert rows([ready], ["lift"]) == [("lift", "no", "No manager of it runs.")]
+    assert rows([ready], {"lift": "It hangs."}) == [("lift", "no", "It hangs.")]
+
+
+def test_a_skill_whose_manager_is_in_trouble_is_not_ready() -> None:
+    ready = SkillReady(skill="lift", ready=True)
+    assert list(lines(ready, [], "It hangs.")) == ["lift is not ready.", "  It hangs."]

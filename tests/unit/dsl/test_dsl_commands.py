@@ -111,13 +111,13 @@ def test_generate_copies_the_script_of_the_mocks_with_the_skillset(app: typer.Ty
     source.write_text(Path(GOOD).read_text())
     script.write_text("seed = 3\n")
     words = ["generate", str(source), "-o", str(package)]
-    assert CliRunner().invoke(app, words).exit_code == 0
+    assert CommandRunner().invoke(app, words).exit_code == 0
     (copy,) = (package / "generated").glob("*.mock.toml")
     assert (copy.stem, tomllib.loads(copy.read_text())) == (f"{load(source).name}.mock", {"seed": 3})
     script.write_text("seed = 4\n")
-    assert copy.name in CliRunner().invoke(app, [*words, "--check"]).output
+    assert copy.name in CommandRunner().invoke(app, [*words, "--check"]).output
     script.unlink()
-    assert CliRunner().invoke(app, words).exit_code == 0
+    assert CommandRunner().invoke(app, words).exit_code == 0
     assert not copy.exists()
 
 

@@ -7,16 +7,19 @@ from typing import Annotated
 import typer
 
 from skillwing.services.client.inputs import parse_inputs
-from skillwing.services.errors import NoReplyError, RefusedError, SkillwingError
+from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import SkillReady
 from skillwing.services.terminal import completion
 from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
-from skillwing.services.terminal.output import make_console, print_json, print_table
+from skillwing.services.terminal.output import DOES_NOT_ANSWER, make_console, print_json, print_table
 from skillwing.services.terminal.ready_text import lines, rows
 from skillwing.services.terminal.start_advice import ready_advice
 from skillwing.services.terminal.system_state import system_state
+
+NOBODY_RUNS_IT = "No manager of it runs; see `skillwing status`."
+HANGS = f"{DOES_NOT_ANSWER[0].upper()}{DOES_NOT_ANSWER[1:]}."
 
 
 def ready(
@@ -41,20 +44,29 @@ def ready(
         report = system.ask_ready(system.make_interface(), skill or "", values)
         alive = system.alive()
         unmanaged = [each.skill for each in report.skills if skill_process(each.skill) not in alive]
+        managed = (each.skill for each in report.skills if each.skill not in unmanaged)
+        silent = [each for each in managed if not _answers(system, each)]
         advice = None if as_json or skill is None else _advice(system, report.skills[0])
+    troubles = {**dict.fromkeys(unmanaged, NOBODY_RUNS_IT), **dict.fromkeys(silent, HANGS)}
     if as_json:
-        print_json({"step": report.step, "t": report.t, "skills": report.skills, "without_manager": unmanaged})
+        managers = {"without_manager": unmanaged, "silent_manager": silent}
+        print_json({"step": report.step, "t": report.t, "skills": report.skills, **managers})
     elif skill is None:
-        print_table(make_console(), ("SKILL", "READY", "WHY"), rows(report.skills, unmanaged))
+        print_table(make_console(), ("SKILL", "READY", "WHY"), rows(report.skills, troubles))
     else:
         console = make_console()
-        for line in lines(report.skills[0], advice):
+        for line in lines(report.skills[0], advice, troubles.get(skill, "")):
             console.print(line, markup=False)
-    if skill is None:
-        raise typer.Exit(OK)
-    if unmanaged:
-        raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
-    raise typer.Exit(OK if report.skills[0].ready else FAILED)
+    raise typer.Exit(OK if skill is None or (report.skills[0].ready and not troubles) else FAILED)
+
+
+def _answers(system: System, skill: str) -> bool:
+    """True if the manager of a skill answers a question. One with a hook that blocks does not."""
+    try:
+        system.ask_for_goal(skill)
+    except NoReplyError:
+        return False
+    return True
 
 
 def _advice(system: System, skill: SkillReady) -> list[str] | None:
