@@ -15,9 +15,11 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
-from skillwing.bt_missions.mission.options import option_text, parse_options
+from skillwing.bt_missions.mission.mission import MissionOptions
+from skillwing.bt_missions.mission.options import InvalidOptionsError, option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.terminal.error_facts import error_facts
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 
 
@@ -56,6 +58,44 @@ def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentenc
         MISSION.read_options(parse_options([word]))
     assert str(caught.value).startswith(sentence)
     assert caught.value.option == word.partition("=")[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (["speed=fast", "time_limit=0", "hight=3"], ["hight", "speed", "time_limit"]),
+        (["speed=fast", "route=99,0,4"], ["speed"]),
+        (["speed", "height=1", "height=2", "route=[[1,"], ["speed", "height", "route"]),
+    ],
+)
+def test_all_wrong_options_are_reported_at_once(words: list[str], names: list[str]) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        MISSION.read_options(parse_options(words))
+    facts = error_facts(caught.value, str(caught.value), 2)["error"]
+    assert list(facts.get("problems", [caught.value.option])) == names
+    assert len(str(caught.value).splitlines()) == len(names)
+
+
+class Rounds(MissionOptions, frozen=True, kw_only=True):
+    amount: int
+    plans: tuple[tuple[float, float], ...]
+
+
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        ([], ["amount", "plans"]),
+        (["amout=3"], ["amout", "plans"]),
+        (["amout=3", "plans=1"], ["amout", "plans"]),
+        (["amount=no", "plans=1,2", "nozzle=X"], ["nozzle", "amount"]),
+    ],
+)
+def test_a_misspelt_option_is_not_missing_as_well(words: list[str], names: list[str]) -> None:
+    rounds = type(MISSION)()
+    rounds.Options = Rounds
+    with pytest.raises(InvalidOptionsError) as caught:
+        rounds.read_options(parse_options(words))
+    assert list(caught.value.problems) == names
 
 
 @given(
