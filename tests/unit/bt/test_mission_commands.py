@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -21,6 +22,8 @@ from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOption
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.error_facts import error_facts
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
+
+FORKLIFT = Path(__file__).parents[3] / "examples" / "forklift" / "forklift.skillset"
 
 
 def test_options_are_read_from_words() -> None:
@@ -112,6 +115,25 @@ def test_options_are_read_as_they_are_shown(
     words = [f"{name}={text}" for name, text in shown.items() if text != "null"]
     again = MISSION.read_options(parse_options(words))
     assert {name: option_text(value) for name, value in msgspec.to_builtins(again).items()} == shown
+
+
+@pytest.mark.parametrize(("option", "robot"), [("--robot", "m600"), ("--skillset", "my forklift.skillset")])
+def test_a_new_mission_is_checked_against_the_robot_that_it_was_written_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, option: str, robot: str
+) -> None:
+    """The command that `new` prints is run as it stands; without a robot, the verdict names another one."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    Path("my forklift.skillset").write_text(FORKLIFT.read_text())
+    written = CliRunner().invoke(mission, ["new", "first.xml", option, robot])
+    (command,) = re.findall("Next: `(.*?)`", written.output)
+    program, group, *words = shlex.split(command)
+    assert (program, group, words[-2:]) == ("skillwing", "mission", [option, robot])
+    checked = CliRunner().invoke(mission, words)
+    assert re.fullmatch("first: fits (forklift|m600)\n", checked.output)
+    if option == "--skillset":
+        other = CliRunner().invoke(mission, ["check", "first.xml"])
+        assert re.search(r"^first: \d+ problems with m600$", other.output, re.MULTILINE)
 
 
 PATROL = """

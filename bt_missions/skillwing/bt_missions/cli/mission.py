@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -240,7 +241,9 @@ def check(
         console = make_console()
         for problem in problems:
             console.print(str(problem), soft_wrap=True, markup=False)
-        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.skillset.name}"
+        robot_name = model.skillset.name
+        count = f"{len(problems)} problem{'s' * (len(problems) != 1)}"
+        verdict = f"{count} with {robot_name}" if problems else f"fits {robot_name}"
         console.print(f"{called}: {verdict}", markup=False)
     raise typer.Exit(FAILED if problems else OK)
 
@@ -257,8 +260,9 @@ def new(
     Exit codes: 0 written; 2 the file exists already, or it is neither .xml nor .py.
     """
     write_draft(file, choose_robot(robot, skillset))
-    console = make_console()
-    console.print(f"Wrote {file}. Next: `skillwing mission check {file}`, then change it.", soft_wrap=True)
+    against = ["--skillset", str(skillset)] if skillset is not None else ["--robot", robot] if robot is not None else []
+    command = shlex.join(["skillwing", "mission", "check", str(file), *against])
+    make_console().print(f"Wrote {file}. Next: `{command}`, then change it.", soft_wrap=True, markup=False)
 
 
 @mission.command()
