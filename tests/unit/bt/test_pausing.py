@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
+from py_trees.decorators import Inverter
 
 from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched
@@ -241,6 +242,27 @@ def test_what_does_not_run_is_not_paused(mission: FakeMission) -> None:
     mission.interface.states["camera"] = "FAILED"
     assert tree.pause("against its condition") == "camera is FAILED"
     assert tree.reason is None
+
+
+@pytest.mark.parametrize(
+    ("condition", "reason"),
+    [
+        (lambda context: Failure("may it wait?"), "its condition `may it wait?` does not hold"),
+        (lambda context: Inverter("may it wait?", Success("no")), "its condition `may it wait?` does not hold"),
+        (
+            lambda context: StatusQueue("may it wait?", [Status.FAILURE], None),
+            "its condition `may it wait?` does not hold",
+        ),
+        (lambda context: in_order("all", ResourceIs("ok?", context, "camera", "FAILED")), "camera is OK"),
+        (lambda context: Inverter("not", ResourceIs("ok?", context, "camera", "OK")), "camera is OK"),
+    ],
+)
+def test_a_refused_pause_has_a_reason(
+    mission: FakeMission, condition: Callable[[MissionContext], Behaviour], reason: str
+) -> None:
+    tree = Pausable("pausable", mission.context, condition(mission.context), Running("meanwhile"), Running("body"))
+    tick(tree)
+    assert tree.pause("for a test") == reason
 
 
 @pytest.mark.parametrize("meanwhile", [None, "look"])

@@ -25,6 +25,9 @@ from skillwing.services.protocol import Ending, Terminal
 AGAIN_AFTER = 1.0
 """Time after which a paused node starts `meanwhile` again when it has failed, in seconds of robot time."""
 
+_MESSAGES_OF_PY_TREES = ("success", "failure")
+"""Messages of leaves that only repeat their status."""
+
 
 class StateChange(NamedTuple):
     """A resource and its new state."""
@@ -157,7 +160,7 @@ class Pausable(Composite):
         if self._paused is None:
             self._condition.tick_once()
             if self._condition.status is Status.FAILURE:
-                return self._condition.feedback_message
+                return _failure_text(self._condition)
             self._paused = reason
             self._again_at = self._context.now()
         return None
@@ -228,6 +231,13 @@ def paused_skills(body: Behaviour, meanwhile: Behaviour, skillset: Skillset) -> 
             yield from held(child, goes_on=goes_on or any(claimed & resources(each) for each in others))
 
     return held(body, goes_on=False)
+
+
+def _failure_text(condition: Behaviour) -> str:
+    """Reason why a condition fails: the message of the leaf that decided, or else that it does not hold."""
+    leaf = condition.tip() or condition
+    said = leaf.feedback_message
+    return f"its condition `{condition.name}` does not hold" if said in ("", *_MESSAGES_OF_PY_TREES) else said
 
 
 def _skills_below(node: Behaviour) -> Iterator[SkillAction]:
