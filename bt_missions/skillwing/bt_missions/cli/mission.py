@@ -25,7 +25,14 @@ from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl.suggest import listed
-from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
+from skillwing.services.errors import (
+    InvalidOptionError,
+    NoMissionError,
+    NoReplyError,
+    NoSystemError,
+    RefusedError,
+    SkillwingError,
+)
 from skillwing.services.protocol import (
     AbortMission,
     ErrorCode,
@@ -304,7 +311,7 @@ def _send(
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
         except NoReplyError as error:
-            raise SkillwingError("No mission runs here. Start one with `skillwing mission run`.") from error
+            raise NoMissionError from error
     if as_json:
         print_json(status)
     else:
