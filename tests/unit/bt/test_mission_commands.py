@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -19,10 +22,12 @@ from skillwing.bt_missions.cli.mission import mission
 from skillwing.bt_missions.mission.mission import MissionOptions
 from skillwing.bt_missions.mission.options import InvalidOptionsError, option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
+from skillwing.dsl import UnknownNameError, parse
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.error_facts import error_facts
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
 
+TOY = "skillset toy { skill lift { result { DONE } } }"
 FORKLIFT = Path(__file__).parents[3] / "examples" / "forklift" / "forklift.skillset"
 
 
@@ -134,6 +139,52 @@ def test_a_new_mission_is_checked_against_the_robot_that_it_was_written_for(
     if option == "--skillset":
         other = CliRunner().invoke(mission, ["check", "first.xml"])
         assert re.search(r"^first: \d+ problems with m600$", other.output, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        (
+            "patrol.txt",
+            "`patrol.txt` ends neither with .xml nor with .py. Name a file that does, or an installed mission:",
+        ),
+        ("./patrol", "`./patrol` ends neither with .xml nor with .py."),
+        ("patrol", "`patrol` ends neither with .xml nor with .py."),
+        (".", "`.` is a directory. Name the file of a mission."),
+        (
+            "nope",
+            "There is no mission `nope`. What exists: `inspection` and `mapping`. A file may be named, too",
+        ),
+    ],
+)
+def test_a_name_that_is_no_mission_is_answered_as_it_was_meant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("patrol").touch()
+    with pytest.raises((InvalidOptionError, UnknownNameError)) as caught:
+        library.find_draft(name)
+    assert str(caught.value).startswith(sentence)
+
+
+def test_missions_of_other_robots_are_not_suggested(tmp_path: Path) -> None:
+    file = tmp_path / "toy.skillset"
+    file.write_text(TOY)
+    caught = CliRunner().invoke(mission, ["check", "nope", "--skillset", str(file)]).exception
+    text = "What exists: none. Other installed missions do not fit toy: `inspection` and `mapping`. A file may be named"
+    assert text in str(caught)
+
+
+def test_a_mission_of_another_robot_is_refused_with_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def connected(*_: object) -> Iterator[object]:
+        yield SimpleNamespace(skillset=parse(TOY, "toy.skillset"), alive=set)
+
+    monkeypatch.setattr("skillwing.bt_missions.cli.mission.connect", connected)
+    caught = CliRunner().invoke(mission, ["run", "mapping"]).exception
+    assert isinstance(caught, InvalidOptionError)
+    assert str(caught).startswith("Mission `mapping` is for another robot: `toy` has no resource `SDK_authority`, ")
+    assert str(caught).endswith(". `skillwing mission list` shows the missions that fit.")
 
 
 PATROL = """

@@ -16,7 +16,7 @@ from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
-from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
+from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
@@ -24,6 +24,7 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_models
+from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
 from skillwing.services.errors import (
     InvalidOptionError,
@@ -145,12 +146,14 @@ def run(
     Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it did not run (unknown name, malformed value, or it
     does not fit the robot); 3 no system is running; 4 another mission runs.
     """
-    chosen = find_draft(name)
+    chosen = _find(name, robot)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot) as system:
         _refuse_second_mission(system)
+        if name in installed_missions():
+            _refuse_other_robot(chosen, system.skillset)
         given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
@@ -235,7 +238,7 @@ def check(
     """
     model = choose_robot(robot, skillset)
     try:
-        chosen = find_draft(name)
+        chosen = _find(name, robot, skillset)
         given = chosen.read_options(parse_options(options or []))
         problems = check_mission(chosen, model.skillset, given, model.rescue_goal)
         problems += called_skill_problems(chosen, model.skillset, given, model.skills_folder)
@@ -334,6 +337,28 @@ def _connected_to_run(chosen: Mission, robot: str | None) -> Iterator[System]:
     except NoSystemError:
         chosen.require_usable()
         raise
+
+
+def _find(name: str, robot: str | None, skillset: Path | None = None) -> Mission:
+    """Find a mission as `find_draft` does. An unknown name is answered with the missions that fit the robot."""
+    try:
+        return find_draft(name)
+    except UnknownMissionError as error:
+        try:
+            chosen = choose_robot(robot, skillset)
+            others = error.known if chosen.is_chosen else ()
+            unfit = [each for each in others if not _fits(find_mission(each), chosen)]
+        except (InvalidOptionError, UnknownNameError):  # no robot is known, or a mission cannot be loaded
+            raise error from None
+        raise UnknownMissionError(name, unfit, chosen.skillset.name) from None
+
+
+def _refuse_other_robot(mission: Mission, skillset: Skillset) -> None:
+    """Raise InvalidOptionError for an installed mission of another robot, whose many problems nobody can correct."""
+    lacking = [name for name in mission.needs if name not in {resource.name for resource in skillset.resources}]
+    if lacking:
+        text = f"Mission `{mission.name}` is for another robot: `{skillset.name}` has no resource {listed(lacking)}."
+        raise InvalidOptionError("mission", f"{text} `skillwing mission list` shows the missions that fit.")
 
 
 def _options_with_site(
