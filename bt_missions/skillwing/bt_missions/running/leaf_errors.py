@@ -14,8 +14,8 @@ from skillwing.bt_missions.leaves.source_location import is_library_file, source
 def mark_raising_leaf(tree: Behaviour, error: BaseException, mission_file: Path | None) -> str:
     """Show at the leaf of `tree` that has raised `error` why it fails; returns the same as a clause.
 
-    mission_file: file of the mission. The innermost line of the traceback in this file is named, else that of the
-    leaf's own code, else the one in which the leaf was written.
+    mission_file: file of the mission. The text names the innermost line of the traceback in this file. Without one it
+    names that of the leaf's own code, or else the line in which the leaf was written.
     """
     nodes = {id(node): node for node in tree.iterate()}
     lines = [
