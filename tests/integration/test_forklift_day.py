@@ -196,6 +196,7 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
             day.until(lambda: day.mission_is("drive"))
             day.here("mission", "pause")
             day.until(lambda: day.mission_is("PAUSED"))
+            assert "Mission shuttle: PAUSED  paused by the operator" in day.here("status")
             day.here("mission", "resume")
             day.until(lambda: day.mission_is("RUNNING"))
             day.here("mission", "abort", "--reason", "lunch")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,8 +12,10 @@ from flights import KEYS, M600, Flight
 from rich.console import Console
 
 from skillwing.bt_missions.cli.watch import MissionWatch
+from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.history.history import History
 from skillwing.services.history.report import make_report
+from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.report.rendering import write_report
 
 
@@ -33,7 +34,7 @@ def seen(watch: MissionWatch, height: int | None = None) -> str:
 def test_the_view_shows_status_tree_skills_and_reasons_of_branch_switches() -> None:
     flight = Flight()
     watch = watched(flight)
-    assert "No mission runs now, and none has left a report here." in seen(watch)
+    assert "No mission runs now, and none has run here." in seen(watch)
     flight.at(17.0, lambda: flight.drone.set("zed_status", "FAILED"))
     flight.network.run_for(22.0)
     view = seen(watch)
@@ -71,11 +72,47 @@ def test_one_who_comes_late_sees_the_same() -> None:
 
 
 def test_where_none_flies_the_last_one_and_its_report_are_named(tmp_path: Path) -> None:
+    """The report of a mission comes seconds after its end; until then the one before is not called the last."""
+    record(tmp_path, "mapping", "SUCCEEDED", 10.0)
+    report(tmp_path / "1-mapping", "mapping", "success")
+    told = last_one(tmp_path)
+    assert "The last one, `mapping`, succeeded" in told
+    assert told.replace(" ", "").endswith(f"itsreportisin{tmp_path}/1-mapping.")
+    record(tmp_path, "patrol", "ABORTED", 30.0)
+    assert last_one(tmp_path).endswith("The last one, `patrol`, was aborted; its report is not written yet.")
+    report(tmp_path / "2-patrol", "patrol", "aborted")
+    assert last_one(tmp_path).replace(" ", "").endswith(f"itsreportisin{tmp_path}/2-patrol.")
+
+
+def test_the_report_may_know_an_end_that_is_not_recorded(tmp_path: Path) -> None:
+    record(tmp_path, "mapping", None, 10.0)
+    assert "`mapping`, was cut short" in last_one(tmp_path)
+    report(tmp_path / "1-mapping", "mapping", "failure")
+    assert "`mapping`, failed" in last_one(tmp_path)
+
+
+def record(run_dir: Path, mission: str, end: str | None, t: float) -> None:
+    """Record the phases of a mission; end: None for an end that the recorder missed."""
+    phases = [("IDLE", "RUNNING"), *([] if end is None else [("RUNNING", end)])]
+    with JsonLines[Record](run_dir / TIMELINE_FILE) as file:
+        for number, (before, after) in enumerate(phases):
+            file.write(
+                Record(
+                    id=f"{mission}#{number}",
+                    t=t + number,
+                    source="mission",
+                    kind=RecordKind.MISSION,
+                    subject=mission,
+                    before=before,
+                    after=after,
+                )
+            )
+
+
+def report(folder: Path, mission: str, result: str) -> None:
     history = History(M600)
-    for place, (name, result) in enumerate({"1-mapping": "success", "2-patrol": "aborted"}.items()):
-        report = msgspec.structs.replace(make_report(history, mission=name[2:]), result=result)
-        write_report(report, history, tmp_path / name)
-        os.utime(tmp_path / name / "report.json", (place, place))
-    told = " ".join(seen(watched(Flight(), tmp_path)).split())
-    assert "The last one, `patrol`, was aborted" in told
-    assert told.replace(" ", "").endswith(f"itsreportisin{tmp_path}/2-patrol.")
+    write_report(msgspec.structs.replace(make_report(history, mission=mission), result=result), history, folder)
+
+
+def last_one(run_dir: Path) -> str:
+    return " ".join(seen(watched(Flight(), run_dir)).split())

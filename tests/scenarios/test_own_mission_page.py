@@ -163,7 +163,7 @@ def test_a_value_of_another_type_is_found_as_the_page_says() -> None:
     typed("new", "patrol.xml")
     change(LINE, VALUES)
     change(WAY_HOME, HOME.replace("{data.position.z}", "{where}"))
-    assert typed("check", "patrol.xml") == f"{MISFIT}patrol: 1 problem\n"
+    assert typed("check", "patrol.xml") == f"{MISFIT}patrol: 1 problem with m600\n"
 
 
 def test_it_stands_still() -> None:

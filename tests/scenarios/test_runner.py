@@ -499,7 +499,11 @@ def test_a_leaf_that_raises_fails_the_mission_and_the_drone_lands() -> None:
     flight = hop(raising)
     status = flight.fly()
     assert status.phase == "FAILED"
-    assert status.text == "the tree raised ZeroDivisionError: division by zero; the robot is on the ground"
+    line = Raising.update.__code__.co_firstlineno + 1
+    reason = f"raised ZeroDivisionError: division by zero ({__file__}:{line})"
+    assert status.text == f"`raises` {reason}; the robot is on the ground"
+    marked = [(node.status, node.feedback) for tree in flight.trees for node in tree.nodes if node.name == "raises"]
+    assert ("FAILURE", reason) in marked
     assert flight.ends("land") == ["S_LANDED"]
     assert flight.idle
     assert flight.on_ground
@@ -509,7 +513,7 @@ def test_a_rescue_that_raises_as_well_still_ends_the_mission() -> None:
     flight = hop(raising, rescue=False)
     status = flight.fly()
     assert status.phase == "FAILED"
-    assert "during landing the tree raised" in status.text
+    assert "during landing `raises` raised" in status.text
     assert flight.idle
 
 

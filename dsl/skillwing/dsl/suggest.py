@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 
 STRONG = 0.8
@@ -25,6 +25,17 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = ".") -> str:
     """Clause that suggests the name in `known` closest to `name`; `otherwise` if none is close."""
     guess = closest(name, known)
     return f"; did you mean `{guess}`?" if guess else otherwise
+
+
+def missing_names(lacking: Iterable[str], unknown: Collection[str]) -> list[str]:
+    """The names that are missing for certain. Each unknown name may be a misspelt form of one of `lacking`."""
+    left = list(lacking)
+    for name in unknown:
+        near = closest(name, left)
+        if near is None:
+            return []  # it may stand for any of them
+        left.remove(near)
+    return left
 
 
 def listed(names: Iterable[str], limit: int = 12) -> str:

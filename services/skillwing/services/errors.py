@@ -11,6 +11,8 @@ __all__ = [
     "BadRecordingError",
     "InvalidInputError",
     "InvalidOptionError",
+    "NoGoalError",
+    "NoMissionError",
     "NoReplyError",
     "NoSystemError",
     "PassingError",
@@ -56,6 +58,20 @@ class NoSystemError(SkillwingError):
 
 class SeveralSystemsError(NoSystemError):
     """Several running systems, of which none was chosen."""
+
+
+class NoGoalError(SkillwingError):
+    """No running goal of a skill."""
+
+    def __init__(self, skill: str) -> None:
+        super().__init__(f"No goal of `{skill}` is running. `skillwing status` shows what is.")
+
+
+class NoMissionError(SkillwingError):
+    """No running mission."""
+
+    def __init__(self) -> None:
+        super().__init__("No mission runs here. Start one with `skillwing mission run`.")
 
 
 class BadRecordingError(SkillwingError):

@@ -114,7 +114,7 @@ def test_both_kinds_of_files_get_the_same_messages(tmp_path: Path, suffix: str) 
     result = check(file)
     assert result.exit_code == FAILED
     assert "There is no resource `zed_staus`; did you mean `zed_status`?" in result.output
-    assert "patrol: 1 problem\n" in result.output
+    assert "patrol: 1 problem with m600\n" in result.output
 
 
 def test_a_tree_that_cannot_be_built_is_reported_with_its_line(tmp_path: Path) -> None:

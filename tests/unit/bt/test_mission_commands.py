@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -16,10 +20,16 @@ from typer.testing import CliRunner
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli import robot_choice
 from skillwing.bt_missions.cli.mission import mission
-from skillwing.bt_missions.mission.options import option_text, parse_options
+from skillwing.bt_missions.mission.mission import MissionOptions
+from skillwing.bt_missions.mission.options import InvalidOptionsError, option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
+from skillwing.dsl import UnknownNameError, parse
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.terminal.error_facts import error_facts
 from skillwing.services.terminal.exit_codes import FAILED, exit_code_of
+
+TOY = "skillset toy { skill lift { result { DONE } } }"
+FORKLIFT = Path(__file__).parents[3] / "examples" / "forklift" / "forklift.skillset"
 
 
 def test_options_are_read_from_words() -> None:
@@ -59,6 +69,44 @@ def test_a_wrong_value_is_answered_with_what_the_option_takes(word: str, sentenc
     assert caught.value.option == word.partition("=")[0]
 
 
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (["speed=fast", "time_limit=0", "hight=3"], ["hight", "speed", "time_limit"]),
+        (["speed=fast", "route=99,0,4"], ["speed"]),
+        (["speed", "height=1", "height=2", "route=[[1,"], ["speed", "height", "route"]),
+    ],
+)
+def test_all_wrong_options_are_reported_at_once(words: list[str], names: list[str]) -> None:
+    with pytest.raises(InvalidOptionError) as caught:
+        MISSION.read_options(parse_options(words))
+    facts = error_facts(caught.value, str(caught.value), 2)["error"]
+    assert list(facts.get("problems", [caught.value.option])) == names
+    assert len(str(caught.value).splitlines()) == len(names)
+
+
+class Rounds(MissionOptions, frozen=True, kw_only=True):
+    amount: int
+    plans: tuple[tuple[float, float], ...]
+
+
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        ([], ["amount", "plans"]),
+        (["amout=3"], ["amout", "plans"]),
+        (["amout=3", "plans=1"], ["amout", "plans"]),
+        (["amount=no", "plans=1,2", "nozzle=X"], ["nozzle", "amount"]),
+    ],
+)
+def test_a_misspelt_option_is_not_missing_as_well(words: list[str], names: list[str]) -> None:
+    rounds = type(MISSION)()
+    rounds.Options = Rounds
+    with pytest.raises(InvalidOptionsError) as caught:
+        rounds.read_options(parse_options(words))
+    assert list(caught.value.problems) == names
+
+
 @given(
     st.lists(st.tuples(*[st.integers(-100, 300).map(lambda tenths: tenths / 10.0)] * 3), min_size=1, max_size=4),
     st.floats(0.1, 5.0),
@@ -75,11 +123,8 @@ def test_options_are_read_as_they_are_shown(
     assert {name: option_text(value) for name, value in msgspec.to_builtins(again).items()} == shown
 
 
-FORKLIFT = str(Path(__file__).parents[3] / "examples/forklift/forklift.skillset")
-
-
 def test_an_export_for_a_robot_that_the_mission_does_not_fit_says_so_in_one_sentence() -> None:
-    result = CliRunner().invoke(mission, ["export", "mapping", "--skillset", FORKLIFT])
+    result = CliRunner().invoke(mission, ["export", "mapping", "--skillset", str(FORKLIFT)])
     assert isinstance(result.exception, InvalidOptionError)
     assert str(result.exception).startswith("Mission `mapping` does not fit `forklift`. `skillwing mission check`")
     assert result.stdout == ""
@@ -91,8 +136,73 @@ def test_a_new_mission_names_its_robot(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(robot_choice, "running_systems", tuple)
     result = CliRunner().invoke(mission, ["new", "first.xml"])
     assert result.stdout.startswith("Wrote first.xml for m600, as no robot runs and none is named. Next: ")
-    result = CliRunner().invoke(mission, ["new", "second.xml", "--skillset", FORKLIFT])
+    result = CliRunner().invoke(mission, ["new", "second.xml", "--skillset", str(FORKLIFT)])
     assert result.stdout.startswith("Wrote second.xml for forklift. Next: ")
+
+
+@pytest.mark.parametrize(("option", "robot"), [("--robot", "m600"), ("--skillset", "my forklift.skillset")])
+def test_a_new_mission_is_checked_against_the_robot_that_it_was_written_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, option: str, robot: str
+) -> None:
+    """The command that `new` prints is run as it stands; without a robot, the verdict names another one."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    Path("my forklift.skillset").write_text(FORKLIFT.read_text())
+    written = CliRunner().invoke(mission, ["new", "first.xml", option, robot])
+    (command,) = re.findall("Next: `(.*?)`", written.output)
+    program, group, *words = shlex.split(command)
+    assert (program, group, words[-2:]) == ("skillwing", "mission", [option, robot])
+    checked = CliRunner().invoke(mission, words)
+    assert re.fullmatch("first: fits (forklift|m600)\n", checked.output)
+    if option == "--skillset":
+        other = CliRunner().invoke(mission, ["check", "first.xml"])
+        assert re.search(r"^first: \d+ problems with m600$", other.output, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        (
+            "patrol.txt",
+            "`patrol.txt` ends neither with .xml nor with .py. Name a file that does, or an installed mission:",
+        ),
+        ("./patrol", "`./patrol` ends neither with .xml nor with .py."),
+        ("patrol", "`patrol` ends neither with .xml nor with .py."),
+        (".", "`.` is a directory. Name the file of a mission."),
+        (
+            "nope",
+            "There is no mission `nope`. What exists: `inspection` and `mapping`. A file may be named, too",
+        ),
+    ],
+)
+def test_a_name_that_is_no_mission_is_answered_as_it_was_meant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("patrol").touch()
+    with pytest.raises((InvalidOptionError, UnknownNameError)) as caught:
+        library.find_draft(name)
+    assert str(caught.value).startswith(sentence)
+
+
+def test_missions_of_other_robots_are_not_suggested(tmp_path: Path) -> None:
+    file = tmp_path / "toy.skillset"
+    file.write_text(TOY)
+    caught = CliRunner().invoke(mission, ["check", "nope", "--skillset", str(file)]).exception
+    text = "What exists: none. Other installed missions do not fit toy: `inspection` and `mapping`. A file may be named"
+    assert text in str(caught)
+
+
+def test_a_mission_of_another_robot_is_refused_with_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    @contextmanager
+    def connected(*_: object) -> Iterator[object]:
+        yield SimpleNamespace(skillset=parse(TOY, "toy.skillset"), alive=set)
+
+    monkeypatch.setattr("skillwing.bt_missions.cli.mission.connect", connected)
+    caught = CliRunner().invoke(mission, ["run", "mapping"]).exception
+    assert isinstance(caught, InvalidOptionError)
+    assert str(caught).startswith("Mission `mapping` is for another robot: `toy` has no resource `SDK_authority`, ")
+    assert str(caught).endswith(". `skillwing mission list` shows the missions that fit.")
 
 
 PATROL = """

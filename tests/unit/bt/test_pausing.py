@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from fake_interface import FakeMission
 from hypothesis import given, settings
@@ -9,15 +11,22 @@ from hypothesis import strategies as st
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, Running, StatusQueue, Success
 from py_trees.common import Status
+from py_trees.decorators import Inverter
 
+from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.leaves.branch_switch import NeverSwitched
 from skillwing.bt_missions.leaves.conditions import ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.skill_action import GoalPhase, SkillAction
+from skillwing.bt_missions.mission.mission import MissionTrees
+from skillwing.bt_missions.missions import inspection, mapping
 from skillwing.bt_missions.planning.waypoints import POSITION_PATIENCE, PointAbove
-from skillwing.bt_missions.subtrees.composites import OnEnding, in_order
+from skillwing.bt_missions.subtrees.composites import OnEnding, alongside, in_order
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
+from skillwing.dsl.queries import taken_by
 from skillwing.services.protocol import Terminal
+from skillwing.services.robot import find_robot
 
 
 class Gate:
@@ -233,6 +242,83 @@ def test_what_does_not_run_is_not_paused(mission: FakeMission) -> None:
     mission.interface.states["camera"] = "FAILED"
     assert tree.pause("against its condition") == "camera is FAILED"
     assert tree.reason is None
+
+
+@pytest.mark.parametrize(
+    ("condition", "reason"),
+    [
+        (lambda context: Failure("may it wait?"), "its condition `may it wait?` does not hold"),
+        (lambda context: Inverter("may it wait?", Success("no")), "its condition `may it wait?` does not hold"),
+        (
+            lambda context: StatusQueue("may it wait?", [Status.FAILURE], None),
+            "its condition `may it wait?` does not hold",
+        ),
+        (lambda context: in_order("all", ResourceIs("ok?", context, "camera", "FAILED")), "camera is OK"),
+        (lambda context: Inverter("not", ResourceIs("ok?", context, "camera", "OK")), "camera is OK"),
+    ],
+)
+def test_a_refused_pause_has_a_reason(
+    mission: FakeMission, condition: Callable[[MissionContext], Behaviour], reason: str
+) -> None:
+    tree = Pausable("pausable", mission.context, condition(mission.context), Running("meanwhile"), Running("body"))
+    tick(tree)
+    assert tree.pause("for a test") == reason
+
+
+@pytest.mark.parametrize("meanwhile", [None, "look"])
+def test_a_pause_whose_second_child_takes_nothing_holds_all_skills(mission: FakeMission, meanwhile: str | None) -> None:
+    instead = Success("nothing") if meanwhile is None else SkillAction("watch", mission.context, meanwhile)
+    go = SkillAction("go", mission.context, "go")
+    tree = pausable(mission, instead, go)
+    tick(tree)
+    mission.goals[0].run()
+    assert tree.pause("for a test") is None
+    assert (tick(tree), go.phase, mission.goals[0].interrupts) == (Status.RUNNING, GoalPhase.HELD, 1)
+    mission.goals[0].end("IT")
+    assert (tick(tree), tree.reason) == (Status.RUNNING, "for a test")
+    tree.resume()
+    assert (tick(tree), go.phase) == (Status.RUNNING, GoalPhase.SENT)
+
+
+def test_a_pause_holds_a_skill_that_runs_alone_whatever_it_takes(mission: FakeMission) -> None:
+    turn, look = SkillAction("turn", mission.context, "turn"), SkillAction("look", mission.context, "look")
+    tree = pausable(mission, turn, in_order("body", look, SkillAction("go", mission.context, "go")))
+    tick(tree)
+    tree.pause("for a test")
+    assert (tick(tree), look.phase, mission.goals[0].interrupts) == (Status.RUNNING, GoalPhase.HELD, 1)
+
+
+def test_what_runs_beside_a_held_skill_goes_on(mission: FakeMission) -> None:
+    look, go = SkillAction("look", mission.context, "look"), SkillAction("go", mission.context, "go")
+    turn = SkillAction("turn", mission.context, "turn")
+    tree = pausable(mission, turn, alongside("both", look, until=in_order("way", Success("ready"), go)))
+    tick(tree)
+    for goal in mission.goals:
+        goal.run()
+    tree.pause("for a test")
+    assert (tick(tree), look.phase, go.phase) == (Status.RUNNING, GoalPhase.RUNNING, GoalPhase.HELD)
+
+
+@pytest.mark.parametrize(
+    "trees",
+    [
+        lambda context: mapping.MISSION.build(context, mapping.MappingMissionOptions()),
+        lambda context: inspection.MISSION.build(context, inspection.InspectionOptions()),
+    ],
+    ids=["mapping", "inspection"],
+)
+def test_a_pause_of_the_m600_holds_what_takes_the_resources_of_hover(
+    trees: Callable[[MissionContext], MissionTrees],
+) -> None:
+    skillset = find_robot("m600").load_skillset()
+    root = trees(offline_context(skillset)).root
+    (flight,) = (node for node in root.iterate() if isinstance(node, Pausable))
+    leaves = [node for node in flight.children[-1].iterate() if isinstance(node, SkillAction)]
+    moving = [
+        leaf.name for leaf in leaves if taken_by(skillset.skill("hover")).keys() & taken_by(skillset.skill(leaf.skill))
+    ]
+    assert [leaf.name for leaf in flight.held] == moving
+    assert len(moving) < len(leaves)
 
 
 # --- on an ending ----------------------------------------------------------------------------------------------------

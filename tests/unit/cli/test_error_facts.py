@@ -12,11 +12,11 @@ import pytest
 
 from skillwing.dsl import SkillsetError, parse
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.errors import InvalidInputError, InvalidOptionError, SeveralSystemsError
-from skillwing.services.protocol import ErrorCode
+from skillwing.services.errors import InvalidInputError, InvalidOptionError, NoReplyError, SeveralSystemsError
+from skillwing.services.protocol import ErrorCode, Keys
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.error_facts import error_facts, wants_json
-from skillwing.services.terminal.exit_codes import NO_SYSTEM, USAGE, exit_code_of
+from skillwing.services.terminal.exit_codes import FAILED, NO_SYSTEM, USAGE, exit_code_of
 
 Failed = Callable[..., tuple[int, str, str]]
 
@@ -92,6 +92,39 @@ def test_any_other_error_is_a_sentence(words: tuple[str, ...], failed: Failed) -
 
 def facts(error: Exception) -> dict[str, Any]:
     return error_facts(error, str(error), exit_code_of(error))["error"]
+
+
+class Silent:
+    """A connection to a system in which nothing runs."""
+
+    skillset, keys = parse("skillset toy { skill lift { result { DONE } } }", "toy.skillset"), Keys("toy")
+
+    def __enter__(self) -> Silent:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def goal(self, skill: str, goal_id: str | None = None) -> None:
+        return None
+
+    def ask(self, key: str, *_: object) -> None:
+        raise NoReplyError(key)
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "kind"),
+    [
+        ("skillwing.services.commands.interrupt", ("interrupt", "lift"), "no_goal"),
+        ("skillwing.bt_missions.cli.mission", ("mission", "pause"), "no_mission"),
+    ],
+)
+def test_what_does_not_run_has_a_kind_of_its_own(
+    module: str, words: tuple[str, ...], kind: str, failed: Failed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"{module}.connect", lambda *_, **__: Silent())
+    ended, _, error = failed(*words, "--json")
+    assert (ended, json.loads(error)["error"]["kind"]) == (FAILED, kind)
 
 
 def test_each_wrong_input_is_a_problem_of_its_own() -> None:

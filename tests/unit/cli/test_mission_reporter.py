@@ -12,11 +12,12 @@ from rich.console import Console
 from skillwing.m600.robot import SKILLSET
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.history.files import TIMELINE_FILE, JsonLines
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.report import read_report
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, Record, RecordKind, encode
-from skillwing.services.recording.run_facts import RunFacts, write_facts
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
+from skillwing.services.recording.run_facts import RunFacts, read_facts, write_facts
+from skillwing.services.report.run_reports import write_reports
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
 from skillwing.services.terminal.mission_reporter import LAST_WORDS, MissionReporter
@@ -39,7 +40,7 @@ class System:
         self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
         self._number = 0
 
-    def enter(self, before: str, after: str) -> None:
+    def enter(self, before: str, after: str, *, recorded: bool = True) -> None:
         self._number += 1
         t = self.bus.now()
         record = Record(
@@ -51,8 +52,9 @@ class System:
             before=before,
             after=after,
         )
-        with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
-            file.write(record)
+        if recorded:
+            with JsonLines[Record](self.run_dir / TIMELINE_FILE) as file:
+                file.write(record)
         self._out.put(encode(MissionStatus(mission="patrol", phase=MissionPhase(after), t=t, text="")))
 
     def begin(self) -> Handle:
@@ -149,6 +151,24 @@ def test_one_whose_process_is_killed_is_reported_as_unfinished(system: System) -
     assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
     assert list(system.results()) == ["1-patrol"]
     assert system.finish().count("Mission") == 0
+
+
+def test_an_end_that_the_recorder_missed_is_reported_now_and_later(system: System) -> None:
+    system.network.run_for(1.0)
+    flown = system.begin()
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED", recorded=False)
+    flown.cancel()
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results() == {"1-patrol": ("success", 20.0, pytest.approx(20.0, abs=0.1))}
+    goal = GoalStatus(goal_id="by-hand", skill="takeoff", state=State.RUNNING, t=45.0)
+    with JsonLines[GoalStatus](system.run_dir / GOALS_FILE) as file:
+        file.write(goal)
+    for _ in range(2):
+        write_reports(system.run_dir, read_facts(system.run_dir), None, only_last=True)
+        assert system.results() == {"1-patrol": ("success", 20.0, pytest.approx(20.0, abs=0.1))}
+        assert read_report(system.run_dir / "1-patrol").skills == ()
 
 
 def test_one_that_is_killed_just_before_the_next_is_given_up_is_reported_with_that(system: System) -> None:

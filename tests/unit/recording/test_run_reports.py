@@ -8,9 +8,9 @@ import pytest
 from synthetic_mission import MISSION, SKILLSET, tell
 
 from skillwing.services.history.history import History
+from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals
 from skillwing.services.history.report import make_report
-from skillwing.services.protocol import Record, RecordKind
-from skillwing.services.report.run_reports import MissionInterval, mission_intervals
+from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
 
 def phase(t: float, mission: str, before: str, after: str) -> Record:
@@ -30,8 +30,8 @@ def test_missions_come_one_after_the_other() -> None:
         phase(20.0, "patrol", "IDLE", "RUNNING"),
     ]
     assert mission_intervals(records) == (
-        MissionInterval(1, "mapping", 1.0, 9.0),
-        MissionInterval(2, "mapping", 12.0, 15.0),
+        MissionInterval(1, "mapping", 1.0, 9.0, MissionPhase.SUCCEEDED),
+        MissionInterval(2, "mapping", 12.0, 15.0, MissionPhase.ABORTED),
         MissionInterval(3, "patrol", 20.0, None),
     )
 
@@ -45,7 +45,8 @@ def test_a_mission_that_was_killed_is_over_just_before_the_next_one_begins(secon
 
 
 def test_a_mission_that_never_began_has_an_end() -> None:
-    assert mission_intervals([phase(30.0, "mapping", "IDLE", "FAILED")]) == (MissionInterval(1, "mapping", 30.0, 30.0),)
+    never_begun = MissionInterval(1, "mapping", 30.0, 30.0, MissionPhase.FAILED)
+    assert mission_intervals([phase(30.0, "mapping", "IDLE", "FAILED")]) == (never_begun,)
 
 
 def test_a_part_of_a_history_counts_from_its_beginning_and_knows_older_causes() -> None:

@@ -8,7 +8,6 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.comparison_check import comparison_problems
 from skillwing.bt_missions.checking.entry_check import entry_problems
-from skillwing.bt_missions.checking.intended_names import missing_names
 from skillwing.bt_missions.checking.rescue_check import rescue_problems
 from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
@@ -22,6 +21,7 @@ from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.pausing import WhileGranted
 from skillwing.dsl.model import Skill, Skillset, UnknownNameError
+from skillwing.dsl.suggest import missing_names
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending
 from skillwing.services.rescue_goal import RescueGoal

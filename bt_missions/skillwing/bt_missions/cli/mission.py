@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +16,7 @@ from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
-from skillwing.bt_missions.library import find_draft, find_mission, installed_missions
+from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
@@ -23,8 +24,16 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_models
+from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
-from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, RefusedError, SkillwingError
+from skillwing.services.errors import (
+    InvalidOptionError,
+    NoMissionError,
+    NoReplyError,
+    NoSystemError,
+    RefusedError,
+    SkillwingError,
+)
 from skillwing.services.protocol import (
     AbortMission,
     ErrorCode,
@@ -137,12 +146,14 @@ def run(
     Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it did not run (unknown name, malformed value, or it
     does not fit the robot); 3 no system is running; 4 another mission runs.
     """
-    chosen = find_draft(name)
+    chosen = _find(name, robot)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot) as system:
         _refuse_second_mission(system)
+        if name in installed_missions():
+            _refuse_other_robot(chosen, system.skillset)
         given = _options_with_site(chosen, asked, system, console)
 
         def show(status: MissionStatus) -> None:
@@ -227,7 +238,7 @@ def check(
     """
     model = choose_robot(robot, skillset)
     try:
-        chosen = find_draft(name)
+        chosen = _find(name, robot, skillset)
         given = chosen.read_options(parse_options(options or []))
         problems = check_mission(chosen, model.skillset, given, model.rescue_goal)
         problems += called_skill_problems(chosen, model.skillset, given, model.skills_folder)
@@ -240,7 +251,9 @@ def check(
         console = make_console()
         for problem in problems:
             console.print(str(problem), soft_wrap=True, markup=False)
-        verdict = f"{len(problems)} problem{'s' * (len(problems) != 1)}" if problems else f"fits {model.skillset.name}"
+        robot_name = model.skillset.name
+        count = f"{len(problems)} problem{'s' * (len(problems) != 1)}"
+        verdict = f"{count} with {robot_name}" if problems else f"fits {robot_name}"
         console.print(f"{called}: {verdict}", markup=False)
     raise typer.Exit(FAILED if problems else OK)
 
@@ -262,8 +275,9 @@ def new(
     whose = f" for {chosen.skillset.name}"
     if not chosen.is_chosen:
         whose += ", as no robot runs and none is named"
-    text = f"Wrote {file}{whose}. Next: `skillwing mission check {file}`, then change it."
-    make_console().print(text, soft_wrap=True, markup=False)
+    against = ["--skillset", str(skillset)] if skillset is not None else ["--robot", robot] if robot is not None else []
+    command = shlex.join(["skillwing", "mission", "check", str(file), *against])
+    make_console().print(f"Wrote {file}{whose}. Next: `{command}`, then change it.", soft_wrap=True, markup=False)
 
 
 @mission.command()
@@ -308,7 +322,7 @@ def _send(
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
         except NoReplyError as error:
-            raise SkillwingError("No mission runs here. Start one with `skillwing mission run`.") from error
+            raise NoMissionError from error
     if as_json:
         print_json(status)
     else:
@@ -331,6 +345,28 @@ def _connected_to_run(chosen: Mission, robot: str | None) -> Iterator[System]:
     except NoSystemError:
         chosen.require_usable()
         raise
+
+
+def _find(name: str, robot: str | None, skillset: Path | None = None) -> Mission:
+    """Find a mission as `find_draft` does. An unknown name is answered with the missions that fit the robot."""
+    try:
+        return find_draft(name)
+    except UnknownMissionError as error:
+        try:
+            chosen = choose_robot(robot, skillset)
+            others = error.known if chosen.is_chosen else ()
+            unfit = [each for each in others if not _fits(find_mission(each), chosen)]
+        except (InvalidOptionError, UnknownNameError):  # no robot is known, or a mission cannot be loaded
+            raise error from None
+        raise UnknownMissionError(name, unfit, chosen.skillset.name) from None
+
+
+def _refuse_other_robot(mission: Mission, skillset: Skillset) -> None:
+    """Raise InvalidOptionError for an installed mission of another robot, whose many problems nobody can correct."""
+    lacking = [name for name in mission.needs if name not in {resource.name for resource in skillset.resources}]
+    if lacking:
+        text = f"Mission `{mission.name}` is for another robot: `{skillset.name}` has no resource {listed(lacking)}."
+        raise InvalidOptionError("mission", f"{text} `skillwing mission list` shows the missions that fit.")
 
 
 def _options_with_site(

@@ -11,8 +11,11 @@ from rich.text import Text
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
+from skillwing.services.history.files import read_records
 from skillwing.services.history.history import GoalOutcome, History, SkillBar
+from skillwing.services.history.mission_intervals import mission_intervals
 from skillwing.services.history.report import REPORT_FILE, read_report
+from skillwing.services.history.report import RESULTS as PHASE_RESULTS
 from skillwing.services.history.wording import chain_text, clock_text
 from skillwing.services.protocol import (
     GoalProgress,
@@ -155,14 +158,20 @@ def show_live(system: System, watch: MissionWatch, console: Console) -> None:
 
 
 def _last_mission(run_dir: Path | None) -> str:
-    """Sentence for a system without a mission: the result of the last one, from its report."""
-    reports = [] if run_dir is None else sorted(run_dir.glob(f"*/{REPORT_FILE}"), key=lambda file: file.stat().st_mtime)
-    if not reports:
-        return "No mission runs now, and none has left a report here. Start one with `skillwing mission run`."
-    folder = reports[-1].parent
-    report = read_report(folder)
-    became = RESULTS.get(report.result, report.result)
-    return f"No mission runs now. The last one, `{report.mission}`, {became}; its report is in {relative_path(folder)}."
+    """Sentence for a system without a mission: the result of the last one that began, and its report.
+
+    Both are taken from the recording, as the report is written seconds after the end. Without a record of the end, the
+    report may know it.
+    """
+    missions = () if run_dir is None else mission_intervals(History.of(read_records(run_dir)).records)
+    if run_dir is None or not missions:
+        return "No mission runs now, and none has run here. Start one with `skillwing mission run`."
+    last, folder = missions[-1], run_dir / missions[-1].name
+    reported = (folder / REPORT_FILE).exists()
+    result = PHASE_RESULTS.get(last.phase or "", "unfinished")
+    became = RESULTS[read_report(folder).result if reported else result]
+    where = f"its report is in {relative_path(folder)}" if reported else "its report is not written yet"
+    return f"No mission runs now. The last one, `{last.mission}`, {became}; {where}."
 
 
 def status_line(status: MissionStatus) -> Text:

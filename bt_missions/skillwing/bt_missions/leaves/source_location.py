@@ -5,9 +5,13 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import py_trees
 from py_trees.behaviour import Behaviour
 
-_LIBRARY = tuple(str(Path(__file__).parents[1] / folder) for folder in ("leaves", "subtrees", "planning"))
+_LIBRARY = (
+    *(str(Path(__file__).parents[1] / folder) for folder in ("leaves", "subtrees", "planning")),
+    str(Path(py_trees.__file__).parent),
+)
 """Folders of nodes that missions are made of. The first caller outside of them is the mission."""
 _ATTRIBUTE = "_written_at"
 
@@ -17,10 +21,15 @@ def set_source_location(node: Behaviour, file: Path, line: int, column: int = 0)
     setattr(node, _ATTRIBUTE, f"{file}:{line}:{column}" if column else f"{file}:{line}")
 
 
+def is_library_file(file: str) -> bool:
+    """True for a file of the nodes that missions are made of, or of py_trees."""
+    return file.startswith(_LIBRARY)
+
+
 def set_caller_location(node: Behaviour) -> None:
     """Note the line of the mission that makes a node. The constructor of the node calls this."""
     frame = sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_LIBRARY):
+    while frame.f_back is not None and is_library_file(frame.f_code.co_filename):
         frame = frame.f_back
     set_source_location(node, Path(frame.f_code.co_filename), frame.f_lineno)
 

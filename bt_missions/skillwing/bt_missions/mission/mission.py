@@ -18,7 +18,6 @@ from skillwing.bt_missions.mission.options import default_values, read_values
 from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.planning.detour import Position, RoutePlanner
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.errors import InvalidOptionError
 
 
 class MissionOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -110,9 +109,9 @@ class Mission(ABC):
         return dict(default_values(self.Options))
 
     def read_options(self, given: Mapping[str, Any]) -> MissionOptions:
-        """The options from plain values; a number may also be text. Raises InvalidOptionError."""
-        for name in given:
-            if name not in self.option_names:
-                known = UnknownNameError(f"option of {self.name}", name, self.option_names)
-                raise InvalidOptionError(name, str(known))
-        return read_values(given, self.Options)
+        """The options from plain values; a number may also be text. Raises InvalidOptionError with all problems."""
+        names = self.option_names
+        unknown = {
+            name: str(UnknownNameError(f"option of {self.name}", name, names)) for name in given if name not in names
+        }
+        return read_values(given, self.Options, unknown)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, TypeVar, cast
 
 import msgspec
@@ -23,28 +24,50 @@ from msgspec.inspect import (
     VarTupleType,
 )
 
-from skillwing.dsl.suggest import listed
+from skillwing.dsl.suggest import listed, missing_names
 from skillwing.services.errors import InvalidOptionError
 
 O = TypeVar("O", bound=msgspec.Struct)  # noqa: E741 - options
 _COUNTS = {2: "two", 3: "three", 4: "four"}
 
 
+class InvalidOptionsError(InvalidOptionError):
+    """Several wrong options of a mission. problems: a sentence for each, by its name."""
+
+    def __init__(self, problems: Mapping[str, str]) -> None:
+        self.problems = MappingProxyType(dict(problems))
+        super().__init__(next(iter(problems)), "\n".join(problems.values()))
+
+
 def parse_options(words: Sequence[str]) -> dict[str, Any]:
     """Plain values of words of the form NAME=VALUE, such as `route=30,0,4; 30,20,4`.
 
     Commas separate the values of a list, semicolons the lists of a list; other values may be written as JSON. The types
-    are checked later, by the mission. Raises InvalidOptionError.
+    are checked later, by the mission. Raises InvalidOptionError for all words that cannot be read.
     """
     options: dict[str, Any] = {}
+    problems: dict[str, str] = {}
     for word in words:
         name, equals, text = word.partition("=")
         if not equals or not name:
-            raise InvalidOptionError(word, f"`{word}` is not of the form NAME=VALUE.")
-        if name in options:
-            raise InvalidOptionError(name, f"`{name}` is given twice; give it once.")
-        options[name] = plain_value(name, text.strip())
+            problems[word] = f"`{word}` is not of the form NAME=VALUE."
+        elif name in options or name in problems:
+            problems.setdefault(name, f"`{name}` is given twice; give it once.")
+        else:
+            try:
+                options[name] = plain_value(name, text.strip())
+            except InvalidOptionError as error:
+                problems[name] = str(error)
+    _refuse(problems)
     return options
+
+
+def _refuse(problems: Mapping[str, str]) -> None:
+    """Raise InvalidOptionError with all problems, by option. No effect without one."""
+    if len(problems) > 1:
+        raise InvalidOptionsError(problems)
+    for option, sentence in problems.items():
+        raise InvalidOptionError(option, sentence)
 
 
 def plain_value(name: str, text: str) -> Any:
@@ -63,19 +86,28 @@ def _values(text: str) -> list[str]:
     return [part.strip() for part in text.split(",")]
 
 
-def read_values(given: Mapping[str, Any], options: type[O]) -> O:
+def read_values(given: Mapping[str, Any], options: type[O], unknown: Mapping[str, str] = MappingProxyType({})) -> O:
     """Options from plain values. A number may be text, and a structure the list of its values. A list with one list in
     it may be just that list.
 
-    Raises InvalidOptionError with a sentence about the problem and about the values that the option takes.
+    unknown: a sentence for each given name that is no option. Raises InvalidOptionError with a sentence about each
+    problem, and about the values that the option takes.
     """
+    fields = msgspec.structs.fields(options)
     values: dict[str, Any] = {}
-    for each in msgspec.structs.fields(options):
+    problems = dict(unknown)
+    for each in fields:
         if each.name in given:
-            values[each.name] = _read(each, given[each.name])
-        elif each.required:
+            try:
+                values[each.name] = _read(each, given[each.name])
+            except InvalidOptionError as error:
+                problems[each.name] = str(error)
+    lacking = [each.name for each in fields if each.required and each.name not in given]
+    for each in fields:
+        if each.name in missing_names(lacking, unknown):
             takes = _type_text(msgspec.inspect.type_info(each.type))
-            raise InvalidOptionError(each.name, f"`{each.name}` is missing; it takes {takes}.")
+            problems[each.name] = f"`{each.name}` is missing; it takes {takes}."
+    _refuse(problems)
     try:
         return options(**values)
     except ValueError as error:  # a combination of values that the options refuse

@@ -21,6 +21,7 @@ from py_trees.common import Status
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.running.leaf_errors import mark_raising_leaf
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog, Readiness, RescueCheck
@@ -59,6 +60,7 @@ class MissionRun:
     ) -> None:
         self._bus = bus
         self._trees = trees
+        self._mission_file = mission.file
         self._context = context
         self._publisher = publisher
         self._wake = wake
@@ -204,7 +206,7 @@ class MissionRun:
         try:
             tree.tick_once()
         except Exception as error:  # noqa: BLE001 - the robot may need its rescue, so no exception may end the process
-            text = f"the tree raised {type(error).__name__}: {error}"
+            text = mark_raising_leaf(tree, error, self._mission_file)
             if self._stage is RunStage.RESCUING:
                 phase, reason = self._outcome
                 self._end(phase, _joined(reason, f"during {self._goal_words[1]} {text}"), rescue=False)

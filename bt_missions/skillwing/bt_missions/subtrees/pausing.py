@@ -1,8 +1,8 @@
 """Nodes that hold a mission for a while, and let it continue where it was.
 
-Neither node halts its children. It holds only those leaves that need what is not available: their goals are
-interrupted, and start again later. All other nodes are ticked as always. So guards stay active, mapping continues, and
-a branch that loses its sensor is still replaced by another one.
+Neither node halts its children. It holds skills: their goals are interrupted, and start again later. All other nodes
+are ticked as always. So guards stay active, mapping continues, and a branch that loses its sensor is still replaced by
+another one.
 """
 
 from __future__ import annotations
@@ -12,17 +12,21 @@ from typing import NamedTuple
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from py_trees.composites import Composite
+from py_trees.composites import Composite, Parallel
 from py_trees.decorators import Decorator
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import set_caller_location
+from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import checks_of, needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
 
 AGAIN_AFTER = 1.0
 """Time after which a paused node starts `meanwhile` again when it has failed, in seconds of robot time."""
+
+_MESSAGES_OF_PY_TREES = ("success", "failure")
+"""Messages of leaves that only repeat their status."""
 
 
 class StateChange(NamedTuple):
@@ -125,7 +129,7 @@ class WhileGranted(Decorator):
 
 
 class Pausable(Composite):
-    """Runs `body`. While paused, it runs `meanwhile`, and holds all leaves of `body` that take the same resources.
+    """Runs `body`. While paused, it runs `meanwhile`, and holds skills of `body`: `paused_skills`.
 
     A pause needs `condition`: it is refused if the condition fails, and ends by itself when it fails later.
     children: condition, meanwhile, body. The node ends as `body` does.
@@ -140,8 +144,8 @@ class Pausable(Composite):
         self._context = context
         self._paused: str | None = None
         self._again_at = 0.0
-        self._claims: frozenset[str] | None = None
-        for leaf in _skills_below(body):
+        self.held = tuple(paused_skills(body, meanwhile, context.skillset))
+        for leaf in self.held:
             leaf.follow(self)
 
     @property
@@ -156,7 +160,7 @@ class Pausable(Composite):
         if self._paused is None:
             self._condition.tick_once()
             if self._condition.status is Status.FAILURE:
-                return self._condition.feedback_message
+                return _failure_text(self._condition)
             self._paused = reason
             self._again_at = self._context.now()
         return None
@@ -166,8 +170,6 @@ class Pausable(Composite):
         self._paused = None
 
     def blocks(self, skill: str) -> str | None:
-        if self._paused is None or self._claimed.isdisjoint(taken_by(self._context.skillset.skill(skill))):
-            return None
         return self._paused
 
     def explains(self, skill: str, terminal: Terminal) -> bool:
@@ -207,14 +209,35 @@ class Pausable(Composite):
         if self._meanwhile.status is Status.FAILURE:
             self._again_at = self._context.now() + AGAIN_AFTER
 
-    @property
-    def _claimed(self) -> frozenset[str]:
-        """Resources that `meanwhile` takes."""
-        if self._claims is None:
-            skillset = self._context.skillset
-            claims = (taken_by(skillset.skill(leaf.skill)) for leaf in _skills_below(self._meanwhile))
-            self._claims = frozenset[str]().union(*claims)
-        return self._claims
+
+def paused_skills(body: Behaviour, meanwhile: Behaviour, skillset: Skillset) -> Iterator[SkillAction]:
+    """The leaves of `body` that a pause holds: all but those that run beside a skill in the way of `meanwhile`.
+
+    A skill is in the way if it takes a resource that a skill of `meanwhile` takes. Such a skill is always held. A
+    `meanwhile` that takes nothing of `body` holds all of it, so no pause leaves the only running skill running.
+    """
+    taken = {skill.name: frozenset(taken_by(skill)) for skill in skillset.skills}
+
+    def resources(node: Behaviour) -> frozenset[str]:
+        return frozenset[str]().union(*(taken.get(leaf.skill, ()) for leaf in _skills_below(node)))
+
+    claimed = resources(meanwhile)
+
+    def held(node: Behaviour, *, goes_on: bool) -> Iterator[SkillAction]:
+        if isinstance(node, SkillAction) and not (goes_on and claimed.isdisjoint(resources(node))):
+            yield node
+        for child in node.children:
+            others = [each for each in node.children if each is not child] if isinstance(node, Parallel) else []
+            yield from held(child, goes_on=goes_on or any(claimed & resources(each) for each in others))
+
+    return held(body, goes_on=False)
+
+
+def _failure_text(condition: Behaviour) -> str:
+    """Reason why a condition fails: the message of the leaf that decided, or else that it does not hold."""
+    leaf = condition.tip() or condition
+    said = leaf.feedback_message
+    return f"its condition `{condition.name}` does not hold" if said in ("", *_MESSAGES_OF_PY_TREES) else said
 
 
 def _skills_below(node: Behaviour) -> Iterator[SkillAction]:

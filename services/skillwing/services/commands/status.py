@@ -10,16 +10,17 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.history.goal_ends import recorded_goals
-from skillwing.services.names import RESOURCE_MANAGER, skill_process
+from skillwing.services.names import MISSION, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition, running_count
-from skillwing.services.protocol import GoalStatus, QueryStates, ResourceStates, State
+from skillwing.services.protocol import GoalStatus, MissionStatus, QueryStates, ResourceStates, State
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.live_state import LiveState
@@ -34,6 +35,9 @@ from skillwing.services.terminal.output import (
 )
 from skillwing.services.terminal.process_table import process_facts, process_table
 
+MISSION_WAIT = 2.0
+"""Longest wait for the status of a mission that runs, in seconds of wall time."""
+
 
 @dataclass(frozen=True)
 class SystemOverview:
@@ -42,7 +46,7 @@ class SystemOverview:
     goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
     unmanaged: skills with an unfinished goal, whose manager holds no alive token. blocked: managers' reports on hooks
     that block them, by skill. states: None if unknown. unattended: set if the robot is away from its rescue goal, and
-    nobody commands it.
+    nobody commands it. mission: latest status of the running one.
     """
 
     target: Target
@@ -53,6 +57,7 @@ class SystemOverview:
     blocked: Mapping[str, str]
     states: ResourceStates | None
     unattended: Unattended | None
+    mission: MissionStatus | None = None
 
     @property
     def is_whole(self) -> bool:
@@ -71,7 +76,8 @@ class SystemOverview:
 
 
 def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
-    """Show the system's processes, the goals of its skills and the states of its resources. See docs/operations.md.
+    """Show the system's processes, its mission, the goals of its skills and the states of its resources. See
+    docs/operations.md.
 
     Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
     """
@@ -86,6 +92,9 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 def _overview(system: System) -> SystemOverview:
     live_state = LiveState()
+    missions: list[MissionStatus] = []
+    on_mission = message_reader(MissionStatus, missions.append)
+    system.bus.subscribe(system.keys.mission_status, on_mission, events=True)
     follow_records(system.bus, system.keys, live_state.add_record)
     alive = system.alive()
     processes = system.process_statuses(alive)
@@ -107,6 +116,8 @@ def _overview(system: System) -> SystemOverview:
     live_state.add_recorded(recorded_goals(system.target.run_dir), answering)
     goals = [goal for skill in skills if (goal := live_state.goal(skill)) is not None]
     running = [goal.skill for goal in goals if goal.state is not State.TERMINATED]
+    if MISSION in alive:
+        system.bus.run_until(lambda: bool(missions), MISSION_WAIT)
     return SystemOverview(
         target=system.target,
         processes=processes,
@@ -116,6 +127,7 @@ def _overview(system: System) -> SystemOverview:
         blocked={skill: text for skill in skills if (text := live_state.skill(skill).blocked)},
         states=states,
         unattended=unattended_state(system.target, system.skillset, states.states if states else {}, alive, running),
+        mission=missions[-1] if MISSION in alive and missions else None,
     )
 
 
@@ -141,10 +153,15 @@ def _facts(seen: SystemOverview) -> dict[str, Any]:
             {"skill": each.skill, "goal_id": each.goal_id, "state": each.state, "terminal": each.terminal}
             for each in seen.goals
         ],
+        "mission": None if seen.mission is None else _mission_facts(seen.mission),
         "troubles": seen.troubles,
         "unattended": seen.unattended,
         "resources": {} if states is None else states.states,
     }
+
+
+def _mission_facts(mission: MissionStatus) -> dict[str, Any]:
+    return {"mission": mission.mission, "phase": mission.phase, "text": mission.text, "t": mission.t}
 
 
 def _print(console: Console, seen: SystemOverview) -> None:
@@ -158,6 +175,8 @@ def _print(console: Console, seen: SystemOverview) -> None:
     for entry in seen.processes:
         if entry.condition is not ProcessCondition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))
+    if seen.mission is not None:
+        console.print(f"Mission {seen.mission.mission}: {seen.mission.phase}  {seen.mission.text}", markup=False)
     if seen.unattended is not None:
         console.print(Text(f"{seen.unattended.what} {seen.unattended.remedy}", style="red"))
     console.print()

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from skillwing.services.history.history import PHASES, History
-from skillwing.services.protocol import MissionPhase, Record, RecordKind
+from skillwing.services.protocol import MissionPhase, MissionStatus, Record, RecordKind
 
 REPORT_FILE = "report.json"
 
@@ -58,10 +58,14 @@ class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class OperatorFacts(msgspec.Struct, frozen=True, kw_only=True):
-    """Facts about the last mission of a system that only the command which ran it has."""
+    """Facts about the last mission of a system that only the command which ran it has.
+
+    end: its last status, which the recorder may have missed; None if no end was seen.
+    """
 
     wall_time_s: float | None = None
     processes: tuple[ProcessEntry, ...] = ()
+    end: MissionStatus | None = None
 
 
 class MissionReport(msgspec.Struct, frozen=True, kw_only=True):

@@ -1,65 +1,24 @@
-"""Reports of all missions of a run: when each ran, and which of them still needs a report."""
+"""Reports of all missions of a run, and which of them still need one."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from pathlib import Path
 
 from skillwing.dsl import load
-from skillwing.services.history.history import PHASES
-from skillwing.services.history.report import REPORT_FILE, MissionReport, OperatorFacts, read_report
+from skillwing.services.history.history import History
+from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals
+from skillwing.services.history.report import REPORT_FILE, RESULTS, MissionReport, OperatorFacts, read_report
 from skillwing.services.history.wording import time_text
+from skillwing.services.names import MISSION
 from skillwing.services.options import imported
-from skillwing.services.protocol import MissionPhase, Record, RecordKind
+from skillwing.services.protocol import MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.recording.run_facts import RunFacts, version_note
 from skillwing.services.report.mission_report import ReportedMission, read_history, report_mission
 
-
-@dataclass(frozen=True, slots=True)
-class MissionInterval:
-    """One mission from its begin to its end, in robot time; `end` is None without a record of the end.
-
-    number: counts the missions of a run, from 1 on.
-    """
-
-    number: int
-    mission: str
-    begin: float
-    end: float | None = None
-
-    @property
-    def name(self) -> str:
-        return f"{self.number}-{self.mission}"
-
-
-def mission_intervals(records: Iterable[Record]) -> tuple[MissionInterval, ...]:
-    """The missions of a run, from its records in order of time.
-
-    A mission that never began, because the robot was not ready, ends when it is given up. One without a record of its
-    end is over just before the next one begins.
-    """
-    return tuple(
-        _intervals(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES)
-    )
-
-
-def _intervals(phases: Iterable[Record]) -> Iterator[MissionInterval]:
-    number, current = 0, None
-    for record in phases:
-        if current is not None and (record.subject != current.mission or record.before == "IDLE"):
-            # Just before: this record belongs to the next mission, and may hold the end of that one.
-            yield replace(current, end=max(current.begin, math.nextafter(record.t, -math.inf)))
-            current = None
-        if current is None:
-            number += 1
-            current = MissionInterval(number, record.subject, record.t)
-        if MissionPhase(record.after).over:
-            yield replace(current, end=record.t)
-            current = None
-    if current is not None:
-        yield current
+ROUNDED_OFF = 0.00049
+"""Most by which a time in a report, in whole milliseconds, may be before the true one, in seconds."""
 
 
 def write_reports(
@@ -68,29 +27,40 @@ def write_reports(
     """Report the missions of a run that had begun by `until`, in robot time; returns each folder and report.
 
     known: facts about the last mission. With them, only that mission is reported, and others without a report.
-    Facts about the other missions come from their earlier reports. Raises OSError, InvalidOptionError, and
-    SkillsetError for a skillset file that has gone.
+    Facts about the other missions come from their earlier reports, also the end of one that was not recorded. Raises
+    OSError, InvalidOptionError, and SkillsetError for a skillset file that has gone.
     """
     skillset = load(facts.skillset)
     note = version_note(facts, skillset)
     judge = None if facts.judge is None else imported({"judge": facts.judge}, "judge")
+    alone = facts.mission is not None
     history = read_history(run, skillset)
-    missions = [each for each in mission_intervals(history.records) if each.begin <= until]
+
+    def missions_begun() -> list[MissionInterval]:
+        return [each for each in mission_intervals(history.records) if each.begin <= until]
+
+    def folder_of(mission: MissionInterval) -> Path:
+        return run if alone else run / mission.name
+
+    missions = missions_begun()
+    seen = {each.number: _earlier_facts(folder_of(each), 0.0 if alone else each.begin) for each in missions}
+    if missions and known is not None:
+        seen[missions[-1].number] = known
+    for each in missions:
+        _add_lost_end(history, each, seen[each.number].end)
+    missions = missions_begun()
     due = missions[-1:] if only_last else missions if known is None else _unreported(run, missions)
     written: list[tuple[Path, MissionReport]] = []
     for each in due:
-        alone = facts.mission is not None
-        folder = run if alone else run / each.name
-        seen = known if each is missions[-1] and known is not None else _earlier_facts(folder)
         reported = ReportedMission(
             mission=each.mission,
             run_dir=run,
-            folder=folder,
+            folder=folder_of(each),
             begin=0.0 if alone else each.begin,
             end=math.inf if alone or each.end is None else each.end,
             options=facts.options,
-            wall_time_s=seen.wall_time_s,
-            processes=seen.processes,
+            wall_time_s=seen[each.number].wall_time_s,
+            processes=seen[each.number].processes,
             notes=(*([] if alone else [_time_note(each)]), *([] if note is None else [note])),
         )
         written.append((reported.folder, report_mission(reported, skillset, judge, history)))
@@ -102,12 +72,32 @@ def _unreported(run: Path, missions: Sequence[MissionInterval]) -> list[MissionI
     return [each for each in missions if each is missions[-1] or not (run / each.name / REPORT_FILE).exists()]
 
 
-def _earlier_facts(folder: Path) -> OperatorFacts:
-    """The facts of an earlier report that the files of the run do not hold."""
+def _add_lost_end(history: History, mission: MissionInterval, end: MissionStatus | None) -> None:
+    """Add a record of the mission's end if none is recorded: the recorder was down then."""
+    if mission.phase is not None or end is None or end.mission != mission.mission:
+        return
+    record = Record(
+        id=f"{MISSION}-end#{mission.number}",
+        t=end.t,
+        source=MISSION,
+        kind=RecordKind.MISSION,
+        subject=end.mission,
+        before=MissionPhase.RUNNING,
+        after=end.phase,
+        text=end.text,
+    )
+    history.add_record(record)
+
+
+def _earlier_facts(folder: Path, begin: float) -> OperatorFacts:
+    """The facts of an earlier report that the files of the run may not hold. begin: its zero of time."""
     if not (folder / REPORT_FILE).exists():
         return OperatorFacts()
     earlier = read_report(folder)
-    return OperatorFacts(wall_time_s=earlier.wall_time_s, processes=earlier.processes)
+    phase = next((MissionPhase(phase) for phase, result in RESULTS.items() if result == earlier.result), None)
+    end = begin + earlier.sim_time_s + ROUNDED_OFF
+    status = None if phase is None else MissionStatus(mission=earlier.mission, phase=phase, t=end, text="")
+    return OperatorFacts(wall_time_s=earlier.wall_time_s, processes=earlier.processes, end=status)
 
 
 def _time_note(mission: MissionInterval) -> str:

@@ -48,6 +48,8 @@ class MissionReporter:
         self._present = False
         self._wall_time: float | None = None
         self._over_at = math.inf
+        self._end: MissionStatus | None = None
+        """Last status of the mission to be reported, if its end was seen."""
         self._waiting: Handle | None = None
         self._writing: threading.Thread | None = None
         self._writer: subprocess.Popen[bytes] | None = None
@@ -80,6 +82,7 @@ class MissionReporter:
         if self._waiting is not None:
             self._waiting.cancel()
             self._start()
+        self._end = status if status.phase.over else None
         if status.phase.over:
             self._stop_watch()
             self._last_status, self._over_at = None, status.t
@@ -127,7 +130,7 @@ class MissionReporter:
 
     def _facts(self) -> bytes:
         processes = tuple(map(_entry, self._states()))
-        return msgspec.json.encode(OperatorFacts(wall_time_s=self._wall_time, processes=processes))
+        return msgspec.json.encode(OperatorFacts(wall_time_s=self._wall_time, processes=processes, end=self._end))
 
     def _write(self, facts: bytes, until: float) -> str:
         """Report the last mission that had begun by then, and others without a report; returns a sentence for each."""
