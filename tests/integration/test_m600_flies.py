@@ -106,11 +106,23 @@ def test_takes_off_flies_a_leg_with_its_camera_comes_home_and_lands() -> None:
 
 
 @pytest.mark.parametrize(
-    ("target", "stops"), [((7.0, 0.0, 2.0), False), ((5.0, 3.0, 2.0), True)], ids=["straight ahead", "aside"]
+    ("target", "sensor", "stops"),
+    [
+        ((7.0, 0.0, 2.0), None, False),
+        ((7.5, 3.0, 2.0), None, False),
+        ((9.0, 2.0, 2.0), "zed", False),
+        ((6.0, 6.0, 2.0), "zed", True),
+        ((2.0, 2.0, 2.0), None, True),
+    ],
+    ids=["straight ahead", "aside", "aside in view", "aside out of view", "behind"],
 )
-def test_a_new_target_is_flown_to_by_the_same_goal(target: tuple[float, float, float], stops: bool) -> None:
-    flight = Flight("lidar")
+def test_a_new_target_is_flown_to_by_the_same_goal(
+    target: tuple[float, float, float], sensor: str | None, stops: bool
+) -> None:
+    flight = Flight(sensor or "lidar")
     flight.fly("takeoff", height=2.0, speed=1.5)
+    if sensor is not None:
+        flight.start(f"{sensor}_depthmap")
     goal = flight.start("goto", target={"x": 9.0, "y": 0.0, "z": 2.0}, speed=2.0)
     assert flight.until(lambda: flight.at(4.0, 0.0, 2.0) < 0.5, 20.0)
     answers: list[Answer] = []

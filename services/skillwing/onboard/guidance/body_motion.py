@@ -1,7 +1,7 @@
 """The body's motion: a setpoint for every moment of a goal's motion, short of obstacles and inside the fence.
 
-A motion consists of legs along paths that begin and end at rest. To stop it early, the drone brakes along its path; the
-status shows the motion's end state once the drone is at rest.
+A motion consists of legs along paths that begin and end at rest. A flight to a new target may begin earlier. To stop a
+motion early, the drone brakes along its path; the status shows the motion's end state once the drone is at rest.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from skillwing.onboard.guidance.arc import Arc, Round
 from skillwing.onboard.guidance.heading_control import HeadingControl
 from skillwing.onboard.guidance.limits import MAX_SPEED, GuidanceLimits
 from skillwing.onboard.guidance.path_monitor import PathMonitor, PathVisibility, stopping_distance
-from skillwing.onboard.guidance.trajectory import Segment, continued, straight
+from skillwing.onboard.guidance.trajectory import JOINING_SPEED, Blend, Segment, continued, joined, straight
 from skillwing.onboard.topics.guidance import FlyTo, Land, Motion, MotionState, Orbit, TakeOff, YawMode
 from skillwing.onboard.topics.navigation import Navigation
 
-Path: TypeAlias = Segment | Arc
+Path: TypeAlias = Segment | Arc | Blend
 Leg: TypeAlias = FlyTo | Round
 """A part of a motion along a monitored path."""
 ARRIVED_WITHIN = 0.3
@@ -112,7 +112,13 @@ class BodyMotion:
 
     def way(self, t: float) -> tuple[Vector, ...]:
         """Corners of the way ahead; empty for a straight one."""
-        if self.path is None or self.target is None or not isinstance(self._legs[0], Round):
+        if self.path is None or self.target is None:
+            return ()
+        if self._may_join or isinstance(self.path, Blend):
+            corner = (self.path.corner(t),) if isinstance(self.path, Blend) else ()
+            rest = (self.path.end,) if self._may_join else ()
+            return *corner, *rest, self.target
+        if not isinstance(self._legs[0], Round):
             return ()
         return self._legs[0].after(self._flown(t)).ahead(self.path.at(t)[0], _PUBLISHED_AHEAD)
 
@@ -166,14 +172,20 @@ class BodyMotion:
                 self._monitor.require_in_view(here, leg.target, t)
 
     def start(self, motion: Motion, navigation: Navigation, t: float) -> None:
-        """Begin a motion after the previous one has come to rest, or fly on to a target straight ahead."""
+        """Begin a motion after the previous one has come to rest, or fly on to a target straight ahead.
+
+        A flight that may join the one before begins earlier, once its way is known to be free.
+        """
         if isinstance(motion, FlyTo) and self._fly_on(motion, t):
             return
+        flies = self.axis.state is MotionState.MOVING and isinstance(self._motion, FlyTo)
+        joins = (flies or self._may_join) and isinstance(motion, FlyTo) and motion.nose is YawMode.FREE
         self._legs = []
         if self.path is not None and not self.path.is_over(t):
-            self.path = self.path.broken_off(t)
-            self._motion, self._next = None, motion
-            self.axis.become(MotionState.STOPPING, "ending the motion before")
+            self._end_before(motion, t)
+            if joins:
+                self._legs = _legs(motion, self.path.end)
+                self._monitor.begin(t)
             return
         self._motion, self._next = motion, None
         here = self.next_start(navigation, t)
@@ -189,10 +201,42 @@ class BodyMotion:
             case _:
                 self.axis.become(MotionState.DONE)
 
-    def _fly_on(self, motion: FlyTo, t: float) -> bool:
-        """Go on to a target straight ahead. False if the drone has to stop first.
+    def _end_before(self, motion: Motion, t: float) -> None:
+        """Brake, and begin the motion at rest."""
+        assert self.path is not None
+        self.path = self.path.broken_off(t)
+        self._legs, self._motion, self._next = [], None, motion
+        self.axis.become(MotionState.STOPPING, "ending the motion before")
 
-        The way ahead is in view, if anything looks there. Any other way has to be looked at from its start.
+    @property
+    def _may_join(self) -> bool:
+        """The drone brakes for the next flight, which may begin before it is at rest."""
+        return self._next is not None and bool(self._legs)
+
+    def _join(self, path: Segment, t: float) -> None:
+        """Begin the next flight now if that is safe.
+
+        The corner is the place where the drone would come to rest. The way is judged for the fastest blend: it is clear
+        only if the view extends beyond the corner.
+        """
+        leg = self._legs[0]
+        assert isinstance(leg, FlyTo)
+        way = subtract(leg.target, path.end)
+        left = norm(way)
+        if left <= ARRIVED_WITHIN:
+            return
+        speed = self._permitted_speed(scale(1.0 / left, way), leg.speed, t)
+        blend = joined(path, straight(path.end, leg.target, speed, t))
+        left += norm(subtract(path.end, path.at(t)[0]))
+        if blend is not None and self._monitor.may_join(t, JOINING_SPEED, left):
+            self._motion, self._next, self.path = leg, None, blend
+            self._across = None
+            self.axis.become(MotionState.MOVING)
+
+    def _fly_on(self, motion: FlyTo, t: float) -> bool:
+        """Go on to a target straight ahead. False if the drone has to brake first.
+
+        The way ahead is in view, if anything looks there. Any other way has to be looked at first.
         """
         flown, path = self._motion, self.path
         if self.axis.state is not MotionState.MOVING or not isinstance(flown, FlyTo) or not isinstance(path, Segment):
@@ -256,6 +300,9 @@ class BodyMotion:
 
     def _left(self, leg: Leg, place: Vector, t: float) -> float:
         """Metres from a place to the end of the present leg."""
+        if isinstance(self.path, Blend) and self.axis.state is MotionState.MOVING:
+            corner = self.path.corner(t)
+            return norm(subtract(corner, place)) + norm(subtract(self.path.end, corner))
         return leg.length - self._flown(t) if isinstance(leg, Round) else norm(subtract(leg.target, place))
 
     @property
@@ -301,6 +348,8 @@ class BodyMotion:
 
     def advance(self, t: float, navigation: Navigation) -> None:
         """Update the motion's state at `t`."""
+        if isinstance(self.path, Blend):
+            self.path = self.path.joined(t)
         state, path = self.axis.state, self.path
         assert path is not None
         if state in UNDER_WAY and self._limits.has_left(navigation.position):
@@ -319,6 +368,8 @@ class BodyMotion:
         # In a storm the drone may never come to rest; the wait for it has to end all the same.
         overdue = t - path.began > path.profile.duration + PATIENCE
         if not path.is_over(t) or not (at_rest or overdue):
+            if self._may_join and isinstance(path, Segment) and not path.is_over(t):
+                self._join(path, t)
             return
         if self._next is not None:
             self.start(self._next, navigation, t)
@@ -362,8 +413,9 @@ class BodyMotion:
         elif path.is_over(t):
             self._conclude(t, navigation, path)
         elif self._legs:
-            self._check_path(t, norm(velocity), left)
-            self._face_centre(self._legs[0], t, position)
+            leg = self._legs[0]
+            self._check_path(t, path.stopping_speed(t) if isinstance(path, Blend) else norm(velocity), left)
+            self._face_centre(leg, t, position)
 
     def _face_centre(self, leg: Leg, t: float, position: Vector) -> None:
         if not isinstance(leg, Round):
@@ -377,6 +429,8 @@ class BodyMotion:
         match self._monitor.view(t, speed, left):
             case PathVisibility.BLOCKED:
                 self.brake(t, MotionState.BLOCKED, "an obstacle stands on the way")
+            case PathVisibility.BLIND | PathVisibility.TOO_FAST if isinstance(self.path, Blend) and self._motion:
+                self._end_before(self._motion, t)
             case PathVisibility.BLIND:
                 self.brake(t, MotionState.WAITING, "no fresh view of the way ahead")
             case PathVisibility.TOO_FAST:

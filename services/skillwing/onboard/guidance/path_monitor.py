@@ -135,6 +135,12 @@ class PathMonitor:
             return self._is_unwatched
         return report.free_distance is not None or not self._must_see(report)
 
+    def may_join(self, t: float, speed: float, remaining: float) -> bool:
+        """Test for a way that may begin before the drone is at rest: without a depth map, or in view and free."""
+        if not self.has_report(t):
+            return self._is_unwatched
+        return self.free_distance is not None and self.view(t, speed, remaining) is PathVisibility.CLEAR
+
     def speed_limit(self, t: float) -> float:
         """Speed limit for the sensor's horizon [m/s]; infinity without a depth map."""
         report = self._fresh(t)
