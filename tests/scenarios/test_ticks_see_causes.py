@@ -107,6 +107,17 @@ def fly(seed: int, jitter: float, actions: list[tuple[str, float]]) -> Rounds:
     robot.network.attach(MissionNode(mission, SKILLSET, mission.read_options({})))
     robot.run(1.0)
     running = {RESOURCE_MANAGER, DRIVE}
+    has_journal = True
+
+    def start_again(process: str) -> None:
+        running.add(process)
+        if process == RESOURCE_MANAGER and not has_journal:
+            robot._attach(
+                ResourceManagerNode(SKILLSET, {}, Journal(None, Identity("", SKILLSET.name, SKILLSET.schema_hash)))
+            )
+        else:
+            robot.restart(process)
+
     for action, seconds in actions:
         match action:
             case "fail" | "repair" if RESOURCE_MANAGER in running:
@@ -117,18 +128,16 @@ def fly(seed: int, jitter: float, actions: list[tuple[str, float]]) -> Rounds:
                 robot.kill(process)
                 running.remove(process)
             case "restart" | "restart drive" if (process := PROCESSES[action]) not in running:
-                robot.restart(process)
-                running.add(process)
+                start_again(process)
             case "restart empty" if RESOURCE_MANAGER not in running:
-                journal = Journal(None, Identity("", SKILLSET.name, SKILLSET.schema_hash))
-                robot._attach(ResourceManagerNode(SKILLSET, {}, journal))
-                running.add(RESOURCE_MANAGER)
+                has_journal = False  # for good: numbers of the old one would tell nothing about those of the new one
+                start_again(RESOURCE_MANAGER)
             case _:
                 pass
         robot.run(seconds)
     for process in (RESOURCE_MANAGER, DRIVE):
         if process not in running:
-            robot.restart(process)
+            start_again(process)
     robot.run(5.0)
     return mission
 

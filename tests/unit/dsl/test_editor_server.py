@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import socket
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -10,12 +11,12 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-import typer
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
 
 from skillwing.dsl.commands.language_server import language_server
+from skillwing.dsl.commands.source import UsageError
 
 URI = "file:///boat.skillset"
 WHO = lsp.TextDocumentIdentifier(URI)
@@ -186,21 +187,15 @@ def test_the_client_chooses_how_columns_are_counted() -> None:
     in_editor(conversation, encoding=lsp.PositionEncodingKind.Utf32)
 
 
-def test_without_the_library_the_command_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_library_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "skillwing.dsl.editor.server", raising=False)
     monkeypatch.setitem(sys.modules, "pygls.lsp.server", None)
-    with pytest.raises(typer.Exit) as end:
+    with pytest.raises(UsageError, match=re.escape("pip install 'skillwing[editor]'")):
         language_server()
-    assert end.value.exit_code == 2
-    assert "pip install 'skillwing[editor]'" in capsys.readouterr().err
 
 
-def test_a_port_in_use_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(typer.Exit) as end:
+        with pytest.raises(UsageError, match=f"Port {port} cannot be opened: Address already in use."):
             language_server(tcp=port)
-    assert end.value.exit_code == 2
-    assert f"Port {port} cannot be opened: Address already in use." in capsys.readouterr().err
