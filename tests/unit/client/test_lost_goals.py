@@ -17,11 +17,13 @@ from skillwing.services.protocol import (
     ErrorCode,
     ErrorReply,
     Holder,
+    InterruptGoal,
     Keys,
     ReadyReport,
     ResourceStates,
     SkillReady,
     State,
+    decode,
     encode,
 )
 from skillwing.services.testing import SkillsetInProcess
@@ -105,7 +107,9 @@ def test_a_goal_of_a_manager_that_came_back_before_its_loss_was_shown_is_interru
     robot.network.tap = asked.append
     robot.run(30.0)
     assert watcher.ends == [("LOST", "DRIVING", True)]
-    assert ("ask", KEYS.interrupt("drive")) in {(said.what, said.key) for said in asked}
+    asks = [said for said in asked if said.what == "ask"]
+    interrupts = [decode(said.payload, InterruptGoal) for said in asks if said.key == KEYS.interrupt("drive")]
+    assert {each.cause for each in interrupts} == {watcher.goal.record}, "the record of the end that was shown"
 
 
 class ReadyDesk:

@@ -84,7 +84,7 @@ class SkillsetInterface:
         self._data = LatestData(skillset)
         self._alive: set[str] = set()
         self._trackers: dict[str, GoalTracker] = {}
-        self._orphaned: dict[str, str] = {}
+        self._orphaned: dict[str, GoalHandle] = {}
         self._interrupting_orphaned: set[str] = set()
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
@@ -329,26 +329,29 @@ class SkillsetInterface:
         """Remember a goal whose client was told that it is over, to interrupt it if its manager comes back."""
         if len(self._orphaned) >= ORPHANED_LIMIT:
             self._orphaned.pop(next(iter(self._orphaned)))
-        self._orphaned[goal.goal_id] = goal.skill
+        self._orphaned[goal.goal_id] = goal
         lost = goal.terminal is not None and goal.terminal.ending is Ending.LOST
         if lost and skill_process(goal.skill) in self._alive:
             self._interrupt_orphaned(goal.goal_id)  # it may have come back before the loss was shown
 
     def _interrupt_orphaned(self, goal_id: str) -> None:
-        """Repeat the interrupt until it is answered: a manager that has just come back may not be reachable yet."""
+        """Repeat the interrupt until it is answered: a manager that has just come back may not be reachable yet.
+
+        Its cause is the record of the end that the client was told.
+        """
         if goal_id in self._interrupting_orphaned:
             return
         self._interrupting_orphaned.add(goal_id)
-        skill = self._orphaned[goal_id]
+        goal = self._orphaned[goal_id]
 
         def keep_retrying(silences: int) -> bool:
-            worth_it = skill_process(skill) in self._alive and silences < SILENCES_OF_THE_LIVING
+            worth_it = skill_process(goal.skill) in self._alive and silences < SILENCES_OF_THE_LIVING
             return goal_id in self._orphaned and worth_it
 
         ask_until_answered(
             self._bus,
-            self._keys.interrupt(skill),
-            encode(InterruptGoal(goal_id=goal_id, client=self.client)),
+            self._keys.interrupt(goal.skill),
+            encode(InterruptGoal(goal_id=goal_id, client=self.client, cause=goal.record)),
             lambda answer: self._interrupting_orphaned.discard(goal_id),
             keep_retrying=keep_retrying,
             on_silence=lambda: self._interrupting_orphaned.discard(goal_id),
@@ -382,8 +385,8 @@ class SkillsetInterface:
             if process == skill_process(tracker.handle.skill) and tracker.handle.state is not None:
                 tracker.probe()
         if alive:
-            for goal_id, skill in list(self._orphaned.items()):
-                if process == skill_process(skill):
+            for goal_id, goal in list(self._orphaned.items()):
+                if process == skill_process(goal.skill):
                     self._interrupt_orphaned(goal_id)
 
     def _on_data(self, sample: Sample) -> None:
