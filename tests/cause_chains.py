@@ -111,7 +111,9 @@ def _problems_of_root(chain: Sequence[Record], fault: InjectedFault | None) -> I
     if root.cause is not None:
         return
     if fault is not None and effect.t >= fault.t:
-        if headline(ends(chain)[0]) not in fault.roots:
+        # What begins a chain may go on about the same subject: a goal that its client has lost is then interrupted.
+        about_root = chain[: chain.index(ends(chain)[0]) + 1]
+        if fault.roots.isdisjoint(map(headline, about_root)):
             yield ChainProblem.SKIPS_FAULT
     elif _is_start(root):
         yield ChainProblem.UNRELATED

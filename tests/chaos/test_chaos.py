@@ -170,6 +170,16 @@ def test_a_failure_must_come_from_the_process_that_was_harmed(process: str, perm
     assert found == {end: set() if end in permitted else {ChainProblem.SKIPS_FAULT} for end in ends}
 
 
+def test_a_goal_that_its_client_has_lost_is_interrupted_for_that_when_its_manager_wakes_up() -> None:
+    chain = [
+        record(1, "work", "LOST", goal_id="g"),
+        record(2, "work", "INTERRUPTING", "p#1", goal_id="g"),
+        record(3, "work", "IT", "p#2", goal_id="g"),
+    ]
+    assert not problems("skill/work", load(STAND), *chain)
+    assert ChainProblem.SKIPS_FAULT in problems("skill/other", load(STAND), *chain)
+
+
 def test_in_a_flight_only_the_way_of_the_data_makes_them_stale_and_only_what_a_skill_commands_fails_it() -> None:
     m600 = ROBOT.load_skillset()
     stale = [record(1, "position", "STALE"), record(2, "goto", "RI", "p#1")]
