@@ -217,6 +217,32 @@ def test_the_skills_after_which_the_mock_reports_a_state_are_named() -> None:
     assert in_balloon("rise", "down", "UP FREE", reactions=(ROUNDS,)) == [both.format(" or `skillwing start wait`")]
 
 
+TRACTOR = parse(
+    """
+skillset tractor {
+    resource engine { initial OFF  extern OFF -> ON  extern ON -> OFF }
+    skill drive {
+        precondition { on: resource=(engine == ON) }
+        result { success DONE: post resource=(engine == ON) }
+    }
+    skill warm_up { result { success WARM: post resource=(engine == ON) } }
+}
+"""
+)
+
+
+@pytest.mark.parametrize(
+    ("reporter", "way"),
+    [
+        ("robot", "the robot reports that after `skillwing start warm_up`"),
+        ("mock", "here `skillwing trigger engine ON` does that"),
+    ],
+)
+def test_no_skill_is_the_way_to_its_own_start_and_no_promise_moves_a_mocked_world(reporter: Reporter, way: str) -> None:
+    now = SystemState("tractor", reporter, {"engine": "OFF"}, running={})
+    assert advice(TRACTOR, "drive", ["on"], now) == [f"on: `engine` has to become ON; {way}."]
+
+
 def test_in_a_mocked_world_both_are_named() -> None:
     assert in_balloon("sink", "up", "DOWN FREE", reporter="mock", reactions=(RISES,)) == [
         "up: `place` has to become UP; the mocked world does that after `skillwing start rise`, "

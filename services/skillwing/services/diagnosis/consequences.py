@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Result, Skill, Skillset
-from skillwing.dsl.queries import wanted_states
+from skillwing.dsl.queries import holds, wanted_states
 from skillwing.services.errors import InvalidOptionError
 
 if TYPE_CHECKING:
@@ -25,19 +25,24 @@ def causes(
     targets: Collection[str],
     states: Mapping[str, str],
     reactions: Iterable[Reaction],
+    *,
+    mocked: bool,
 ) -> list[str]:
-    """The skills after which a resource is in one of these states.
+    """The skills after which a resource is in one of these states; not those that first need another state of it.
 
-    The postcondition of their success promises it, or the robot's mock does it when they begin or succeed. states: of
-    all resources now. reactions: of the mock.
+    The robot's mock does it when they begin or succeed, or the postcondition of their success promises it. A mocked
+    world keeps no such promise. states: of all resources now. reactions: of the mock.
     """
     moments = [each.when for each in reactions if each.when and each.trigger.get(resource) in targets]
-    return [
-        skill.name
-        for skill in skillset.skills
-        if any(_is_begin_or_success(skill, moment) for moment in moments)
-        or any(_promises(skillset, result, resource, targets, states) for result in skill.results)
-    ]
+
+    def brings(skill: Skill) -> bool:
+        promised = not mocked and any(
+            _promises(skillset, result, resource, targets, states) for result in skill.results
+        )
+        return promised or any(_is_begin_or_success(skill, moment) for moment in moments)
+
+    found = [skill for skill in skillset.skills if brings(skill)]
+    return [skill.name for skill in found if not _waits_for(skillset, skill, resource, states)]
 
 
 def reactions_known(file: Path, skillset: Skillset) -> tuple[Reaction, ...]:
@@ -57,6 +62,13 @@ def _is_begin_or_success(skill: Skill, moment: When) -> bool:
     endings = {moment.ending} if isinstance(moment.ending, str) else set(moment.ending)
     successes = {result.name for result in skill.results if result.success}
     return moment.ends == skill.name and (not moment.ending or not successes.isdisjoint(endings))
+
+
+def _waits_for(skillset: Skillset, skill: Skill, resource: str, states: Mapping[str, str]) -> bool:
+    """True if a precondition of the skill fails because of this resource."""
+    demands = [check.expression for check in skill.preconditions.checks if check.kind == "resource"]
+    failing = [expression for expression in demands if not holds(expression, states)]
+    return any(resource in wanted_states(expression, skillset, states) for expression in failing)
 
 
 def _promises(

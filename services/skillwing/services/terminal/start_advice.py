@@ -78,9 +78,9 @@ def _way_to_end(holder: Holder, now: SystemState) -> str:
 
 def _way_to_report(skillset: Skillset, resource: str, targets: Sequence[str], now: SystemState) -> str:
     """The ways to a state that skills do not set. `trigger` is one only without a robot, which would undo it."""
-    starts = " or ".join(
-        f"`skillwing start {name}`" for name in causes(skillset, resource, targets, now.states, now.reactions)
-    )
+    mocked = now.reporter == "mock"
+    skills = causes(skillset, resource, targets, now.states, now.reactions, mocked=mocked)
+    starts = " or ".join(f"`skillwing start {name}`" for name in skills)
     by_hand = f"`skillwing trigger {resource} {targets[0]}`"
     match now.reporter:
         case "robot":
