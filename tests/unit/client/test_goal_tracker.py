@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
 import pytest
 
@@ -418,6 +419,33 @@ def test_new_inputs_for_a_goal_that_ends_first_get_no_answer() -> None:
     desk.network.run_until(lambda: bool(answers), 10.0)
     assert isinstance(answers[0], NoReply)
     assert desk.terminal == SUCCESS
+
+
+def test_it_is_unknown_whether_new_inputs_counted_before_a_manager_was_replaced() -> None:
+    desk = Desk()
+    desk.asked.to_start.append(RUNNING)
+    desk.start()
+    desk.tracker.advance(RUNNING)
+    desk.asked.to_modify.extend([None, ErrorReply(code=ErrorCode.UNKNOWN_GOAL, message="No goal g.")])
+    answers: list[Answer] = []
+    request = ModifyGoal(goal_id="g", request_id="m", inputs={"speed": 1.0}, client="mission", schema="0" * 16)
+    desk.tracker.modify(request, answers.append)
+    desk.network.run_until(lambda: bool(answers), 10.0)
+    assert isinstance(answers[0], NoReply)
+
+
+def test_a_goal_that_runs_on_before_its_loss_is_shown_is_interrupted() -> None:
+    desk = Desk(alive=False)
+    shown: list[Callable[[str], None]] = []
+    desk.tracker._after_release = lambda skill, goal_id, then: shown.append(then)
+    desk.tracker.advance(RUNNING)
+    desk.tracker.interrupt()
+    desk.network.run_until(lambda: bool(shown), 30.0)
+    before = len(desk.asked.interrupts)
+    desk.tracker.advance(RUNNING)
+    desk.network.run_until(lambda: len(desk.asked.interrupts) > before, 10.0)
+    assert len(desk.asked.interrupts) > before
+    assert desk.handle.terminal is None, "its loss is not shown yet"
 
 
 def modified(revision: int) -> GoalStatus:

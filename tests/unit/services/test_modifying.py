@@ -105,6 +105,21 @@ def test_only_a_running_goal_is_modified(make: Callable[[], Desk], code: ErrorCo
     assert refusal(make(), {"speed": 2.0}).code is code
 
 
+def test_a_refusal_for_an_unknown_goal_counts_also_if_the_request_arrives_again_after_the_start() -> None:
+    desk = Desk()
+    assert refusal(desk, {"speed": 2.0}).code is ErrorCode.UNKNOWN_GOAL
+    desk.start()
+    desk.validated()
+    desk.granted()
+    desk.dispatched()
+    modify(desk, {"speed": 2.0})
+    assert Hook.MODIFY not in desk.hooks
+    with pytest.raises(RefusedError) as refused:
+        desk.core.modifications.require_accepted("m1")
+    assert refused.value.code is ErrorCode.UNKNOWN_GOAL
+    assert desk.core.status("g").revision == 0
+
+
 def test_a_goal_that_ends_or_has_ended_is_not_modified() -> None:
     desk = running()
     desk.terminated()

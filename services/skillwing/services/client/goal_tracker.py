@@ -100,13 +100,14 @@ class GoalTracker:
             encode(request),
             lambda answer: self._interrupt_answered(answer, cause, seen=seen),
             keep_retrying=self._keep_retrying,
-            on_silence=self._lose_to_silence,
+            on_silence=self._interrupt_unanswered,
         )
 
     def modify(self, request: ModifyGoal, on_answer: Callable[[Answer], None]) -> None:
         """Ask for new inputs, after the earlier requests: a repetition must not overtake them.
 
-        on_answer: called once, with `NoReply` if the manager stays silent or the goal ends first.
+        on_answer: called once, with `NoReply` if the manager stays silent or the goal ends first. The same holds if the
+        manager was replaced: the process before it may have taken the inputs.
         """
         self._modifications.append((request, on_answer))
         if len(self._modifications) == 1:
@@ -118,6 +119,8 @@ class GoalTracker:
         def receive(answer: Answer) -> None:
             if isinstance(answer, Answered):
                 self._answered(answer)
+            elif isinstance(answer, Refused) and answer.error.code is ErrorCode.UNKNOWN_GOAL and self._seen:
+                answer = NoReply(timed_out=False)
             self._modifications.popleft()
             if self._modifications:
                 self._ask_modification()
@@ -159,6 +162,9 @@ class GoalTracker:
         if self._interrupt_heard and status.state not in (State.INTERRUPTING, State.TERMINATED):
             # The process that took the interrupt was replaced since then, and the start arrived again.
             self._interrupting = self._interrupt_heard = False
+            self.interrupt(self._interrupt_cause)
+        elif self._lost and status.state not in (State.INTERRUPTING, State.TERMINATED):
+            # Its manager has come back before the loss was shown. The mission will go on without it.
             self.interrupt(self._interrupt_cause)
         if self.handle.advance(status):
             self._on_change(self.handle)
@@ -204,6 +210,10 @@ class GoalTracker:
         else:
             self._answered(answer, seen=seen)
             self._interrupt_heard = True
+
+    def _interrupt_unanswered(self) -> None:
+        self._interrupting = False
+        self._lose_to_silence()
 
     def _probe_answered(self, answer: Answered | Refused, *, seen: bool) -> None:
         self._probing = False

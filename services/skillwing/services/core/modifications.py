@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import NoReturn
 
 import msgspec
 
@@ -15,27 +16,40 @@ from skillwing.services.core.goal_states import GoalRun, GoalState, Modifying, R
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_events import GoalEvent, ModificationRequested, Validated
 from skillwing.services.core.values import sendable_text
-from skillwing.services.protocol import ErrorCode, ErrorReply, ModifyGoal, State
+from skillwing.services.protocol import ErrorCode, ErrorReply, GoalStatus, ModifyGoal, State
 
 
 class Modifications:
     """The requests for new inputs of one skill's goals, by id: None for an accepted one, or its refusal.
 
-    A known request changes nothing.
+    A known request changes nothing. Requests for unknown goals are kept apart, so that they displace no others.
     """
 
     def __init__(self, skill: Skill) -> None:
         self._skill = skill
         self._refusals: BoundedDict[str, ErrorReply | None] = BoundedDict(GOALS_REMEMBERED)
+        self._of_unknown_goals: BoundedDict[str, ErrorReply | None] = BoundedDict(GOALS_REMEMBERED)
 
     def __contains__(self, request_id: str) -> bool:
-        return request_id in self._refusals
+        return request_id in self._refusals or request_id in self._of_unknown_goals
+
+    def refuse(self, request: ModifyGoal, status_of_goal: Callable[[], GoalStatus]) -> NoReturn:
+        """Raise RefusedError for a goal that is over, or of which `status_of_goal` raises that nobody knows it.
+
+        The latter is remembered: the goal's start may come before the network repeats the request.
+        """
+        try:
+            state = status_of_goal().state
+        except RefusedError as error:
+            self._of_unknown_goals[request.request_id] = error.reply
+            raise
+        raise RefusedError(ErrorCode.NOT_ALLOWED, f"The goal is {state}.", help="Start another one.")
 
     def require_accepted(self, request_id: str) -> None:
         """Raise RefusedError unless the request was accepted."""
-        if request_id not in self._refusals:
+        if request_id not in self:
             raise RefusedError(ErrorCode.UNAVAILABLE, "The new inputs are still being validated.", help="Ask again.")
-        refusal = self._refusals.get(request_id)
+        refusal = self._refusals.get(request_id) or self._of_unknown_goals.get(request_id)
         if refusal is not None:
             raise RefusedError(refusal.code, refusal.message, help=refusal.help)
 

@@ -178,8 +178,7 @@ class SkillCore:
         check_timely(self._skillset, self.skill.name, request, now)
         run = self._run_of(request.goal_id)
         if run is None:
-            state = self.status(request.goal_id).state
-            raise RefusedError(ErrorCode.NOT_ALLOWED, f"The goal is {state}.", help="Start another one.")
+            self.modifications.refuse(request, lambda: self.status(request.goal_id))
         self._take(run, self.modifications.requested(request, run), now)
 
     def _on_owner_gone(self, event: OwnerGone, now: float) -> None:
