@@ -9,6 +9,7 @@ order, is told in full and ends the run with 1.
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import signal
 import sys
@@ -65,9 +66,9 @@ class Recorded:
         """Operations that end a goal which was never granted."""
         return sum(isinstance(told.call, RecordOutcome) for told in self.history)
 
-    def check(self) -> Verdict[Call, Reply]:
-        """Hold the history to the model."""
-        return check(SequentialManager(load(WORKSHOP), self.history), self.history)
+    def check(self, most_steps: float = math.inf) -> Verdict[Call, Reply]:
+        """Hold the history to the model; raises UndecidedError after so many steps."""
+        return check(SequentialManager(load(WORKSHOP), self.history), self.history, most_steps)
 
     def check_order(self) -> StepOrder:
         """Hold the published steps to the replies and the journal."""

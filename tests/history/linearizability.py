@@ -7,6 +7,7 @@ the last one is put back. Pure: a model, a history, a verdict.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
@@ -66,10 +67,17 @@ class Verdict(Generic[C, A]):
         return "\n".join(lines)
 
 
-def check(model: Model[S, C, A], history: Sequence[Operation[C, A]]) -> Verdict[C, A]:
-    """Search for an order. An operation that was never answered need not be in it."""
+class UndecidedError(Exception):
+    """A search that was given up. The time of a search may grow exponentially with the calls at once."""
+
+
+def check(model: Model[S, C, A], history: Sequence[Operation[C, A]], most_steps: float = math.inf) -> Verdict[C, A]:
+    """Search for an order. An operation that was never answered need not be in it.
+
+    Raises UndecidedError after `most_steps` questions to the model.
+    """
     search = _Search(model, history)
-    return search.run()
+    return search.run(most_steps)
 
 
 class _Search(Generic[S, C, A]):
@@ -82,7 +90,7 @@ class _Search(Generic[S, C, A]):
         self._best: tuple[int, ...] = ()
         self._stuck: tuple[int, ...] = ()
 
-    def run(self) -> Verdict[C, A]:
+    def run(self, most_steps: float) -> Verdict[C, A]:
         """Take the first operation that fits, again and again; undo the last one where none fits."""
         events, history = self._events, self._history
         state, mask, steps = self._model.initial, 0, 0
@@ -102,6 +110,8 @@ class _Search(Generic[S, C, A]):
                 event = events.after(events.call(index))
                 continue
             steps += 1
+            if steps > most_steps:
+                raise UndecidedError(f"No verdict after {most_steps:g} steps.")
             after = self._model.step(state, history[index].call, history[index].answer)
             configuration = None if after is None else (mask | 1 << index, after)
             if after is None or configuration is None or configuration in seen:

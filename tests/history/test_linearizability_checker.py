@@ -9,7 +9,7 @@ from typing import TypeAlias
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from linearizability import Operation, check
+from linearizability import Operation, UndecidedError, check
 
 Call: TypeAlias = tuple[str, int]
 Seen: TypeAlias = Operation[Call, int]
@@ -128,3 +128,10 @@ def test_agrees_with_trying_every_order(history: list[Seen]) -> None:
     assert verdict.linearizable == linearizable_by_brute_force(history)
     if verdict.linearizable:
         assert _possible(verdict.order)
+
+
+def test_a_search_that_takes_too_long_is_undecided() -> None:
+    writes = [op(f"writer {number}", ("write", number), 0, number, 100 + number) for number in range(1, 13)]
+    history = [*writes, op("reader", READ, 99, 200, 201)]
+    with pytest.raises(UndecidedError):
+        check(Register(), history, most_steps=1000)
