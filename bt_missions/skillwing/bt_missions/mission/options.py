@@ -102,9 +102,9 @@ def read_values(given: Mapping[str, Any], options: type[O], unknown: Mapping[str
                 values[each.name] = _read(each, given[each.name])
             except InvalidOptionError as error:
                 problems[each.name] = str(error)
-    lacking = [each.name for each in fields if each.required and each.name not in given]
+    lacking = missing_names([each.name for each in fields if each.required and each.name not in given], unknown)
     for each in fields:
-        if each.name in missing_names(lacking, unknown):
+        if each.name in lacking:
             takes = _type_text(msgspec.inspect.type_info(each.type))
             problems[each.name] = f"`{each.name}` is missing; it takes {takes}."
     _refuse(problems)
