@@ -70,7 +70,7 @@ def robot_time(script: Path) -> float:
         return network.now()
 
     wait_for(ON_THE_GROUND)
-    network.attach(MissionNode(MISSION, model, MISSION.read_options({}), rescue_goal=ROBOT.rescue_goal))
+    network.attach(MissionNode(MISSION, model, MISSION.read_options({})))
     failed = wait_for(ON_A_LEG)
     interface.trigger("zed_status", "FAILED", lambda answer: None)
     return wait_for(GRANTED) - failed
