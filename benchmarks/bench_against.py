@@ -196,14 +196,14 @@ def in_turns(trees: Trees, run: Callable[[Path], Any], rounds: int) -> dict[str,
 # --- the report ------------------------------------------------------------------------------------------------------
 
 
-def section(revision: str, rounds: int, flights: int, lines: Sequence[Line]) -> str:
-    """Section of the page."""
+def section(revision: str, rounds: int, flights: int, lines: Sequence[Line], measured_on: str) -> str:
+    """Section of the page. measured_on: machine and date, with the load before the flights, which are a load."""
     heads = ("", NOW, revision, "ratio (rounds)")
     return f"""Both versions were measured in turns, in {rounds} rounds, simulator and flights in {flights}. A
 ratio is the median of the ratios of the rounds, with the least and the largest. A single number is of all rounds
 together. Below 1, this version needs less.
 What the other version lacks is *{ABSENT}*. Beside managers and client a process receives
-everything, as a recorder does. {machine()}.
+everything, as a recorder does. {measured_on}.
 
 {table(heads, [line.cells() for line in lines])}"""
 
@@ -223,11 +223,12 @@ def main() -> None:
                 *recovery_lines(trees, given.rounds),
                 *step_lines(trees, given.rounds),
                 *message_lines(trees, given.rounds),
-                *speed_lines(trees, given.flights),
             ]
+            measured_on = machine()
+            lines += speed_lines(trees, given.flights)
     except (PeerError, ValueError) as error:
         sys.exit(str(error))
-    body = section(revision, given.rounds, given.flights, lines)
+    body = section(revision, given.rounds, given.flights, lines, measured_on)
     write_section("bench_against.py", "An earlier version", body, write=given.write)
 
 
