@@ -335,6 +335,23 @@ class QueryStates(Message, frozen=True, kw_only=True):
     """Ask for the states of all resources."""
 
 
+class QueryRobot(Message, frozen=True, kw_only=True):
+    """Ask a robot of which only the name is known for its skillset."""
+
+
+class RobotDescription(Message, frozen=True, kw_only=True):
+    """Facts about a robot that its clients need.
+
+    `source` is the skillset as text in the skillset language, and `schema` its hash. `clock` is `robot` if a process of
+    the robot owns its time, otherwise `wall`. `rescue_goal` is that of the robot's table, if it has one.
+    """
+
+    source: str
+    schema: Label
+    clock: Literal["robot", "wall"]
+    rescue_goal: dict[str, Any] | None = None
+
+
 class QueryReady(Message, frozen=True, kw_only=True):
     """Ask whether a skill may start now, or with an empty `skill` whether each one may. Nothing is started.
 
@@ -865,6 +882,10 @@ class Keys:
     @property
     def resource_states(self) -> str:
         return f"{self.skillset}/resource/state"
+
+    @property
+    def resource_robot(self) -> str:
+        return f"{self.skillset}/resource/robot"
 
     @property
     def resource_ready(self) -> str:

@@ -14,6 +14,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
 
+import msgspec
+
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.packages import import_name, name_problem
@@ -125,6 +127,8 @@ class Robot:
         """
         options = {"skillset": str(self.skillset)}
         journal: dict[str, Any] = {"robot": self.name, "durable": bool(run.get("durable"))}
+        if self.rescue_goal is not None:
+            journal["rescue_goal"] = msgspec.json.decode(msgspec.json.encode(self.rescue_goal))
         if run.get("run_dir") is not None:
             journal["journal"] = str(Path(run["run_dir"]) / JOURNAL_FILE)
         return (

@@ -9,7 +9,9 @@ from pathlib import Path
 from skillwing.bt_missions.tree_skill.called import skills_folder
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.client.connection import DEFAULT_ROBOT, running_system
+from skillwing.services.client.connection import running_system
+from skillwing.services.client.target import CONNECT, DEFAULT_ROBOT, find_target_at
+from skillwing.services.errors import NoSystemError
 from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.robot import find_robot
 
@@ -32,11 +34,13 @@ class ChosenRobot:
 def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
     """The robot of that name, running or installed, or of that package folder. skillset: its file alone, instead.
 
-    Without a name it is the one that runs, else that of SKILLWING_ROBOT, else the default one. Raises
-    SeveralSystemsError, and as `find_robot` and `load` do.
+    Without a name it is the one that runs, else that of SKILLWING_ROBOT, else the default one. At SKILLWING_CONNECT the
+    robot of that name tells its skillset. Raises SeveralSystemsError, and as `find_robot` and `load` do.
     """
     if skillset is not None:
         return ChosenRobot(load(skillset), None, skills_folder=skills_folder(skillset))
+    if name is not None and (endpoint := os.environ.get(CONNECT)):
+        return _robot_at(endpoint, name)
     if (state := running_system(name)) is not None:
         file = Path(state.skillset)
         return ChosenRobot(load(file), state.rescue_goal, state.mission_templates, skills_folder=skills_folder(file))
@@ -45,3 +49,16 @@ def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
     chosen = known is not None
     folder = skills_folder(table.skillset)
     return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, chosen, folder)
+
+
+def _robot_at(endpoint: str, name: str) -> ChosenRobot:
+    """The robot of that name at an endpoint; if there is none, an installed one."""
+    try:
+        target = find_target_at(endpoint, name)
+    except NoSystemError:
+        table = find_robot(name)
+        folder = skills_folder(table.skillset)
+        return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, skills_folder=folder)
+    templates = None if target.table is None else find_robot(target.table).mission_templates
+    folder = None if target.table is None else skills_folder(target.skillset)
+    return ChosenRobot(load(target.skillset), target.rescue_goal, templates, skills_folder=folder)

@@ -62,8 +62,11 @@ def _reason(report: str) -> str:
     return _PLACE_IN_SOURCE.split(report.splitlines()[0])[0].rpartition(": ")[2]
 
 
-def open_client(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
-    """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError."""
+def open_client(endpoint: str, robot: str | None, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
+    """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError.
+
+    robot: None for a session that sees all robots, with keys `robot/NAME/...`.
+    """
     return _open_beside("client", endpoint, robot, timeout, listen=[], scouting=_scouting(delay=500))
 
 
@@ -86,7 +89,7 @@ def open_session(topology: Topology, endpoint: str, robot: str, timeout: float =
 
 
 def _open_beside(
-    mode: str, endpoint: str, robot: str, timeout: float, *, listen: list[str], scouting: dict[str, Any]
+    mode: str, endpoint: str, robot: str | None, timeout: float, *, listen: list[str], scouting: dict[str, Any]
 ) -> zenoh.Session:
     connect = {
         "endpoints": [endpoint],
@@ -94,7 +97,8 @@ def _open_beside(
         "exit_on_failure": True,
         "retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
     }
-    own = {"namespace": f"robot/{robot}", "listen": {"endpoints": listen}, "connect": connect, "scouting": scouting}
+    own: dict[str, Any] = {"listen": {"endpoints": listen}, "connect": connect, "scouting": scouting}
+    own |= {} if robot is None else {"namespace": f"robot/{robot}"}
     try:
         return _open(mode, own)
     except zenoh.ZError as error:

@@ -11,43 +11,18 @@ from pathlib import Path
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Answer, Answered, Topology
+from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.retry import wait_for_answer
+from skillwing.services.client.target import CONNECT, CONNECT_TIMEOUT, READY_TIMEOUT, Target, find_target_at
 from skillwing.services.errors import NoReplyError, NoSystemError, SeveralSystemsError, SkillwingError
-from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
-from skillwing.services.rescue_goal import RescueGoal
-from skillwing.services.robot import ClockKind, find_robot
 
-CONNECT_TIMEOUT = 3.0
-READY_TIMEOUT = 5.0
-DEFAULT_ROBOT = "m600"
 _numbers = count(1)
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A system to connect to. pid, run_dir: None if it was not found by its run state.
-
-    topology: how its processes meet; a process from outside is always a client of the router. processes: the started
-    ones with their state; empty if only the robot's table is known. rescue_goal: as in that table.
-    """
-
-    robot: str
-    endpoint: str
-    skillset: Path
-    clock: ClockKind
-    pid: int | None = None
-    run_dir: Path | None = None
-    mock: bool = False
-    topology: Topology = "router"
-    processes: tuple[ProcessState, ...] = ()
-    rescue_goal: RescueGoal | None = None
 
 
 def find_target(
@@ -55,15 +30,13 @@ def find_target(
 ) -> Target:
     """The system at an endpoint, else at SKILLWING_CONNECT, else the one that runs here.
 
-    robot: its name. It may be missing if one system runs here, or one with the skillset of the hash `schema`.
-    table: robot of the system at an endpoint, as `find_robot` takes it; by default SKILLWING_ROBOT. Raises
-    NoSystemError, SeveralSystemsError, and as `find_robot` does.
+    robot: its name. It may be missing if one system runs there, or one with the skillset of the hash `schema`. A robot
+    elsewhere tells its skillset itself. table: robot whose table is used instead, as `find_robot` takes it; by default
+    SKILLWING_ROBOT, if no name is given. Raises NoSystemError, SeveralSystemsError, and as `find_robot` does.
     """
-    endpoint = endpoint or os.environ.get("SKILLWING_CONNECT")
+    endpoint = endpoint or os.environ.get(CONNECT)
     if endpoint:
-        known = find_robot(table or robot or os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
-        name = robot if table and robot else known.name
-        return Target(name, endpoint, known.skillset, known.clock, rescue_goal=known.rescue_goal)
+        return find_target_at(endpoint, robot, table)
     state = running_system(robot, schema=schema)
     if state is None:
         which = f" of `{robot}`" if robot else ""

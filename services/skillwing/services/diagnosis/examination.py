@@ -182,7 +182,7 @@ def _expected(target: Target) -> tuple[ProcessState, ...]:
 def _table(target: Target) -> Robot | None:
     """The table of the robot; None for one that is not installed under its name."""
     try:
-        return find_robot(target.robot)
+        return find_robot(target.table or target.robot)
     except UnknownNameError:
         return None
 

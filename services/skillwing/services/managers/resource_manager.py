@@ -11,6 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.printing.source import to_source
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
 from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.latest_data import LatestData
@@ -43,11 +44,13 @@ from skillwing.services.protocol import (
     ProtocolError,
     QueryData,
     QueryReady,
+    QueryRobot,
     QueryStates,
     ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
+    RobotDescription,
     Violated,
     decode,
     encode,
@@ -70,6 +73,7 @@ class ResourceManagerNode:
     found: initial states that differ from the skillset's. journal: stores every change before it is published, and
     tells where to continue; one in memory by default. steps: receives all steps, to be replayed. contended: other
     resource managers are possible, so that this one begins only after an election, and ends if it is deposed.
+    rescue_goal: of the robot's table; clients elsewhere ask for it.
     """
 
     name = RESOURCE_MANAGER
@@ -83,7 +87,9 @@ class ResourceManagerNode:
         steps: StepWriter | None = None,
         *,
         contended: bool = False,
+        rescue_goal: Mapping[str, Any] | None = None,
     ) -> None:
+        self._rescue_goal = rescue_goal
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
@@ -168,6 +174,7 @@ class ResourceManagerNode:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_ready, QueryReady, self._answer_ready)
+        serve(bus, keys.resource_robot, QueryRobot, self._answer_robot)
         serve(bus, keys.event("*"), FireEvent, self._answer_event)
         for key, request in (
             (keys.resource_extern, FireExtern),
@@ -216,6 +223,15 @@ class ResourceManagerNode:
         del query, key
         self._guard(self._journaled.check_hold)
         return self._core.resource_states(self._bus.now())
+
+    def _answer_robot(self, query: QueryRobot, key: str) -> RobotDescription:
+        del query, key
+        return RobotDescription(
+            source=to_source(self._skillset),
+            schema=self._skillset.schema_hash,
+            clock="robot" if self._bus.follows_time else "wall",
+            rescue_goal=None if self._rescue_goal is None else dict(self._rescue_goal),
+        )
 
     def _answer_ready(self, query: QueryReady, key: str) -> ReadyReport:
         del key
@@ -334,7 +350,7 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
 
     `skillset`: path of the .skillset file. `robot`: its name. `journal`: path of the journal, beside which all steps
     are recorded; in memory and without a record by default. `durable`: makes the journal safe from power loss.
-    `contended`: as of `ResourceManagerNode`, but true by default.
+    `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`: as there.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
@@ -348,4 +364,10 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.snapshot()
     steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
-    return ResourceManagerNode(skillset, journal=journal, steps=steps, contended=options.get("contended", True))
+    return ResourceManagerNode(
+        skillset,
+        journal=journal,
+        steps=steps,
+        contended=options.get("contended", True),
+        rescue_goal=options.get("rescue_goal"),
+    )

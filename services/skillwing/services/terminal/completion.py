@@ -6,6 +6,7 @@ shell shows no errors during completion.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -15,7 +16,8 @@ import typer
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import EnumType, ScalarType, Skillset, Type, UnknownNameError
-from skillwing.services.client.connection import DEFAULT_ROBOT, find_target
+from skillwing.services.client.connection import find_target
+from skillwing.services.client.target import CONNECT, DEFAULT_ROBOT, TABLE
 from skillwing.services.errors import NoSystemError, SkillwingError
 from skillwing.services.processes.run_state import running_systems
 from skillwing.services.robot import ROBOTS, find_robot
@@ -121,6 +123,8 @@ def _mission_files(incomplete: str) -> list[str]:
 
 def _skillset(ctx: typer.Context) -> Skillset:
     robot = ctx.params.get("robot")
+    if os.environ.get(CONNECT):  # no question to a system elsewhere while somebody types
+        return find_robot(os.environ.get(TABLE) or DEFAULT_ROBOT).load_skillset()
     try:
         return load(find_target(robot).skillset)
     except NoSystemError:

@@ -15,8 +15,9 @@ from typing import Annotated, Any
 import typer
 
 from skillwing.dsl import UnknownNameError
-from skillwing.services.client.connection import DEFAULT_ROBOT, Connection, Target, find_target, open_connection
+from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.target import Target
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_monitor import ProcessStatus, process_statuses
@@ -99,7 +100,7 @@ class System(Connection):
 
     def _table(self) -> tuple[str, ...]:
         try:
-            table = find_robot(self.target.robot)
+            table = find_robot(self.target.table or self.target.robot)
         except UnknownNameError:
             return ()
         return tuple(spec.name for spec in (*table.functional_layer({}), *table.managers()))
@@ -133,6 +134,5 @@ def mission_context(target: Target, mission: str) -> dict[str, Any]:
         state = read_run_state(target.robot)
         known = {} if state is None else state.mission_context
     else:
-        robot = find_robot(os.environ.get("SKILLWING_ROBOT") or DEFAULT_ROBOT)
-        known = robot.mission_options(run_options(os.environ))
+        known = {} if target.table is None else find_robot(target.table).mission_options(run_options(os.environ))
     return known.get(mission, {})

@@ -114,7 +114,7 @@ def _unheard(system: System) -> list[str]:
 
 def _published_by(system: System) -> Mapping[str, tuple[str, ...]]:
     try:
-        return find_robot(system.target.robot).published_by
+        return find_robot(system.target.table or system.target.robot).published_by
     except (UnknownNameError, InvalidOptionError):
         return {}
 

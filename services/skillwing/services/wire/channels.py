@@ -38,12 +38,14 @@ from skillwing.services.protocol import (
     QueryData,
     QueryGoal,
     QueryReady,
+    QueryRobot,
     QueryStates,
     ReadyReport,
     Record,
     ResourceStates,
     ResourceStep,
     ResumeMission,
+    RobotDescription,
     StartGoal,
     TreeSnapshot,
     Violated,
@@ -80,6 +82,9 @@ PUBLIC = (
     Channel(Keys.progress, Kind.STREAM, SKILL, CLIENTS, GoalProgress, each=Each.SKILL),
     Channel(
         lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates, UNDECIDED
+    ),
+    Channel(
+        lambda keys, _: keys.resource_robot, Kind.QUERY, RESOURCES, CLIENTS, QueryRobot, RobotDescription, UNDECIDED
     ),
     Channel(lambda keys, _: keys.resource_ready, Kind.QUERY, RESOURCES, CLIENTS, QueryReady, ReadyReport, ASKED),
     Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, CLIENTS, ResourceStep),
