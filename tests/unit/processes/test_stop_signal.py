@@ -52,6 +52,27 @@ def test_a_second_wish_raises_wherever_it_comes(stop: StopSignal, clock: Clock) 
         signal.raise_signal(signal.SIGINT)
 
 
+def test_a_withdrawn_request_has_to_be_made_again(stop: StopSignal, clock: Clock) -> None:
+    signal.raise_signal(signal.SIGINT)
+    assert stop.by_keyboard
+    stop.withdraw()
+    signal.raise_signal(signal.SIGINT)
+    stop.check()
+    clock.t += SAME_REQUEST + 0.1
+    signal.raise_signal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        stop.check()
+
+
+def test_another_signal_counts_at_once_after_a_withdrawn_request(stop: StopSignal) -> None:
+    signal.raise_signal(signal.SIGINT)
+    stop.withdraw()
+    signal.raise_signal(signal.SIGTERM)
+    assert not stop.by_keyboard
+    with pytest.raises(KeyboardInterrupt):
+        stop.check()
+
+
 def test_signals_right_behind_the_first_are_the_same_wish(stop: StopSignal, clock: Clock) -> None:
     """`timeout` signals us and then our whole group."""
     for _ in range(3):

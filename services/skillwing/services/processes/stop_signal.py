@@ -29,22 +29,36 @@ class StopSignal:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._received_at: float | None = None
+        self._withdrawn_at: float | None = None
         self._raises = False
+        self.by_keyboard = False
+        """True if the first signal was Ctrl-C, so that a person can be asked."""
 
     @property
     def received(self) -> bool:
         return self._received_at is not None
 
-    def receive(self) -> None:
+    def receive(self, number: int | None = None) -> None:
         """Record a signal. A new request after the first one raises KeyboardInterrupt at once, wherever the process is.
 
-        The process then ends without its usual last steps.
+        The process then ends without its usual last steps. number: of the signal.
         """
         first, now = self._received_at, self._clock()
+        repeated = self._withdrawn_at is not None and now - self._withdrawn_at <= SAME_REQUEST
+        if repeated and number == signal.SIGINT:
+            return
         if first is None:
             self._received_at = now
+            self.by_keyboard = number == signal.SIGINT
         if (first is None and self._raises) or (first is not None and now - first > SAME_REQUEST):
             raise KeyboardInterrupt
+
+    def withdraw(self) -> None:
+        """Forget a Ctrl-C, because a person has to confirm it. The next signal counts as the first one.
+
+        Repetitions of the forgotten one are ignored.
+        """
+        self._withdrawn_at, self._received_at = self._clock(), None
 
     def check(self) -> None:
         """Raise KeyboardInterrupt after a signal."""
@@ -82,7 +96,7 @@ def stop_on_signals(clock: Callable[[], float] = time.monotonic) -> Iterator[Sto
     stop = StopSignal(clock)
     ends = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     numbers = [number for number in ends if signal.getsignal(number) is not signal.SIG_IGN]
-    previous = [signal.signal(number, lambda _number, _frame: stop.receive()) for number in numbers]
+    previous = [signal.signal(number, lambda number, _frame: stop.receive(number)) for number in numbers]
     try:
         yield stop
     finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from queue import SimpleQueue
 from types import TracebackType
@@ -33,7 +34,8 @@ class ForegroundSupervisor:
     """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
     exits: filled by the launcher. stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system.
-    active_work: goals and mission under way. Use it as a context manager, in which the table is shown.
+    active_work: goals and mission under way. objection: sentence against an end by Ctrl-C, or empty; a second Ctrl-C
+    ends it all the same. Use it as a context manager, in which the table is shown.
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class ForegroundSupervisor:
         stop: StopSignal,
         reporter: MissionReporter | None = None,
         active_work: ActiveWork | None = None,
+        objection: Callable[[], str] = lambda: "",
     ) -> None:
         self._console = console
         self._launcher = launcher
@@ -54,6 +57,7 @@ class ForegroundSupervisor:
         self._stop = stop
         self._reporter = reporter
         self._active_work = active_work
+        self._objection: Callable[[], str] | None = objection
         self._prefix = Keys(skillset).alive("")
         self._monitor = ProcessMonitor()
         self._alive: set[str] = set()
@@ -83,6 +87,24 @@ class ForegroundSupervisor:
 
     def follow(self) -> int:
         """Supervise until an essential process is given up; return the exit code for that."""
+        while True:
+            try:
+                return self._supervise()
+            except KeyboardInterrupt:
+                if not self._has_objected():
+                    raise
+
+    def _has_objected(self) -> bool:
+        """Object to the first Ctrl-C, if there is a reason."""
+        text = self._objection() if self._stop.by_keyboard and self._objection is not None else ""
+        if not text:
+            return False
+        self._objection = None
+        self._stop.withdraw()
+        self._print(f"{text} Ctrl-C again stops this system all the same.", "bold red")
+        return True
+
+    def _supervise(self) -> int:
         self._check_processes()
         while True:
             self._stop.wait(self._bus, lambda: not self._exits.empty(), PERIOD)

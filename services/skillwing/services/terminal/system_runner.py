@@ -23,7 +23,7 @@ from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Launcher
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.processes.run_state import announced, read_run_state, reserved
+from skillwing.services.processes.run_state import announced, read_run_state, reserved, running_systems
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.robot import ProcessSpec, Robot
@@ -32,6 +32,7 @@ from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.foreground_supervisor import ForegroundSupervisor
 from skillwing.services.terminal.mission_reporter import MissionReporter
 from skillwing.services.terminal.output import make_console, relative_path
+from skillwing.services.terminal.shared_router import consequence, objection, others_at_router
 from skillwing.services.terminal.system_options import RunSettings
 from skillwing.services.viewer.viewer import Viewer, ViewerKind
 
@@ -92,6 +93,11 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
         on_exit=exits.put,
     )
     reporter = None
+    others: dict[str, bool] = {}
+
+    def guests() -> dict[str, bool]:
+        return others_at_router(launcher.endpoint, robot.name) if settings.router is None else {}
+
     try:
         with ExitStack() as stack:
             with stop.raising():
@@ -117,18 +123,34 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 count, seconds = running_processes(launcher.states), time.monotonic() - begun
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
                 console.print(f"Router at {launcher.endpoint}, {'recording' if observers else 'logs'} in {run_dir}.")
-                console.print("Start a skill with `skillwing start SKILL`; stop with Ctrl-C or `skillwing down`.")
+                which = robot_words(robot.name)
+                console.print(
+                    f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
+                )
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
                 supervisor = ForegroundSupervisor(
-                    console, launcher, announcement, exits, skillset.name, stop, reporter, active_work
+                    console,
+                    launcher,
+                    announcement,
+                    exits,
+                    skillset.name,
+                    stop,
+                    reporter,
+                    active_work,
+                    objection=lambda: objection(robot.name, guests()),
                 )
                 with supervisor:
-                    code = supervisor.follow()
+                    try:
+                        code = supervisor.follow()
+                    finally:
+                        others = guests()
     except KeyboardInterrupt:
         code = OK
     console.print(f"{robot.name} has stopped.")
     if active_work.text:
         console.print(active_work.text, style="red", highlight=False)
+    if others:
+        console.print(consequence(others), style="red", highlight=False)
     if reporter is not None:
         with stop.raising():
             reporter.finish(console)
@@ -161,6 +183,11 @@ def _observers(robot: Robot, run_dir: Path, settings: RunSettings, viewer_url: s
     return robot.observers({**settings.options, "run_dir": str(run_dir), "viewer_url": viewer_url})
 
 
+def robot_words(robot: str) -> str:
+    """Option with which a command chooses this robot: ` --robot second`. Empty if no other system runs here."""
+    return f" --robot {robot}" if any(state.robot != robot for state in running_systems()) else ""
+
+
 def running_processes(states: Sequence[ProcessState]) -> str:
     """`7`, or `6 of 7` after an exit; the router does not count."""
     lives = [state.life == "lives" for state in states if state.name != ROUTER]
@@ -188,7 +215,8 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
     while time.monotonic() < deadline:
         state = read_run_state(robot)
         if state is not None and state.pid == process.pid:
-            typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs. `skillwing down` stops it.")
+            typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs.")
+            typer.echo(f"`skillwing down{robot_words(robot)}` stops it.")
             if state.viewer is not None:
                 typer.echo(f"Watch it in a browser: {state.viewer}")
             return _report_failed_processes(state.processes)
