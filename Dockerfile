@@ -8,7 +8,8 @@
 #   viewer     manager + Rerun's viewer, one program
 #
 # Packages are those of locks/, hashes checked. pip takes its settings from build arguments, such as
-# `--build-arg PIP_INDEX_URL=...`. They stay in the stages that build: no image has them in its history.
+# `--build-arg PIP_INDEX_URL=...`. They stay in the stages that build: no image has them in its history. Each stage
+# declares them, because the classic builder does not inherit them from the stage before.
 ARG BASE=python:3.11-slim
 
 # --- what is installed, each set in a folder /staged of its own ----------------------------------------------------
@@ -25,6 +26,10 @@ COPY locks/manager.lock locks/
 RUN python3 -m pip --python /opt/skillwing/bin/python install --require-hashes -r locks/manager.lock
 
 FROM packages AS code
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
 COPY locks/build.lock locks/
 RUN /build/bin/pip install --require-hashes -r locks/build.lock
 WORKDIR /source
@@ -55,6 +60,10 @@ USER skillwing
 # --- the other roles -------------------------------------------------------------------------------------------------
 
 FROM packages AS onboard-packages
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
 COPY locks/install.sh locks/onboard.lock locks/
 RUN sh locks/install.sh locks/onboard.lock
 
@@ -64,6 +73,10 @@ COPY --from=code /staged /
 USER skillwing
 
 FROM packages AS sim-packages
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
 COPY locks/install.sh locks/sim.lock locks/
 RUN sh locks/install.sh locks/sim.lock
 
@@ -73,6 +86,10 @@ COPY --from=code /staged /
 USER skillwing
 
 FROM packages AS mission-packages
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
 COPY locks/install.sh locks/mission.lock locks/
 RUN sh locks/install.sh locks/mission.lock
 
@@ -85,6 +102,10 @@ ENTRYPOINT ["skillwing", "mission", "run"]
 # Rerun comes as a library and a program, of which one image needs the first and one the second. Both would send usage
 # data from their second start on.
 FROM packages AS rerun-packages
+ARG PIP_INDEX_URL
+ARG PIP_EXTRA_INDEX_URL
+ARG PIP_TRUSTED_HOST
+ARG PIP_CERT
 COPY locks/install.sh locks/recorder.lock locks/
 RUN sh locks/install.sh locks/recorder.lock \
     && cd /staged && site=$(echo opt/skillwing/lib/python3*/site-packages) \

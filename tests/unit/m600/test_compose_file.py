@@ -132,6 +132,9 @@ def test_variables_are_those_that_processes_read() -> None:
         assert service["environment"].keys() <= known, name
 
 
+PIP_ARGUMENTS = {"PIP_INDEX_URL", "PIP_EXTRA_INDEX_URL", "PIP_TRUSTED_HOST", "PIP_CERT"}
+
+
 def stages() -> dict[str, str]:
     """The stages of the Dockerfile by name."""
     parts = re.split(r"^FROM (?=\S+ AS )", (ROOT / "Dockerfile").read_text(), flags=re.MULTILINE)[1:]
@@ -166,7 +169,9 @@ def test_everything_is_installed_by_hash_and_nothing_of_how_stays_in_an_image() 
         for line in re.findall(r"pip\b.* install .*", stage):
             assert "--require-hashes -r locks/" in line or line.rstrip().endswith("/wheel/*.whl"), line
         built_on = stage.split()[0]
-        assert ("ARG" not in stage.split()) or name == "packages"
+        # The classic builder passes arguments on to no stage that does not declare them.
+        told = re.findall(r"^ARG (PIP_\w+)$", stage, flags=re.MULTILINE)
+        assert set(told) == (PIP_ARGUMENTS if built_on == "packages" or name == "packages" else set()), name
         if name in {service["image"].removeprefix("skillwing-") for service in SERVICES.values()}:
             assert built_on == "runtime"
 
