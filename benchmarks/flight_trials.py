@@ -17,7 +17,8 @@ from skillwing.onboard.frames.vectors import Vector, axes, heading_of, norm, wra
 from skillwing.onboard.guidance.trajectory import Segment, straight
 from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits, Mode, Setpoint
 from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
+from skillwing.sim_mujoco.simulator.lockstep import Output
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.terrain import make_terrain
 from skillwing.sim_mujoco.world.world import World, make_world
 

@@ -15,7 +15,7 @@ from skillwing.onboard.frames.vectors import Vector
 from skillwing.onboard.guidance.trajectory import straight
 from skillwing.onboard.odometry.odometry import Phase
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.simulator.simulator import Output
+from skillwing.sim_mujoco.simulator.lockstep import Output
 from skillwing.sim_mujoco.world.world import World, make_world
 
 _AT_REST = 3.5

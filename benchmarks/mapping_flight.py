@@ -19,7 +19,8 @@ from skillwing.onboard.topics.navigation import Navigation
 from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.sensors.faults import Fault
-from skillwing.sim_mujoco.simulator.simulator import Output, Simulator
+from skillwing.sim_mujoco.simulator.lockstep import Output
+from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import World, make_world
 
 SPEED = 2.0

@@ -34,7 +34,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
     run_dir: an empty directory for recording and report, as of `skillwing demo`. longest: limit of the flight [robot
     s]. The result has the reason if the flight is broken off.
     """
-    begun = _processor_time()
+    begun = processor_time()
     meter = CostMeter(planned_circle(plan.site(), plan.mission))
     terrain = make_world(plan.seed, plan.world).terrain
     pilot_returns = plan.condition is Condition.PILOT_RETURNS
@@ -60,7 +60,7 @@ def fly(plan: FlightPlan, run_dir: Path | None = None, *, longest: float = LONGE
         coverage=_coverage(plan, observer, run_dir),
         end_time=round(session.end_time, 3),
         digest=observer.digest,
-        processor_time=round(_processor_time() - begun, 2),
+        processor_time=round(processor_time() - begun, 2),
         error=session.error,
         deaths=session.deaths,
         cost=meter.cost,
@@ -91,6 +91,6 @@ def _coverage(plan: FlightPlan, observer: FlightObserver, run_dir: Path | None) 
     return judge_map(world, world.site.way, observer.map).all
 
 
-def _processor_time() -> float:
+def processor_time() -> float:
     """Processor time of this process and of its ended child processes [s]."""
     return sum(os.times()[:4])

@@ -5,22 +5,27 @@ from __future__ import annotations
 import math
 
 from skillwing.m600.latest import Latest
-from skillwing.onboard.topics.common import Vector3
+from skillwing.onboard.topics.common import Vector2, Vector3
 from skillwing.onboard.topics.guidance import GEOFENCE, Geofence
 from skillwing.services.bus import Bus
 
 HOME = (0.0, 0.0)
-"""The home point: frames of the functional layer have their origin there (ENU, m)."""
+"""The usual home point: frames of the functional layer have their origin there (ENU, m)."""
 
 
 class GeofenceChecker:
-    """A check of targets against the box that guidance published (ENU, m).
+    """A check of targets against the box that guidance published, and the home point in it (ENU, m).
 
     Before the first publication, managers refuse no target; guidance itself refuses those outside.
     """
 
     def __init__(self, bus: Bus) -> None:
         self._box = Latest(bus, GEOFENCE, Geofence, events=True)
+
+    @property
+    def home(self) -> Vector2:
+        """The drone's home point; the usual one before the first publication."""
+        return HOME if self._box.value is None else self._box.value.home
 
     @property
     def ceiling(self) -> float:

@@ -23,7 +23,9 @@ TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
 OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")
 """Options of managers and recorder (`services/robot.py`)."""
-OPTIONS = tuple(dict.fromkeys((*TO_SIM, *TO_GUIDANCE, *TO_LINK, *TO_MAPPING, "link", "bounds", *OF_THE_RUN)))
+SHARING = ("robots", "world_of")
+"""Options of robots that share a simulated world."""
+OPTIONS = tuple(dict.fromkeys((*TO_SIM, *TO_GUIDANCE, *TO_LINK, *TO_MAPPING, "link", "bounds", *SHARING, *OF_THE_RUN)))
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
@@ -34,16 +36,17 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     - `wind`, `turbulence`, `gusts`, `battery` at the start, `packs_fail`, `pilot`: as in a scenario.
     - `fence`, `bounds`: boxes from `low` to `high`, by default those of the site.
     - `watch`: False lets guidance ignore obstacles. `link`: the radio (docs/video.md). `poses`: docs/mapping.md.
+    - `robots`: options of each drone by robot, such as `{"left": {}, "right": {}}`: this robot's simulator flies all.
+      `world_of`: the name of that robot, for the others. Their drones fly in its simulator.
     """
     if unknown := options.keys() - set(OPTIONS):
         raise UnknownNameError(f"option of {ROBOT.name}", min(unknown), OPTIONS)
-    sim, site = _given(options, TO_SIM), _site(options)
+    site = _site(options)
     guidance = site | _given(options, TO_GUIDANCE)
     link = dict(options.get("link") or {}) | _given(options, TO_LINK) | site
     mapping = site | dict(options.get("bounds") or {}) | _given(options, TO_MAPPING)
     return (
-        # A restarted simulator would begin with a drone on the ground at time 0, against the state of all others.
-        ProcessSpec("sim", f"{SIMULATION}.simulator.node:make_sim", sim, extra="sim", restart="never"),
+        *_simulator(options),
         ProcessSpec(
             "guidance",
             f"{ONBOARD}.guidance.node:make_guidance",
@@ -65,6 +68,21 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         ProcessSpec("ground", f"{ONBOARD}.video.ground:make_ground", essential=False, extra="onboard"),
         ProcessSpec("bridge", "skillwing.m600.bridge.node:make_bridge", {"skillset": str(SKILLSET)}),
     )
+
+
+def _simulator(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
+    """The simulator of one drone, or of all that share a world; none for a robot in the world of another.
+
+    It is not restarted: a new one would begin with a drone on the ground at time 0, against the state of all others.
+    """
+    if options.get("world_of") is not None:
+        return ()
+    sim = _given(options, TO_SIM)
+    factory = f"{SIMULATION}.simulator.node:make_sim"
+    if options.get("robots"):
+        factory = f"{SIMULATION}.simulator.shared_node:make_shared_sim"
+        sim["robots"] = {robot: _given(own, TO_SIM) for robot, own in options["robots"].items()}
+    return (ProcessSpec("sim", factory, sim, extra="sim", restart="never"),)
 
 
 def _given(options: dict[str, Any], names: Mapping[str, str]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from skillwing.evaluation.flights.cost import CostMeter
 from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.flights.result import End
 from skillwing.onboard.frames.extent import TIP_RADIUS
-from skillwing.onboard.topics.common import Empty
+from skillwing.onboard.topics.common import Empty, Vector2
 from skillwing.onboard.topics.flight import FLIGHT, FlightState
 from skillwing.onboard.topics.mapping import MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
 from skillwing.onboard.topics.truth import TRUTH, Truth
@@ -58,6 +58,8 @@ class FlightObserver:
         self.failsafes: list[str] = []
         self.breaches = 0
         self.clearance: float | None = None
+        self.separation: float | None = None
+        """Least distance to another drone so far, tip to tip [m]; None for a drone that is alone."""
         self.map: SavedMap | None = None
 
     def attach(self, bus: Bus) -> None:
@@ -91,19 +93,19 @@ class FlightObserver:
         if state is None or truth is None:
             return End.FLYING
         if state.on_ground and not state.rotors_on:
-            return self._landed(truth)
+            return self._landed(truth, state.home)
         held = self._held
         handed_over = held is not None and not self._pilot_returns and truth.t - held.t >= HELD_FOR
         return End.HANDED_OVER if handed_over else End.FLYING
 
-    def _landed(self, truth: Truth) -> End:
+    def _landed(self, truth: Truth, home: Vector2) -> End:
         """True end of a flight whose landing the autopilot reports."""
         x, y, z = truth.position
         if math.hypot(*truth.velocity) > AT_REST:
             return End.FLYING
         if z - self._terrain.height(x, y) > TIP_RADIUS:
             return End.NOT_LANDED  # too high to touch the ground, even when toppled
-        return End.HOME if math.hypot(x, y) <= AT_HOME else End.ELSEWHERE
+        return End.HOME if math.dist((x, y), home) <= AT_HOME else End.ELSEWHERE
 
     @property
     def collisions(self) -> int:
@@ -126,6 +128,8 @@ class FlightObserver:
             self.breaches += 1
         self._outside = not truth.inside_fence
         self.clearance = truth.clearance if self.clearance is None else min(self.clearance, truth.clearance)
+        if truth.separation is not None:
+            self.separation = min(truth.separation, truth.separation if self.separation is None else self.separation)
         held_by_pilot = self._state is not None and not self._state.authority
         if not (held_by_pilot and self._mission_over):
             self._held = None

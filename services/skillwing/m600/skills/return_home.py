@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import dist
 
 from skillwing.m600.generated.managers import AbstractReturnHomeManager
 from skillwing.m600.generated.types import ReturnHomeFeedback, ReturnHomeInputs
-from skillwing.m600.geofence import HOME
 from skillwing.m600.skills.motion import MotionManager
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.guidance import YawMode
@@ -27,19 +26,19 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     """
 
     def validate(self, goal: Goal[ReturnHomeInputs]) -> str | None:
-        return self.fence.refusal((*HOME, goal.inputs.height))
+        return self.fence.refusal((*self.fence.home, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[ReturnHomeInputs]) -> None:
         self.tracker.locate(goal, lambda position: self._depart(goal, position))
 
     def progress(self, goal: Goal[ReturnHomeInputs]) -> ReturnHomeFeedback | None:
         position = self.tracker.position
-        return None if position is None else ReturnHomeFeedback(distance=_from_home(position))
+        return None if position is None else ReturnHomeFeedback(distance=self._from_home(position))
 
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.IN_VIEW)
+            self.fly_to(goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.IN_VIEW)
         else:
             self.terminated_ARRIVED(goal.id)
 
@@ -48,18 +47,18 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
         if self._climbing or self._height >= ceiling:
             self.terminated_ABORTED(goal.id, cause=self.guidance.record)
             return
-        position = self.tracker.position or (*HOME, self._height)
+        position = self.tracker.position or (*self.fence.home, self._height)
         self._climb(goal, position, min(ceiling, self._height + CLIMB))
 
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
         self.terminated_ABORTED(goal.id, cause=self.guidance.record)
 
     def _depart(self, goal: Goal[ReturnHomeInputs], position: Vector3) -> None:
-        if _from_home(position) > OVER_HOME:
+        if self._from_home(position) > OVER_HOME:
             self._climb(goal, position, max(position[2], goal.inputs.height))
         else:
             self._climbing, self._height = False, position[2]
-            self.fly_to(goal, self.fence.nearest_inside((*HOME, self._height)), goal.inputs.speed, YawMode.FREE)
+            self.fly_to(goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.FREE)
 
     def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
         self._climbing, self._height = True, height
@@ -67,7 +66,6 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
             goal, self.fence.nearest_inside((position[0], position[1], height)), goal.inputs.speed, YawMode.FREE
         )
 
-
-def _from_home(position: Vector3) -> float:
-    """Distance from the home point over the ground [m]."""
-    return hypot(position[0] - HOME[0], position[1] - HOME[1])
+    def _from_home(self, position: Vector3) -> float:
+        """Distance from the home point over the ground [m]."""
+        return dist(position[:2], self.fence.home)

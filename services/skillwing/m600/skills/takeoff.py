@@ -6,7 +6,7 @@ import math
 
 from skillwing.m600.generated.managers import AbstractTakeoffManager
 from skillwing.m600.generated.types import TakeoffFeedback, TakeoffInputs
-from skillwing.m600.geofence import HOME, GeofenceChecker
+from skillwing.m600.geofence import GeofenceChecker
 from skillwing.m600.skills.guidance_client import Axis, GuidanceClient
 from skillwing.m600.skills.position_tracker import PositionTracker
 from skillwing.m600.skills.timers import StallDetector
@@ -30,7 +30,7 @@ class TakeoffManager(AbstractTakeoffManager):
         self.fence = GeofenceChecker(self.bus)
 
     def validate(self, goal: Goal[TakeoffInputs]) -> str | None:
-        return self.fence.refusal((*HOME, goal.inputs.height))
+        return self.fence.refusal((*self.fence.home, goal.inputs.height))
 
     def on_dispatch(self, goal: Goal[TakeoffInputs]) -> None:
         self.tracker.locate(goal, lambda position: self._climb_from(goal, position))

@@ -12,6 +12,7 @@ from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.guidance.core import GuidanceCore
 from skillwing.onboard.sensor_data.names import RANGE
 from skillwing.onboard.topics import flight, guidance, obstacles, sensors
+from skillwing.onboard.topics.common import Vector2
 from skillwing.onboard.topics.navigation import NAVIGATION, Navigation
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.reading import message_reader
@@ -38,13 +39,14 @@ class GuidanceNode:
         self._bus: Bus | None = None
         self._setpoints: Publisher | None = None
         self._status: Publisher | None = None
+        self._home: Vector2 = (0.0, 0.0)
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._setpoints = bus.advertise(flight.AUTOPILOT_SETPOINT)
         self._status = bus.advertise(guidance.GUIDANCE_STATUS)
         core = self._core
-        self._follow(flight.FLIGHT, flight.FlightState, core.flight)
+        self._follow(flight.FLIGHT, flight.FlightState, self._on_flight)
         self._follow(sensors.RANGE, sensors.Range, lambda seen: core.range(seen.t, seen.distance))
         self._follow(obstacles.OBSTACLE_STATUS, obstacles.ObstacleStatus, core.obstacles)
         self._follow(NAVIGATION, Navigation, self._on_navigation)
@@ -52,10 +54,9 @@ class GuidanceNode:
         bus.subscribe(sensors.health_key(RANGE), health, events=True)
         revoke = message_reader(guidance.Revoked, lambda revoked: core.revoke(revoked, bus.now()))
         bus.subscribe(guidance.AUTHORITY, revoke, events=True)
-        targets = core.targets
         # Kept in a field: the bus withdraws a publisher without a reference, and late subscribers need this message.
         self._geofence = bus.advertise(guidance.GEOFENCE, events=True)
-        self._geofence.put(encode(guidance.Geofence(low=targets.low, high=targets.high)))
+        self._publish_geofence()
         bus.serve(guidance.GUIDANCE_COMMAND, answer_with(guidance.GuidanceCommand, self._on_command))
         bus.every(STATUS_PERIOD, self._publish_status)
 
@@ -65,6 +66,16 @@ class GuidanceNode:
     def _follow(self, key: str, kind: type[M], use: Callable[[M], object]) -> None:
         assert self._bus is not None
         self._bus.subscribe(key, message_reader(kind, use), latest_only=True)
+
+    def _publish_geofence(self) -> None:
+        targets = self._core.targets
+        self._geofence.put(encode(guidance.Geofence(low=targets.low, high=targets.high, home=self._home)))
+
+    def _on_flight(self, state: flight.FlightState) -> None:
+        self._core.flight(state)
+        if state.home != self._home:
+            self._home = state.home
+            self._publish_geofence()
 
     def _on_navigation(self, navigation: Navigation) -> None:
         self._core.navigation(navigation)

@@ -13,6 +13,7 @@ Component: TypeAlias = Annotated[float, msgspec.Meta(ge=-LARGEST_COMPONENT, le=L
 """A component of a position, velocity, ... in SI units. The bound refuses values that no drone can reach."""
 Sentence: TypeAlias = Annotated[str, msgspec.Meta(max_length=LONGEST_SENTENCE)]
 """Text for people. Its length is bounded, because receivers quote it in longer messages."""
+Vector2 = tuple[Component, Component]
 Vector3 = tuple[Component, Component, Component]
 Quaternion = tuple[Component, Component, Component, Component]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skillwing.onboard.topics.common import Done, Sentence, Vector3
+from skillwing.onboard.topics.common import Done, Sentence, Vector2, Vector3
 from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, RECORDER, SKILLS, VEHICLE
 from skillwing.onboard.topics.rows import query, stream
 from skillwing.services.protocol import Message, Time
@@ -18,7 +18,8 @@ class FlightState(Message, frozen=True, kw_only=True):
     """`authority`: the safety pilot lets this computer fly. `failsafe`: what the autopilot does by itself, or "".
 
     `follows`: the autopilot follows setpoints; False while it overrules them, however fresh. `holds_heading`: the
-    heading can be controlled; False after the loss of a rotor.
+    heading can be controlled; False after the loss of a rotor. `home`: the vehicle's home point (ENU, m), the origin
+    unless several vehicles share a world.
     """
 
     t: Time
@@ -29,6 +30,7 @@ class FlightState(Message, frozen=True, kw_only=True):
     failsafe: Sentence = ""
     follows: bool = True
     holds_heading: bool = True
+    home: Vector2 = (0.0, 0.0)
 
 
 class Battery(Message, frozen=True, kw_only=True):

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import msgspec
 
-from skillwing.onboard.topics.common import Done, Vector3
+from skillwing.onboard.topics.common import Done, Vector2, Vector3
 from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, MAPPING, OBSTACLES, RECORDER, SKILLS, VIDEO
 from skillwing.onboard.topics.rows import events, query, stream
 from skillwing.services.protocol import ErrorCode, Label, Message, Time
@@ -117,10 +117,11 @@ class GuidanceStatus(Message, frozen=True, kw_only=True):
 
 
 class Geofence(Message, frozen=True, kw_only=True):
-    """Opposite corners of the box in which every target has to lie (ENU, m)."""
+    """Opposite corners of the box in which every target has to lie, and the home point in it (ENU, m)."""
 
     low: Vector3
     high: Vector3
+    home: Vector2 = (0.0, 0.0)
 
 
 class Revoked(Message, frozen=True, kw_only=True):
@@ -136,6 +137,6 @@ GOAL_ENDED = "when the resource manager has ended a goal"
 TOPICS: tuple[Channel, ...] = (
     query(GUIDANCE_COMMAND, GuidanceCommand, Done, GUIDANCE, (SKILLS,), Duty.MUST, *REFUSALS),
     stream(GUIDANCE_STATUS, GuidanceStatus, GUIDANCE, (SKILLS, OBSTACLES, RECORDER), Duty.MUST, rate=20.0),
-    events(GEOFENCE, Geofence, GUIDANCE, (SKILLS, OBSTACLES), Duty.SHOULD, "at the start"),
+    events(GEOFENCE, Geofence, GUIDANCE, (SKILLS, OBSTACLES), Duty.SHOULD, "at the start, and when the home point is another"),
     events(AUTHORITY, Revoked, BRIDGE, (GUIDANCE, OBSTACLES, MAPPING, VIDEO), Duty.MUST, GOAL_ENDED),
 )

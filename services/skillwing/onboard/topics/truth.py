@@ -12,7 +12,9 @@ TRUTH = "fl/truth"
 
 
 class Truth(Message, frozen=True, kw_only=True):
-    """Ground truth for judges: `clearance` is the distance of the blades' tips from the nearest obstacle, at `t`."""
+    """Ground truth for judges: `clearance` is the distance of the blades' tips from the nearest obstacle, at `t`.
+
+    `separation`: distance to the nearest other vehicle, tip to tip, at `t`; None for a vehicle that is alone."""
 
     t: Time
     position: Vector3
@@ -21,6 +23,7 @@ class Truth(Message, frozen=True, kw_only=True):
     collisions: int
     clearance: float
     inside_fence: bool
+    separation: float | None = None
 
 
 TOPICS: tuple[Channel, ...] = (stream(TRUTH, Truth, VEHICLE, (LINK, RECORDER, CAMPAIGNS), Duty.TRIALS, rate=20.0),)

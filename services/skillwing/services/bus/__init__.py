@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 from skillwing.services.protocol import ErrorReply
 
@@ -187,6 +187,18 @@ class Network(Protocol):
 
 class Bus(Timers, Network, Protocol):
     """One node's view of its world: everything that a node may ask for."""
+
+
+@runtime_checkable
+class MultiRobotBus(Protocol):
+    """A bus that opens further namespaces: for the one process that several robots share, their simulated world."""
+
+    def beside(self, robot: str) -> Bus:
+        """The bus of this node in the namespace of another robot, or this bus for its own.
+
+        Both share thread, clock and timers. The new bus closes with this one.
+        """
+        ...
 
 
 class Loop(Protocol):

@@ -97,6 +97,10 @@ class InProcessNetwork:
             raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
         return self._join(name, robot)
 
+    def is_namespace(self, robot: str, namespace: Namespace) -> bool:
+        """True for the namespace of the robot of that name."""
+        return self._robots.get(robot) is namespace
+
     def attach(self, node: Node, robot: str = "r1") -> RunnableBus:
         """Make a bus of the node's name and attach the node to it."""
         bus = self.bus(node.name, robot)
@@ -204,6 +208,7 @@ class InProcessBus:
         self._serving: dict[Question, None] = {}
         self.streams = SampleBacklog(STREAMS)
         self.events = SampleBacklog(EVENTS)
+        self._beside: list[RunnableBus] = []
         self.closed = False
         self.given_up = False
         """True after a cut or a stop that was longer than the lease: the network counts its session as dead."""
@@ -211,6 +216,13 @@ class InProcessBus:
     @property
     def name(self) -> str:
         return self._name
+
+    def beside(self, robot: str) -> RunnableBus:
+        """See `MultiRobotBus`. Raises ValueError if that robot has a node of this name already."""
+        if self._network.is_namespace(robot, self.robot):
+            return self
+        self._beside.append(self._network.bus(self._name, robot))
+        return self._beside[-1]
 
     def now(self) -> float:
         return self._network.now()
@@ -341,6 +353,8 @@ class InProcessBus:
         if self.closed:
             return
         self.closed = True
+        for each in self._beside:
+            each.close()
         self.robot.remove_node(self)
         abandoned, self._serving = self._serving, {}
         for question in abandoned:

@@ -60,7 +60,8 @@ class ZenohBus:
     """One node's session; see `Bus` for what each method promises.
 
     name: of the node; robot: its namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: of robot time; topology:
-    the session's connections.
+    the session's connections. host: a bus of the same node in the namespace of another robot; both run on its thread
+    and its clock.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -73,15 +74,17 @@ class ZenohBus:
         connect_timeout: float = CONNECT_TIMEOUT,
         *,
         topology: Topology = "router",
+        host: ZenohBus | None = None,
     ) -> None:
-        self._name = name
-        self._clock = clock or WallClock()
-        self._mailbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._name, self._robot, self._endpoint, self._topology = name, robot, endpoint, topology
+        self._clock: Clock = host._clock if host is not None else clock or WallClock()
+        self._mailbox: SimpleQueue[Callable[[], None]] = host._mailbox if host is not None else SimpleQueue()
         self._requests = RequestBacklog()
         self._streams = SampleBacklog(STREAMS)
         self._events = SampleBacklog(EVENTS)
-        self._robot_agenda = Agenda()
-        self._wall_agenda = Agenda()
+        self._robot_agenda = host._robot_agenda if host is not None else Agenda()
+        self._wall_agenda = host._wall_agenda if host is not None else Agenda()
+        self._beside: list[ZenohBus] = []
         self._declared: set[_Declared] = set()
         self._awaited: float | None = None
         self._owed: float | None = None
@@ -97,6 +100,13 @@ class ZenohBus:
     @property
     def name(self) -> str:
         return self._name
+
+    def beside(self, robot: str) -> ZenohBus:
+        """See `MultiRobotBus`. Raises RouterUnreachableError."""
+        if robot == self._robot:
+            return self
+        self._beside.append(ZenohBus(self._name, robot, self._endpoint, topology=self._topology, host=self))
+        return self._beside[-1]
 
     def now(self) -> float:
         return self._clock.now()
@@ -291,6 +301,8 @@ class ZenohBus:
         """Leave the network. No callback runs afterwards. Idempotent."""
         if not self._closed:
             self._closed = True
+            for each in self._beside:
+                each.close()
             self._session.close()
 
     @property
@@ -394,10 +406,10 @@ class ZenohBus:
         self._done.put(encode(ClockDone(t=t, lag=self._clock.lag or 0.0)))
 
     def _lead(self, clock: LockstepClock) -> None:
-        """Receive the progress of the followers of this process's time."""
+        """Receive the progress of the followers of this process's time, in the namespace of one robot."""
 
         def follower(key: str) -> str:
-            return key.removeprefix(f"{CLOCK_DONE_KEY}/")
+            return f"{self._robot}/{key.removeprefix(f'{CLOCK_DONE_KEY}/')}"
 
         def on_done(sample: Sample) -> None:
             try:

@@ -44,19 +44,22 @@ class Airframe:
     allocation: NDArray[np.float64]
 
 
-def attach_to(spec: mujoco.MjSpec, position: Vector) -> None:
-    """Put the drone into a world specification, its centre at `position`, and set up air and time step."""
+def attach_to(spec: mujoco.MjSpec, position: Vector, name: str = BODY) -> None:
+    """Put a drone into a world specification, its centre at `position`, and set up air and time step.
+
+    name: of this drone in the model, before a slash.
+    """
     spec.option.timestep = 0.002
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.density, spec.option.viscosity = 1.2, 1.8e-5
     drone = mujoco.MjSpec.from_string(_mjcf())
     frame = spec.worldbody.add_frame(pos=list(position))
-    frame.attach_body(drone.body("body"), f"{BODY}/", "")
+    frame.attach_body(drone.body("body"), f"{name}/", "")
 
 
-def airframe(model: mujoco.MjModel) -> Airframe:
+def airframe(model: mujoco.MjModel, name: str = BODY) -> Airframe:
     """Read mass and inertia back from the compiled model, so that controller and physics agree."""
-    body = model.body(f"{BODY}/body").id
+    body = model.body(f"{name}/body").id
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.body_iquat[body])
     rotation = rotation.reshape(3, 3)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any
-
-import msgspec
+from typing import Any
 
 from skillwing.onboard.commands.service import CommandRefusedError, answer_with, reply_with
-from skillwing.onboard.frames.extent import FenceOptions
 from skillwing.onboard.frames.vectors import heading_of, to_body
 from skillwing.onboard.topics import common, flight, navigation, odometry, video
 from skillwing.onboard.topics.faults import FAULT, FAULTS, Faults, FaultState, SetFault, fault_id
@@ -17,25 +13,20 @@ from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, Publisher
 from skillwing.services.bus.clock import TickRule
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.options import OptionsError, read_options
+from skillwing.services.options import OptionsError
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorCode, Message, encode
-from skillwing.sim_mujoco.autopilot.autopilot import FailsafeLimits, Setpoint
-from skillwing.sim_mujoco.autopilot.failsafes import CRITICAL_CHARGE
+from skillwing.sim_mujoco.autopilot.autopilot import Setpoint
 from skillwing.sim_mujoco.camera.camera import camera_header
 from skillwing.sim_mujoco.navigation.navigator import Solution
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
-from skillwing.sim_mujoco.physics.battery import PACKS
-from skillwing.sim_mujoco.physics.wind import Gust
-from skillwing.sim_mujoco.scenario.format import FaultOptions, GustOptions, PilotOptions, WindStrength, WindVector
-from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
-from skillwing.sim_mujoco.sensors.faults import Fault, MagnitudeError, Seconds, UnknownFaultError
+from skillwing.sim_mujoco.sensors.faults import MagnitudeError, UnknownFaultError
 from skillwing.sim_mujoco.sensors.health import ConditionChange
-from skillwing.sim_mujoco.sensors.receivers import ReceiverName
 from skillwing.sim_mujoco.sensors.table import SENSORS
+from skillwing.sim_mujoco.simulator.lockstep import Output
+from skillwing.sim_mujoco.simulator.options import read_sim_options
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.simulator.warm_up import compile_loops
-from skillwing.sim_mujoco.world.world import make_world
 
 SLICE = 0.02
 """Step of robot time by which the simulator advances [s]."""
@@ -59,6 +50,11 @@ class SimNode:
         self._out: dict[str, Publisher] = {}
 
     def attach(self, bus: Bus) -> None:
+        self.join(bus)
+        bus.every(SLICE, self._advance)
+
+    def join(self, bus: Bus) -> None:
+        """Attach the node without a timer: a simulator with several drones calls `publish` after each advance."""
         self._bus = bus
         self._epoch = bus.now()
         streams = (CLOCK_KEY, navigation.NAVIGATION, flight.BATTERY, video.CAMERA, TRUTH, flight.FLIGHT)
@@ -74,7 +70,6 @@ class SimNode:
         bus.serve(video.CAMERA_COMMAND, answer_with(video.ControlCamera, self._control_camera))
         bus.serve(FAULTS, reply_with(common.Empty, self._faults))
         bus.serve(flight.PILOT, answer_with(flight.SetPilot, self._set_pilot))
-        bus.every(SLICE, self._advance)
 
     def detach(self) -> None:
         """Do nothing: no state outlives this process."""
@@ -82,7 +77,10 @@ class SimNode:
     # --- time ------------------------------------------------------------------------------------------------
 
     def _advance(self) -> None:
-        happened = self._sim.advance(self._sim.t + SLICE)
+        self.publish(self._sim.advance(self._sim.t + SLICE))
+
+    def publish(self, happened: Output) -> None:
+        """Publish the time, and the output of an advance to it."""
         t = self._sim.t
         if self._tick_rule.due(t, self._bus.wall()):
             self._put(CLOCK_KEY, ClockTick(t=self._epoch + t, factor=self._factor))
@@ -160,6 +158,7 @@ class SimNode:
             failsafe=autopilot.failsafe,
             follows=autopilot.follows,
             holds_heading=autopilot.holds_heading,
+            home=self._sim.home,
         )
         due = self._flight_cadence.due(t)
         if due or self._flight is None or _differs(state, self._flight):
@@ -176,6 +175,7 @@ class SimNode:
             collisions=self._sim.collisions,
             clearance=self._sim.clearance,
             inside_fence=self._sim.world.geofence.contains(motion.position),
+            separation=self._sim.separation,
         )
         self._put(TRUTH, truth)
 
@@ -237,77 +237,14 @@ def _differs(one: flight.FlightState, other: flight.FlightState) -> bool:
     return any(getattr(one, name) != getattr(other, name) for name in names)
 
 
-class PackOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A failure of a number of battery packs: `{"at": 40.0, "packs": 3}`."""
-
-    at: Seconds
-    packs: Annotated[int, msgspec.Meta(ge=1, lt=PACKS)]
-
-
-class SimOptions(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Options of `make_sim`.
-
-    world, scale: kind and size of the world. factor: pace that the clock announces. authority: the computer has it at
-    the start. turbulence: wind at a height of 6 m that causes it [m/s]. battery_floor: charge below which the autopilot
-    lands [%]. geofence: replaces the world's, for the autopilot's guard and for the truth. receiver: class of satellite
-    receivers. scenario: a file; other options add to its lists, and replace its single values.
-    """
-
-    seed: int = 1
-    world: str = "courtyard"
-    scale: float = 1.0
-    scenario: str | None = None
-    faults: tuple[FaultOptions, ...] = ()
-    pilot: tuple[PilotOptions, ...] = ()
-    wind: WindVector = (0.0, 0.0, 0.0)
-    turbulence: WindStrength = 0.0
-    gusts: tuple[GustOptions, ...] = ()
-    battery: float = 100.0
-    packs_fail: tuple[PackOptions, ...] = ()
-    battery_floor: float = CRITICAL_CHARGE
-    geofence: FenceOptions | None = None
-    factor: float = 1.0
-    authority: bool = True
-    receiver: ReceiverName = "rtk"
-    sensors: tuple[str, ...] = msgspec.field(default_factory=lambda: tuple(SENSORS))
-
-
 def make_sim(options: dict[str, Any]) -> SimNode:
     """The simulator node. Raises OptionsError."""
-    wanted = _with_scenario(read_options(options, SimOptions), options)
-    faults = [Fault(f.sensor, f.kind, f.at, f.duration, f.magnitude, f.zone) for f in wanted.faults]
+    wanted = read_sim_options(options)
     try:
-        world = make_world(wanted.seed, wanted.world, wanted.scale)
-        if wanted.geofence is not None:
-            world = world.fenced(wanted.geofence.box)
-        simulator = Simulator(
-            world,
-            faults=faults,
-            pilot=[(event.at, event.authority) for event in wanted.pilot],
-            wind=wanted.wind,
-            turbulence=wanted.turbulence,
-            gusts=[Gust(g.at, g.velocity, g.duration) for g in wanted.gusts],
-            limits=FailsafeLimits(fence=world.geofence, charge=wanted.battery_floor),
-            battery_percent=wanted.battery,
-            packs_fail=[(event.at, event.packs) for event in wanted.packs_fail],
-            sensors=wanted.sensors,
-            receiver=wanted.receiver,
-        )
+        world = wanted.make_world()
+        simulator = Simulator(world, **wanted.of_drone(world))
     except ValueError as error:
         raise OptionsError(str(error)) from error
     simulator.autopilot.authority = wanted.authority
     compile_loops()
     return SimNode(simulator, wanted.factor)
-
-
-def _with_scenario(wanted: SimOptions, given: dict[str, Any]) -> SimOptions:
-    """The options with those of their scenario. Raises OptionsError."""
-    if wanted.scenario is None:
-        return wanted
-    try:
-        scenario = read_scenario(Path(wanted.scenario)).sim_options()
-    except ScenarioError as error:
-        raise OptionsError(str(error)) from error
-    lists = {name: getattr(wanted, name) + scenario.pop(name) for name in ("faults", "gusts", "pilot")}
-    single = {name: value for name, value in scenario.items() if name not in given}
-    return msgspec.structs.replace(wanted, **lists, **single)

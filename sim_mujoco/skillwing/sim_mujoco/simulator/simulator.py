@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
 from operator import add
 
 import numpy as np
@@ -27,19 +26,18 @@ from skillwing.sim_mujoco.physics.physics import Physics
 from skillwing.sim_mujoco.physics.rotor_faults import ROTOR, ROTOR_FAULTS, ROTOR_NAMES, ROTORS, RotorFaults
 from skillwing.sim_mujoco.physics.wind import Gust, Wind
 from skillwing.sim_mujoco.scenario.fault_checks import check_fault
-from skillwing.sim_mujoco.sensors.channel import Cadence, Measurement
+from skillwing.sim_mujoco.sensors.channel import Cadence
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
 from skillwing.sim_mujoco.sensors.faults import KINDS, Fault, FaultSchedule, UnknownFaultError
-from skillwing.sim_mujoco.sensors.health import ConditionChange, SensorCondition
+from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD, Barometer, Imu
 from skillwing.sim_mujoco.sensors.receivers import receiver_class
 from skillwing.sim_mujoco.sensors.table import SENSORS, Moment, Surroundings
+from skillwing.sim_mujoco.simulator.lockstep import STEPS, TICK, Output, advance_together
 from skillwing.sim_mujoco.world.rays import RayScene
+from skillwing.sim_mujoco.world.vehicle_rays import VehicleRays
 from skillwing.sim_mujoco.world.world import TERRAIN, World
 
-TICK = 0.01
-"""Period of the sensors; the autopilot guides every second tick [s]."""
-_STEPS = round(TICK / Physics.dt)
 _IMU_STEPS = 2
 _ERRORS_AT_ONCE = 25
 IDLE_THRUST = 1.0
@@ -51,17 +49,8 @@ _TRACK = 0.1
 """Length of the past motion that sensors can see: a revolution of the LiDAR [s]."""
 
 
-@dataclass(slots=True)
-class Output:
-    """Output of an advance in time: measurements, navigation solutions, changes of health by sensor."""
-
-    measurements: list[Measurement] = field(default_factory=list)
-    solutions: list[Solution] = field(default_factory=list)
-    health: list[tuple[str, ConditionChange]] = field(default_factory=list)
-
-
 class Simulator:
-    """One drone, which stands on the home pad of its world at time 0."""
+    """One drone, which stands at its home at time 0: on the pad of its world, or beside it in a `Fleet`."""
 
     def __init__(
         self,
@@ -77,19 +66,24 @@ class Simulator:
         packs_fail: Iterable[tuple[float, int]] = (),
         sensors: Collection[str] = SENSORS,
         receiver: str = "rtk",
+        physics: Physics | None = None,
+        rays: RayScene | None = None,
     ) -> None:
         """A drone at rest.
 
         pilot: times at which the safety pilot gives the authority (True) or takes it. wind: mean wind [m/s] ENU, with
         `turbulence` of this strength (see `wind.Turbulence`) and `gusts`. limits: of the autopilot, by default with the
         world's fence. packs_fail: times at which so many packs of the battery fail. sensors: names of the fitted ones.
-        receiver: class of the autopilot's own satellite receiver, which is always fitted.
+        receiver: class of the autopilot's own satellite receiver, which is always fitted. physics, rays: those of a
+        drone that shares its world, and of that world; by default it is alone.
 
         Raises UnknownFaultError for an unknown sensor, rotor or kind of fault. Raises ValueError for an impossible
         wind, charge or receiver, and for a battery without any pack left.
         """
         self.world = world
-        self._physics = Physics(world)
+        self._physics = physics or Physics(world)
+        self.home = self._physics.motion.position[:2]
+        """Where the drone stands at time 0 [m]."""
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()
@@ -98,7 +92,9 @@ class Simulator:
         self.autopilot = Autopilot(self._physics.airframe, IMU_PERIOD, limits)
         self.battery = BatteryModel(battery_percent)
         triangles = world.triangles()
-        rays = RayScene(triangles)
+        rays = rays or RayScene(triangles)
+        if self._physics.others():
+            rays = VehicleRays(rays, self._physics.others)
         self.camera = CameraFeed(lambda: Camera(world, rays), self._random(30))
         self._clearance = Clearance(triangles, ignore=TERRAIN)
         self._own_imu = Imu(self._random(8))
@@ -158,6 +154,11 @@ class Simulator:
         return self._clearance.distance(self._physics.motion.position) - TIP_RADIUS
 
     @property
+    def separation(self) -> float | None:
+        """Distance between the spheres round this and the nearest other drone [m]; None for a lone drone."""
+        return self._physics.separation
+
+    @property
     def home_valid(self) -> bool:
         """Navigation is aligned, and has had time to fix the home point."""
         return self.t >= _HOME_FIX and self._navigator.aligned
@@ -210,19 +211,31 @@ class Simulator:
         return dict.fromkeys(self._corruptions, tuple(KINDS)) | dict.fromkeys(ROTOR_NAMES, ROTOR_FAULTS)
 
     def advance(self, until: float) -> Output:
-        """Advance to `until`, in whole ticks."""
-        output = Output()
-        while self.t + TICK <= until + 1e-9:
-            self._tick(output)
-        return output
+        """Advance a lone drone to `until`, in whole ticks."""
+        return advance_together((self,), self._physics.dynamics, until)[0]
 
-    def _tick(self, output: Output) -> None:
+    def begin_tick(self, output: Output) -> None:
+        """Guide, and apply what the tick begins with: faults, the pilot and the wind."""
         if self._ticks % 2 == 0:
             self._guide(output)
         self._follow_plan()
         self._update_wind()
-        for step in range(_STEPS):
-            self._step(step)
+
+    def begin_step(self) -> None:
+        """Command the rotors for a step of physics."""
+        self._physics.actuate(self._thrusts)
+
+    def end_step(self, step: int) -> None:
+        """Check contacts after a step. The two IMUs, the computer's and the autopilot's, sample in alternate steps."""
+        self._physics.check_contacts()
+        steps = self._ticks * STEPS + step
+        if steps % _IMU_STEPS == 0:
+            self._inertial.append(self._physics.inertial)
+        else:
+            self._stabilise((steps + 1) * Physics.dt)
+
+    def end_tick(self, output: Output) -> None:
+        """Measure, and collect what has arrived."""
         self._ticks += 1
         self._track.append(self._physics.motion)
         self._drain()
@@ -264,15 +277,6 @@ class Simulator:
         if self.battery.is_empty:
             self._physics.set_rotors(_NO_SHARE)
 
-    def _step(self, step: int) -> None:
-        """Advance physics by a step. The two IMUs, the computer's and the autopilot's, sample in alternate steps."""
-        self._physics.step(self._thrusts)
-        steps = self._ticks * _STEPS + step
-        if steps % _IMU_STEPS == 0:
-            self._inertial.append(self._physics.inertial)
-        else:
-            self._stabilise((steps + 1) * Physics.dt)
-
     def _stabilise(self, t: float) -> None:
         if not self._own_errors:
             self._own_errors = self._own_imu.errors(_ERRORS_AT_ONCE).tolist()
@@ -302,7 +306,8 @@ class Simulator:
             self.battery.fail(self._packs_fail.pop(0)[1])
 
     def _random(self, stream: int) -> np.random.Generator:
-        return np.random.default_rng((self.world.seed, 1000 + stream))
+        number = self._physics.number
+        return np.random.default_rng((self.world.seed, 1000 + stream, *((number,) if number else ())))
 
 
 def _instrument_stream(row: int) -> int:

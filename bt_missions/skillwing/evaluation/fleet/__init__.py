@@ -1,0 +1,1 @@
+"""Flights of two drones in one world: their plans, results and judgement."""

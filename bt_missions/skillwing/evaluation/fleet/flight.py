@@ -1,0 +1,87 @@
+"""One flight of two drones in one world, with all processes of both robots in this process, and its judgement.
+
+A repeated plan gives the same flight, bit by bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from skillwing.bt_missions.running.process import mission_process
+from skillwing.evaluation.fleet.plan import ROBOTS, WORLD, FleetPlan
+from skillwing.evaluation.fleet.result import FleetResult, RobotResult
+from skillwing.evaluation.flights.coverage import SavedMap, judge_map
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.session import RobotFlight, SessionEnd, together
+from skillwing.evaluation.judged_flight import LONGEST, processor_time
+from skillwing.m600.robot import ROBOT
+from skillwing.services.robot import ProcessSpec
+from skillwing.sim_mujoco.world.world import World, make_world
+
+MAPPING = "mapping"
+
+
+def fly_fleet(plan: FleetPlan, run_dir: Path | None = None, *, longest: float = LONGEST) -> FleetResult:
+    """Fly a plan to its end and judge the flight.
+
+    run_dir: an empty directory for recordings, in a folder for each robot. longest: limit of the flight [robot s].
+    """
+    begun = processor_time()
+    world = make_world(plan.seed, WORLD)
+    flights = {
+        robot: RobotFlight(
+            FlightObserver(ROBOT.skillset.stem, world.terrain), processes(plan, robot, run_dir), plan.cut(robot)
+        )
+        for robot in ROBOTS
+    }
+    sessions = together(flights, longest)
+    observers = {robot: flight.observer for robot, flight in flights.items()}
+    first = sessions[ROBOTS[0]]
+    distances = [round(each.separation, 3) for each in observers.values() if each.separation is not None]
+    return FleetResult(
+        plan=plan,
+        robots={robot: _result(observers[robot], session) for robot, session in sessions.items()},
+        separation=min(distances) if distances else None,
+        coverage=None if first.error else coverage(world, plan, [each.map for each in observers.values()]),
+        end_time=round(first.end_time, 3),
+        processor_time=round(processor_time() - begun, 2),
+        error=first.error,
+    )
+
+
+def processes(plan: FleetPlan, robot: str, run_dir: Path | None = None) -> tuple[ProcessSpec, ...]:
+    """Processes of one robot and its mission: observers first, the mission last."""
+    table, options = replace(ROBOT, name=robot), plan.robot_options(robot)
+    if run_dir is not None:
+        (run_dir / robot).mkdir(parents=True, exist_ok=True)
+        options["run_dir"] = str(run_dir / robot)
+    mission = mission_process(table, MAPPING, plan.mission_options(robot))
+    return (*table.observers(options), *table.functional_layer(options), *table.managers(options), mission)
+
+
+def coverage(world: World, plan: FleetPlan, maps: list[SavedMap | None]) -> float | None:
+    """Share of the surface in view of both ways that the maps together have; None without any map."""
+    found = [each for each in maps if each is not None]
+    if not found:
+        return None
+    ways = tuple(place for robot in ROBOTS for place in plan.way(robot))
+    both = SavedMap(np.concatenate([each.centres for each in found]), found[0].voxel_size, found[0].pose_source)
+    return judge_map(world, ways, both).all
+
+
+def _result(observer: FlightObserver, session: SessionEnd) -> RobotResult:
+    mission = observer.mission
+    return RobotResult(
+        end=session.end,
+        phase=mission.phase if mission is not None else "",
+        text=mission.text if mission is not None else "",
+        failsafes=tuple(observer.failsafes),
+        collisions=observer.collisions,
+        breaches=observer.breaches,
+        clearance=None if observer.clearance is None else round(observer.clearance, 3),
+        digest=observer.digest,
+        map_voxels=0 if observer.map is None else len(observer.map.centres),
+    )

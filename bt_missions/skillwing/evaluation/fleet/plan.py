@@ -1,0 +1,117 @@
+"""Plan of one flight of two drones: it determines the whole flight."""
+
+from __future__ import annotations
+
+import random
+from enum import StrEnum
+from typing import Any
+
+import msgspec
+
+from skillwing.evaluation.flights.conditions import Condition, draw
+from skillwing.evaluation.flights.plan import Place, way_time
+from skillwing.services.errors import InvalidOptionError
+from skillwing.sim_mujoco.launching import mapping_mission
+from skillwing.sim_mujoco.world.kinds import make_site
+from skillwing.sim_mujoco.world.site import Site
+from skillwing.sim_mujoco.world.standing import standing_places
+
+LEFT, RIGHT = "left", "right"
+ROBOTS = (LEFT, RIGHT)
+"""Names of the robots. The simulator belongs to the first one."""
+WORLD = "courtyard"
+EARLIEST_CUT = 5.0
+"""Least robot time at which a mission is cut off [s]."""
+
+
+class FleetCondition(StrEnum):
+    """Conditions of flights, by their names in the command line."""
+
+    NONE = "none"
+    CAMERA = "camera"
+    LINK = "link"
+
+    @property
+    def summary(self) -> str:
+        return _SUMMARIES[self]
+
+
+_SUMMARIES = {
+    FleetCondition.NONE: "nothing goes wrong",
+    FleetCondition.CAMERA: "the depth camera of one drone fails, in one of six ways, for a while or for good",
+    FleetCondition.LINK: "the link from the ground to one drone fails for good: its mission is gone",
+}
+
+
+class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
+    """Plan of a flight of two drones in a courtyard. Each maps one half."""
+
+    seed: int
+    condition: FleetCondition = FleetCondition.NONE
+
+    @property
+    def name(self) -> str:
+        """Name of the flight, unique and valid as a file name."""
+        return f"fleet-{self.condition}-{self.seed}"
+
+    @property
+    def hit(self) -> str:
+        """The robot that the condition concerns."""
+        return ROBOTS[self._chance().randrange(len(ROBOTS))]
+
+    def site(self) -> Site:
+        return make_site(self.seed, WORLD)
+
+    def routes(self) -> dict[str, tuple[Place, ...]]:
+        """Waypoints of each robot in its half, without take-off and return."""
+        return halves(self.site())
+
+    def robot_options(self, robot: str) -> dict[str, Any]:
+        """Options of a robot's functional layer."""
+        options: dict[str, Any] = {"seed": self.seed, "world": WORLD}
+        if robot != LEFT:
+            return options | {"world_of": LEFT}
+        own: dict[str, Any] = {each: {} for each in ROBOTS}
+        if self.condition is FleetCondition.CAMERA:
+            own[self.hit] = draw(Condition.CAMERA, self.seed, way_time(self.way(self.hit)))
+        return options | {"robots": own}
+
+    def mission_options(self, robot: str) -> dict[str, Any]:
+        """Options of a robot's mission: its half, and the area of detours of the whole site."""
+        return {**mapping_mission(self.site()), "route": self.routes()[robot]}
+
+    def cut(self, robot: str) -> float | None:
+        """Robot time at which the link to a robot fails for good [s]; None for never."""
+        if self.condition is not FleetCondition.LINK or robot != self.hit:
+            return None
+        chance = self._chance()
+        chance.random()
+        return round(chance.uniform(EARLIEST_CUT, 2.0 * way_time(self.way(robot))), 2)
+
+    def way(self, robot: str) -> tuple[Place, ...]:
+        """Planned way of a robot, from over its home to over its home."""
+        (x, y), route = self.homes()[robot], self.routes()[robot]
+        over_home = x, y, route[0][2]
+        return over_home, *route, over_home
+
+    def homes(self) -> dict[str, tuple[float, float]]:
+        """Place of each drone at the start."""
+        return dict(zip(ROBOTS, standing_places(self.site(), len(ROBOTS)), strict=True))
+
+    def _chance(self) -> random.Random:
+        return random.Random(f"fleet {self.condition} {self.seed}")
+
+
+def halves(site: Site) -> dict[str, tuple[Place, ...]]:
+    """Waypoints of each robot in a courtyard: the left one maps its north-west, the right one its south-east.
+
+    The ways lie on the legs of the site's route, where obstacles leave room, and at least 9 m apart away from the pad.
+    Each robot flies out and back, and then home. Raises InvalidOptionError for another kind of world.
+    """
+    if site.kind != WORLD:
+        raise InvalidOptionError("world", f"Two drones divide a courtyard, not a {site.kind}. Choose a courtyard.")
+    (east, south, height), (_, north, _), (west, _, _), _ = site.route
+    middle = (south + north) / 2.0
+    left = ((1.0, 4.5, height), (west, north, height), (west + 10.0, north, height), (west, north, height))
+    right = ((4.0, south, height), (east, south, height), (east, middle, height), (east, south, height))
+    return {LEFT: left, RIGHT: right}

@@ -1,0 +1,54 @@
+"""Result of one flight of two drones."""
+
+from __future__ import annotations
+
+import msgspec
+
+from skillwing.evaluation.fleet.plan import FleetPlan
+from skillwing.evaluation.flights.result import SAFE_ENDS, End
+from skillwing.services.protocol import MissionPhase
+
+
+class RobotResult(msgspec.Struct, frozen=True, kw_only=True):
+    """The part of one robot. Fields as in `FlightResult`; `map_voxels`: occupied voxels of its map."""
+
+    end: End
+    phase: str = ""
+    text: str = ""
+    failsafes: tuple[str, ...] = ()
+    collisions: int = 0
+    breaches: int = 0
+    clearance: float | None = None
+    digest: str = ""
+    map_voxels: int = 0
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """Broken promises, in words."""
+        found = [f"{self.collisions} collisions"] if self.collisions else []
+        found += ["left the fence"] if self.breaches else []
+        return (*found, *([str(self.end)] if self.end not in SAFE_ENDS else []))
+
+
+class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
+    """robots: results by robot. separation: least distance between the drones, tip to tip [m]. coverage: share of the
+    surface in view of both ways that either map has; None if it was not judged. end_time: when both had come to their
+    end [robot s]. processor_time: seconds. error: why the flight broke off, empty if it did not."""
+
+    plan: FleetPlan
+    robots: dict[str, RobotResult]
+    separation: float | None = None
+    coverage: float | None = None
+    end_time: float = 0.0
+    processor_time: float = 0.0
+    error: str = ""
+
+    @property
+    def kept(self) -> bool:
+        """The promise: nothing was hit, the fence was kept, and both drones stand."""
+        return not any(each.broken for each in self.robots.values())
+
+    @property
+    def succeeded(self) -> int:
+        """Number of missions that succeeded."""
+        return sum(each.phase == MissionPhase.SUCCEEDED for each in self.robots.values())
