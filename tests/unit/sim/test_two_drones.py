@@ -189,21 +189,23 @@ def test_a_drone_out_of_reach_or_behind_changes_no_bit() -> None:
     assert np.array_equal(behind.distances(starts, ahead, 60.0), bare.distances(starts, ahead, 60.0))
 
 
-def test_lidar_and_depth_camera_see_the_other_drone_and_the_picture_shows_its_distance() -> None:
+def test_depth_camera_and_lidar_see_the_other_drone_at_its_distance() -> None:
+    """The left drone looks along its nose, where the right one is. The LiDAR's ring lies across the nose."""
     fleet = Fleet(WORLD, dict(zip(("left", "right"), FAR_APART, strict=True)), {})
     left, right = fleet.drones.values()
-    left.place((0.0, 0.0, OVER_ALL))
-    right.place((6.0, 0.0, OVER_ALL))
-    out = fleet.advance(0.3)
-    pictures = [each.data for each in out["left"].measurements if each.sensor == ZED]
-    near = pictures[-1][(pictures[-1] > 4.5) & (pictures[-1] < 6.5)]
-    assert len(near) > 30
-    scans = [each.data for each in out["right"].measurements if each.sensor == LIDAR]
     alone = Simulator(WORLD)
-    alone.place((6.0, 0.0, OVER_ALL))
-    lonely = [each.data for each in alone.advance(0.3).measurements if each.sensor == LIDAR]
-    assert len(scans) == len(lonely)
-    assert np.count_nonzero((scans[-1] > 4.5) & (scans[-1] < 6.5)) >= np.count_nonzero(lonely[-1] > 0.0) * 0
+    left.place((0.0, 0.0, OVER_ALL))
+    for drone in (right, alone):
+        drone.place((6.0, 0.0, OVER_ALL), math.pi / 2.0)
+    out, lonely = fleet.advance(0.3), alone.advance(0.3)
+    picture = [each.data for each in out["left"].measurements if each.sensor == ZED][-1]
+    assert np.count_nonzero((picture > 4.5) & (picture < 6.5)) > 30
+    around, nothing = (
+        [np.count_nonzero((each.data > 4.5) & (each.data < 6.5)) for each in found.measurements if each.sensor == LIDAR]
+        for found in (out["right"], lonely)
+    )
+    assert around[-1] > 10
+    assert nothing[-1] == 0
 
 
 def test_sensors_of_two_drones_in_the_same_situation_have_errors_of_their_own() -> None:

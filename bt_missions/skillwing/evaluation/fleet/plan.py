@@ -106,12 +106,12 @@ def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     """Waypoints of each robot in a courtyard: the left one maps its north-west, the right one its south-east.
 
     The ways lie on the legs of the site's route, where obstacles leave room, and at least 9 m apart away from the pad.
-    Each robot flies out and back, and then home. Raises InvalidOptionError for another kind of world.
+    From its last waypoint each robot flies home over everything. Raises InvalidOptionError for another kind of world.
     """
     if site.kind != WORLD:
         raise InvalidOptionError("world", f"Two drones divide a courtyard, not a {site.kind}. Choose a courtyard.")
     (east, south, height), (_, north, _), (west, _, _), _ = site.route
     middle = (south + north) / 2.0
-    left = ((1.0, 4.5, height), (west, north, height), (west + 10.0, north, height), (west, north, height))
-    right = ((4.0, south, height), (east, south, height), (east, middle, height), (east, south, height))
+    left = (1.0, 4.5, height), (west, north, height), (west + 10.0, north, height)
+    right = (4.0, south, height), (east, south, height), (east, middle, height)
     return {LEFT: left, RIGHT: right}
