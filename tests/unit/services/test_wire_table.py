@@ -17,7 +17,7 @@ from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import Keys, Message
 from skillwing.services.terminal.cli import app
-from skillwing.services.wire.channel import Each, Kind
+from skillwing.services.wire.channel import Each, Kind, Role
 from skillwing.services.wire.channels import CHANNELS, keys_in
 from skillwing.services.wire.exchange import door, play
 from skillwing.services.wire.messages import classes_of
@@ -107,10 +107,10 @@ class Declarations:
 
 def test_the_managers_serve_what_the_table_says() -> None:
     skillset = load(ROOT / "examples" / "rover" / "rover.skillset")
-    for node, who in ((ResourceManagerNode(skillset), "resource manager"), (DataManagerNode(skillset), "data manager")):
+    for node, who in ((ResourceManagerNode(skillset), Role.RESOURCE_MANAGER), (DataManagerNode(skillset), Role.DATA_MANAGER)):
         bus = Declarations()
         node.attach(bus)  # pyright: ignore[reportArgumentType]
-        offered = [channel for channel in CHANNELS if channel.offered_by == who]
+        offered = [channel for channel in CHANNELS if channel.offered_by == (who,)]
         queries = {
             channel.spell(Keys("rover"), "*" if channel.each in (Each.EVENT, Each.DATUM) else NAME)
             for channel in offered

@@ -10,7 +10,7 @@ from skillwing.onboard.interface.table import PLACES, TOPICS
 from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.services.bus import EVENT_HISTORY
 from skillwing.services.protocol import ErrorCode
-from skillwing.services.wire.channel import Channel, Kind
+from skillwing.services.wire.channel import Channel, Kind, words
 from skillwing.services.wire.messages import DIALECT, definitions, enumerations, links, sections
 from skillwing.services.wire.template import PageTemplate
 
@@ -69,8 +69,8 @@ def _topics(topics: Iterable[Channel]) -> Iterator[str]:
 
 def _cells(topic: Channel) -> tuple[str, ...]:
     message = " → ".join(links(kind) for kind in (topic.message, topic.reply) if kind is not None)
-    used_by = ", ".join(topic.used_by) or "observers"
-    return f"`{topic.pattern}`", topic.kind, message, topic.rate_text, topic.offered_by, used_by, str(topic.duty)
+    used_by = words(topic.used_by) or "observers"
+    return f"`{topic.pattern}`", topic.kind, message, topic.rate_text, words(topic.offered_by), used_by, str(topic.duty)
 
 
 def _facts(topic: Channel) -> dict[str, Any]:
@@ -84,7 +84,7 @@ def _facts(topic: Channel) -> dict[str, Any]:
         "rate": topic.rate,
         "when": topic.when,
         "duty": topic.duty,
-        "offered_by": topic.offered_by,
+        "offered_by": words(topic.offered_by),
         "used_by": topic.used_by,
         "refusals": (ErrorCode.BAD_REQUEST, *topic.refusals) if topic.kind is Kind.QUERY else (),
         "meaning": meaning.text,

@@ -22,10 +22,10 @@ from skillwing.onboard.topics import (
 from skillwing.onboard.topics.processes import VEHICLE
 from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import CLOCK_KEY, ClockTick
-from skillwing.services.wire.channel import Channel, Duty
+from skillwing.services.wire.channel import EVERYBODY, Channel, Duty
 
 CLOCK = stream(
-    CLOCK_KEY, ClockTick, VEHICLE, ("everybody",), Duty.SOME, 6.25, when="at up to 50 Hz while the pace is not kept"
+    CLOCK_KEY, ClockTick, VEHICLE, EVERYBODY, Duty.SOME, 6.25, when="at up to 50 Hz while the pace is not kept"
 )
 PLACES: dict[str, tuple[Channel, ...]] = {
     "flying": (*navigation.TOPICS, *flight.TOPICS, CLOCK),

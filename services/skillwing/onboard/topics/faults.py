@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 import msgspec
 
 from skillwing.onboard.topics.common import Component, Done, Empty
-from skillwing.onboard.topics.processes import LINK, VEHICLE
+from skillwing.onboard.topics.processes import LINK, OPERATOR, VEHICLE
 from skillwing.onboard.topics.rows import query
 from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.protocol import ErrorCode, Label, Message
@@ -70,7 +70,7 @@ class SetLinkFault(Message, frozen=True, kw_only=True):
 
 
 TOPICS: tuple[Channel, ...] = (
-    query(FAULT, SetFault, Done, VEHICLE, ("`skillwing fault`",), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
-    query(FAULTS, Empty, Faults, VEHICLE, ("`skillwing fault --list`",), Duty.TRIALS),
-    query(LINK_FAULT, SetLinkFault, Done, LINK, ("`skillwing fault link`",), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
+    query(FAULT, SetFault, Done, VEHICLE, (OPERATOR,), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
+    query(FAULTS, Empty, Faults, VEHICLE, (OPERATOR,), Duty.TRIALS),
+    query(LINK_FAULT, SetLinkFault, Done, LINK, (OPERATOR,), Duty.TRIALS, ErrorCode.UNKNOWN_NAME),
 )

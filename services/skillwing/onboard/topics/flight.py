@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skillwing.onboard.topics.common import Done, Sentence, Vector2, Vector3
-from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, RECORDER, SKILLS, VEHICLE
+from skillwing.onboard.topics.processes import BRIDGE, GUIDANCE, OPERATOR, RECORDER, SKILLS, VEHICLE
 from skillwing.onboard.topics.rows import query, stream
 from skillwing.services.protocol import Message, Time
 from skillwing.services.wire.channel import Channel, Duty
@@ -63,5 +63,5 @@ TOPICS: tuple[Channel, ...] = (
     stream(FLIGHT, FlightState, VEHICLE, (GUIDANCE, BRIDGE, SKILLS), Duty.MUST, rate=10.0, when="and at each change"),
     stream(AUTOPILOT_SETPOINT, AutopilotSetpoint, GUIDANCE, (VEHICLE,), Duty.MUST, rate=50.0, when=IN_THE_AIR),
     stream(BATTERY, Battery, VEHICLE, (BRIDGE, RECORDER), Duty.SHOULD, rate=1.0),
-    query(PILOT, SetPilot, Done, VEHICLE, ("`skillwing pilot`",), Duty.TRIALS),
+    query(PILOT, SetPilot, Done, VEHICLE, (OPERATOR,), Duty.TRIALS),
 )

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from skillwing.onboard.topics.common import Done, Empty
-from skillwing.onboard.topics.processes import BRIDGE, CAMPAIGNS, MAPPING, RECORDER, SKILLS
+from skillwing.onboard.topics.processes import BRIDGE, MAPPING, RECORDER, SKILLS
 from skillwing.onboard.topics.rows import arrays, query, stream
 from skillwing.services.protocol import ErrorCode, Label, Message, Time
 from skillwing.services.wire.channel import Channel, Duty
@@ -51,5 +51,5 @@ TOPICS: tuple[Channel, ...] = (
     query(MAPPING_COMMAND, ControlMapping, Done, MAPPING, (SKILLS,), Duty.SOME, ErrorCode.STALE_TOKEN),
     stream(MAPPING_STATUS, MappingStatus, MAPPING, (SKILLS, BRIDGE, RECORDER), Duty.SOME, rate=2.0),
     arrays(MAP, MapHeader, MAPPING, (BRIDGE, RECORDER), Duty.SOME, VOXELS, rate=1.0, when="while it maps"),
-    query(MAP_SNAPSHOT, Empty, MapHeader, MAPPING, (CAMPAIGNS,), Duty.TRIALS, array=ALL_VOXELS),
+    query(MAP_SNAPSHOT, Empty, MapHeader, MAPPING, (RECORDER,), Duty.TRIALS, array=ALL_VOXELS),
 )

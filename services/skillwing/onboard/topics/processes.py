@@ -1,9 +1,26 @@
-"""Names of the processes that offer and use topics."""
+"""Processes that offer and use topics."""
 
 from __future__ import annotations
 
-VEHICLE, GUIDANCE, BRIDGE = "sim", "guidance", "bridge"
-OBSTACLES, MAPPING = "obstacles", "mapping"
-VIDEO, LINK, GROUND = "video", "link", "ground"
-SKILLS, RECORDER, CAMPAIGNS = "skill managers", "recorder", "campaigns"
-"""The managers of all skills have one name; `sim` stands for a vehicle."""
+from enum import StrEnum
+
+from skillwing.services.wire.channel import Role
+
+
+class LayerProcess(StrEnum):
+    """Processes of the functional layer by their names. `sim` stands for a vehicle."""
+
+    VEHICLE = "sim"
+    GUIDANCE = "guidance"
+    BRIDGE = "bridge"
+    OBSTACLES = "obstacles"
+    MAPPING = "mapping"
+    VIDEO = "video"
+    LINK = "link"
+    GROUND = "ground"
+
+
+VEHICLE, GUIDANCE, BRIDGE = LayerProcess.VEHICLE, LayerProcess.GUIDANCE, LayerProcess.BRIDGE
+OBSTACLES, MAPPING = LayerProcess.OBSTACLES, LayerProcess.MAPPING
+VIDEO, LINK, GROUND = LayerProcess.VIDEO, LayerProcess.LINK, LayerProcess.GROUND
+SKILLS, RECORDER, OPERATOR = Role.SKILL_MANAGER, Role.RECORDER, Role.OPERATOR

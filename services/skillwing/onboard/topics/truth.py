@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from skillwing.onboard.topics.common import Quaternion, Vector3
-from skillwing.onboard.topics.processes import CAMPAIGNS, LINK, RECORDER, VEHICLE
+from skillwing.onboard.topics.processes import LINK, RECORDER, VEHICLE
 from skillwing.onboard.topics.rows import stream
 from skillwing.services.protocol import Message, Time
 from skillwing.services.wire.channel import Channel, Duty
@@ -26,4 +26,4 @@ class Truth(Message, frozen=True, kw_only=True):
     separation: float | None = None
 
 
-TOPICS: tuple[Channel, ...] = (stream(TRUTH, Truth, VEHICLE, (LINK, RECORDER, CAMPAIGNS), Duty.TRIALS, rate=20.0),)
+TOPICS: tuple[Channel, ...] = (stream(TRUTH, Truth, VEHICLE, (LINK, RECORDER), Duty.TRIALS, rate=20.0),)

@@ -50,13 +50,17 @@ from skillwing.services.protocol import (
     TreeSnapshot,
     Violated,
 )
-from skillwing.services.wire.channel import Channel, Each, Kind
+from skillwing.services.wire.channel import EVERYBODY, PROCESSES, Channel, Each, Kind, Role
 
-RESOURCES, DATA, SKILL, BRIDGE = "resource manager", "data manager", "the skill's manager", "robot bridge"
-MISSION, MOCKED, WORLD = "mission", "a mocked skill's manager", "mocked world"
-CLIENTS, OPERATORS, SKILLS = ("clients: missions, the command line, yours",), (BRIDGE, "operators"), ("skill managers",)
-VIEWERS, SCRIPTS = ("viewers", "clients"), ("`skillwing script`", "tests")
-SIMULATOR, SIMULATED = "the simulator, where there is one", "every process of a simulated robot"
+RESOURCES, DATA, SKILL = (Role.RESOURCE_MANAGER,), (Role.DATA_MANAGER,), (Role.SKILL_MANAGER,)
+BRIDGE, WORLD = (Role.FUNCTIONAL_LAYER, Role.MOCKED_WORLD), (Role.MOCKED_WORLD,)
+"""The robot bridge is a process of the functional layer; the mocked world takes its place."""
+COMMANDERS = (Role.CLIENT, Role.OPERATOR, Role.MISSION, Role.SKILL_MANAGER)
+"""Roles that start skills. A skill manager does if its skill is a behavior tree of others."""
+MISSIONS = (Role.MISSION, Role.CLIENT, Role.OPERATOR)
+"""A mission on board has its own role. One on the ground has that of its client."""
+PERSONS, OPERATORS = (Role.CLIENT, Role.OPERATOR), (Role.OPERATOR,)
+CHANGERS = (*BRIDGE, *OPERATORS)
 
 UNKNOWN = (ErrorCode.UNKNOWN_GOAL,)
 STARTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.TOO_LATE)
@@ -74,49 +78,47 @@ GRANTS = (
 )
 
 PUBLIC = (
-    Channel(Keys.start, Kind.QUERY, SKILL, CLIENTS, StartGoal, GoalStatus, STARTS, Each.SKILL),
-    Channel(Keys.interrupt, Kind.QUERY, SKILL, CLIENTS, InterruptGoal, GoalStatus, UNKNOWN, Each.SKILL),
-    Channel(Keys.modify, Kind.QUERY, SKILL, CLIENTS, ModifyGoal, GoalStatus, MODIFICATIONS, Each.SKILL),
-    Channel(Keys.goal, Kind.QUERY, SKILL, CLIENTS, QueryGoal, GoalStatus, UNKNOWN, Each.SKILL),
-    Channel(Keys.status, Kind.EVENTS, SKILL, CLIENTS, GoalStatus, each=Each.SKILL),
-    Channel(Keys.progress, Kind.STREAM, SKILL, CLIENTS, GoalProgress, each=Each.SKILL),
+    Channel(Keys.start, Kind.QUERY, SKILL, COMMANDERS, StartGoal, GoalStatus, STARTS, Each.SKILL),
+    Channel(Keys.interrupt, Kind.QUERY, SKILL, COMMANDERS, InterruptGoal, GoalStatus, UNKNOWN, Each.SKILL),
+    Channel(Keys.modify, Kind.QUERY, SKILL, COMMANDERS, ModifyGoal, GoalStatus, MODIFICATIONS, Each.SKILL),
+    Channel(Keys.goal, Kind.QUERY, SKILL, EVERYBODY, QueryGoal, GoalStatus, UNKNOWN, Each.SKILL),
+    Channel(Keys.status, Kind.EVENTS, SKILL, EVERYBODY, GoalStatus, each=Each.SKILL),
+    Channel(Keys.progress, Kind.STREAM, SKILL, EVERYBODY, GoalProgress, each=Each.SKILL),
     Channel(
-        lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, CLIENTS, QueryStates, ResourceStates, UNDECIDED
+        lambda keys, _: keys.resource_states, Kind.QUERY, RESOURCES, EVERYBODY, QueryStates, ResourceStates, UNDECIDED
     ),
     Channel(
-        lambda keys, _: keys.resource_robot, Kind.QUERY, RESOURCES, CLIENTS, QueryRobot, RobotDescription, UNDECIDED
+        lambda keys, _: keys.resource_robot, Kind.QUERY, RESOURCES, EVERYBODY, QueryRobot, RobotDescription, UNDECIDED
     ),
-    Channel(lambda keys, _: keys.resource_ready, Kind.QUERY, RESOURCES, CLIENTS, QueryReady, ReadyReport, ASKED),
-    Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, CLIENTS, ResourceStep),
+    Channel(lambda keys, _: keys.resource_ready, Kind.QUERY, RESOURCES, EVERYBODY, QueryReady, ReadyReport, ASKED),
+    Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, EVERYBODY, ResourceStep),
     Channel(
-        lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, OPERATORS, FireExtern, ResourceStates, CHANGES
+        lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, CHANGERS, FireExtern, ResourceStates, CHANGES
     ),
-    Channel(Keys.event, Kind.QUERY, RESOURCES, OPERATORS, FireEvent, ResourceStates, CHANGES, Each.EVENT),
-    Channel(Keys.data, Kind.STREAM, BRIDGE, (DATA, RESOURCES, "clients"), DataSample, each=Each.DATUM),
-    Channel(Keys.data, Kind.QUERY, DATA, CLIENTS, QueryData, DataReading, (ErrorCode.UNKNOWN_NAME,), Each.DATUM),
-    Channel(
-        Keys.alive, Kind.TOKEN, "every process, and every client that owns goals", ("everybody",), each=Each.PROCESS
-    ),
-    Channel(lambda keys, _: keys.timeline, Kind.EVENTS, "every process", ("recorders", *VIEWERS), Record),
-    Channel(CLOCK_KEY, Kind.STREAM, SIMULATOR, (SIMULATED,), ClockTick),
-    Channel(lambda keys, _: keys.mission_status, Kind.EVENTS, MISSION, VIEWERS, MissionStatus),
-    Channel(lambda keys, _: keys.mission_tree, Kind.EVENTS, MISSION, ("viewers",), TreeSnapshot),
-    Channel(lambda keys, _: keys.mission_abort, Kind.QUERY, MISSION, CLIENTS, AbortMission, MissionStatus),
-    Channel(lambda keys, _: keys.mission_pause, Kind.QUERY, MISSION, CLIENTS, PauseMission, MissionStatus),
-    Channel(lambda keys, _: keys.mission_resume, Kind.QUERY, MISSION, CLIENTS, ResumeMission, MissionStatus),
-    Channel(Keys.mocked_skill, Kind.QUERY, MOCKED, SCRIPTS, MockCall, MockPlan, (ErrorCode.NOT_ALLOWED,), Each.SKILL),
-    Channel(lambda keys, _: keys.mocked_world, Kind.QUERY, WORLD, SCRIPTS, MockedWorldCall, MockedData),
+    Channel(Keys.event, Kind.QUERY, RESOURCES, CHANGERS, FireEvent, ResourceStates, CHANGES, Each.EVENT),
+    Channel(Keys.data, Kind.STREAM, BRIDGE, EVERYBODY, DataSample, each=Each.DATUM),
+    Channel(Keys.data, Kind.QUERY, DATA, EVERYBODY, QueryData, DataReading, (ErrorCode.UNKNOWN_NAME,), Each.DATUM),
+    Channel(Keys.alive, Kind.TOKEN, (*PROCESSES, *PERSONS), EVERYBODY, each=Each.PROCESS),
+    Channel(lambda keys, _: keys.timeline, Kind.EVENTS, (*PROCESSES, *PERSONS), EVERYBODY, Record),
+    Channel(CLOCK_KEY, Kind.STREAM, (Role.FUNCTIONAL_LAYER,), EVERYBODY, ClockTick),
+    Channel(lambda keys, _: keys.mission_status, Kind.EVENTS, MISSIONS, EVERYBODY, MissionStatus),
+    Channel(lambda keys, _: keys.mission_tree, Kind.EVENTS, MISSIONS, EVERYBODY, TreeSnapshot),
+    Channel(lambda keys, _: keys.mission_abort, Kind.QUERY, MISSIONS, PERSONS, AbortMission, MissionStatus),
+    Channel(lambda keys, _: keys.mission_pause, Kind.QUERY, MISSIONS, PERSONS, PauseMission, MissionStatus),
+    Channel(lambda keys, _: keys.mission_resume, Kind.QUERY, MISSIONS, PERSONS, ResumeMission, MissionStatus),
+    Channel(Keys.mocked_skill, Kind.QUERY, SKILL, (*WORLD, *OPERATORS), MockCall, MockPlan, (ErrorCode.NOT_ALLOWED,), Each.SKILL),
+    Channel(lambda keys, _: keys.mocked_world, Kind.QUERY, WORLD, OPERATORS, MockedWorldCall, MockedData),
 )
 INTERNAL = (
-    Channel(CLOCK_DONE_KEY, Kind.STREAM, SIMULATED, ("the simulator",), ClockDone, each=Each.PROCESS),
-    Channel(lambda keys, _: keys.resource_goal, Kind.QUERY, RESOURCES, SKILLS, GoalCall, GoalVerdict, GRANTS),
-    Channel(Keys.leader, Kind.TOKEN, RESOURCES, (RESOURCES,), each=Each.PROCESS),
-    Channel(Keys.candidate, Kind.TOKEN, RESOURCES, (RESOURCES,), each=Each.PROCESS),
+    Channel(CLOCK_DONE_KEY, Kind.STREAM, EVERYBODY, (Role.FUNCTIONAL_LAYER,), ClockDone, each=Each.PROCESS),
+    Channel(lambda keys, _: keys.resource_goal, Kind.QUERY, RESOURCES, SKILL, GoalCall, GoalVerdict, GRANTS),
+    Channel(Keys.leader, Kind.TOKEN, RESOURCES, RESOURCES, each=Each.PROCESS),
+    Channel(Keys.candidate, Kind.TOKEN, RESOURCES, RESOURCES, each=Each.PROCESS),
     Channel(
-        lambda keys, _: keys.resource_attach, Kind.QUERY, RESOURCES, SKILLS, AttachManager, ResourceStates, ATTACHMENTS
+        lambda keys, _: keys.resource_attach, Kind.QUERY, RESOURCES, SKILL, AttachManager, ResourceStates, ATTACHMENTS
     ),
-    Channel(Keys.verdict, Kind.EVENTS, RESOURCES, (SKILL, BRIDGE), Violated | Lost, each=Each.SKILL),
-    Channel(Keys.mocked_goal, Kind.EVENTS, MOCKED, (WORLD,), MockedGoal, each=Each.SKILL),
+    Channel(Keys.verdict, Kind.EVENTS, RESOURCES, (*SKILL, *BRIDGE), Violated | Lost, each=Each.SKILL),
+    Channel(Keys.mocked_goal, Kind.EVENTS, SKILL, WORLD, MockedGoal, each=Each.SKILL),
 )
 """Keys on which only processes of Skillwing publish and ask. Others may listen."""
 CHANNELS = (*PUBLIC, *INTERNAL)

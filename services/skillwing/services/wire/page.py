@@ -13,7 +13,7 @@ from skillwing.services.bus.zenoh_bus import REFUSAL, TIMEOUT_REPLY
 from skillwing.services.bus.zenoh_session import LEASE
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION, ErrorCode, ErrorReply
-from skillwing.services.wire.channel import ANY_QUERY, Channel
+from skillwing.services.wire.channel import ANY_QUERY, Channel, words
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, PUBLIC
 from skillwing.services.wire.exchange import DOOR, Said, play
 from skillwing.services.wire.messages import enumerations, links, sections
@@ -71,7 +71,7 @@ def _keys(channels: Iterable[Channel]) -> Iterator[str]:
 
 def _cells(channel: Channel) -> tuple[str, ...]:
     message, reply = links(channel.message), links(channel.reply)
-    return f"`{channel.pattern}`", channel.kind, message, reply, channel.offered_by, ", ".join(channel.used_by)
+    return f"`{channel.pattern}`", channel.kind, message, reply, words(channel.offered_by), words(channel.used_by)
 
 
 def _where(code: ErrorCode) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorReply
-from skillwing.services.wire.channel import ANY_QUERY, Channel, Kind
+from skillwing.services.wire.channel import ANY_QUERY, Channel, Kind, words
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, keys_in
 from skillwing.services.wire.messages import DIALECT, REFERENCE, classes_of, definitions
 from skillwing.services.wire.page import TEMPLATE
@@ -40,8 +40,8 @@ def _facts(channel: Channel) -> dict[str, Any]:
         "message": _references(channel.message),
         "reply": _references(channel.reply),
         "refusals": (*ANY_QUERY, *channel.refusals) if channel.kind is Kind.QUERY else (),
-        "offered_by": channel.offered_by,
-        "used_by": ", ".join(channel.used_by),
+        "offered_by": words(channel.offered_by),
+        "used_by": words(channel.used_by),
         "internal": channel in INTERNAL,
         "meaning": TEMPLATE.meaning(channel).text,
     }
