@@ -19,10 +19,10 @@ from skillwing.services.protocol import Keys, Message
 from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Each, Kind, Role
 from skillwing.services.wire.channels import CHANNELS, keys_in
-from skillwing.services.wire.exchange import door, play
+from skillwing.services.protocol_page.exchange import door, play
 from skillwing.services.wire.messages import classes_of
-from skillwing.services.wire.page import protocol_page
-from skillwing.services.wire.schema import channels_of, json_schema
+from skillwing.services.protocol_page.page import protocol_page
+from skillwing.services.protocol_page.schema import channels_of, json_schema
 
 ROOT = Path(__file__).parents[3]
 NAME = "NAME"

@@ -33,11 +33,11 @@ def protocol(
     if file is not None:
         _print_keys(file, as_json=as_json)
     elif schema:
-        from skillwing.services.wire.schema import json_schema  # noqa: PLC0415 - as below
+        from skillwing.services.protocol_page.schema import json_schema  # noqa: PLC0415 - as below
 
         print_json(json_schema())
     else:
-        from skillwing.services.wire.page import protocol_page  # noqa: PLC0415 - plays an exchange, on all managers
+        from skillwing.services.protocol_page.page import protocol_page  # noqa: PLC0415 - plays an exchange, on all managers
 
         typer.echo(protocol_page(), nl=False)
 
@@ -45,7 +45,7 @@ def protocol(
 def _print_keys(file: Path, *, as_json: bool) -> None:
     skillset = load(file)
     if as_json:
-        from skillwing.services.wire.schema import channels_of  # noqa: PLC0415 - as above
+        from skillwing.services.protocol_page.schema import channels_of  # noqa: PLC0415 - as above
 
         print_json(channels_of(skillset))
         return

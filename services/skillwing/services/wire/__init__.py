@@ -1,4 +1,4 @@
-"""The table of keys, and the page and JSON Schema that are made from it.
+"""The table of keys: `channels.py` has the rows, `channel.py` the form of a row.
 
-`channels.py` has the rows, `protocol.md.template` the prose.
+`protocol_page` makes the page and JSON Schema from it.
 """

@@ -1,7 +1,7 @@
 """Every key between the processes of a robot and its clients: `CHANNELS`.
 
 `protocol.Keys` spells the keys, and a message's class has its fields. This table says which belong together.
-`protocol.md.template` explains each key.
+`protocol_page/protocol.md.template` explains each key.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION, ErrorCode, ErrorReply
 from skillwing.services.wire.channel import ANY_QUERY, Channel, words
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, PUBLIC
-from skillwing.services.wire.exchange import DOOR, Said, play
+from skillwing.services.protocol_page.exchange import DOOR, Said, play
 from skillwing.services.wire.messages import enumerations, links, sections
 from skillwing.services.wire.template import PageTemplate
 
@@ -27,7 +27,7 @@ def _code(code: ErrorCode) -> str:
 
 
 TEMPLATE = PageTemplate(
-    "skillwing.services.wire",
+    "skillwing.services.protocol_page",
     "protocol.md.template",
     {
         "PROTOCOL_VERSION": PROTOCOL_VERSION,
