@@ -847,6 +847,7 @@ class ErrorCode(StrEnum):
     TOO_LATE = "TOO_LATE"
     UNAVAILABLE = "UNAVAILABLE"
     INTERNAL = "INTERNAL"
+    DENIED = "DENIED"
 
 
 class ErrorReply(Message, frozen=True, kw_only=True):

@@ -63,6 +63,11 @@ class Request(Protocol):
     @property
     def key(self) -> str: ...
     @property
+    def asker(self) -> str | None:
+        """Name of the sender, guaranteed by the router; None where there are no keys."""
+        ...
+
+    @property
     def payload(self) -> bytes: ...
     @property
     def attachment(self) -> bytes: ...
@@ -122,6 +127,11 @@ class Network(Protocol):
     @property
     def name(self) -> str:
         """The node's name, unique in its robot."""
+        ...
+
+    @property
+    def identity(self) -> str | None:
+        """Name of the certificate that this node shows; None where there are no keys."""
         ...
 
     def new_id(self) -> str:

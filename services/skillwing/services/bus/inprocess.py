@@ -242,6 +242,10 @@ class InProcessBus:
         return not (self.closed or self.given_up)
 
     @property
+    def identity(self) -> None:
+        return None
+
+    @property
     def routed(self) -> bool:
         return self.connected
 
@@ -564,6 +568,10 @@ class _Request:
     @property
     def key(self) -> str:
         return self._question.key
+
+    @property
+    def asker(self) -> None:
+        return None
 
     @property
     def payload(self) -> bytes:

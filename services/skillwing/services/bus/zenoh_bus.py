@@ -29,6 +29,7 @@ from skillwing.services.bus import (
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
 from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
+from skillwing.services.bus.identity import Identity, signed, split_asker
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_session
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
@@ -61,7 +62,7 @@ class ZenohBus:
 
     name: of the node; robot: its namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: of robot time; topology:
     the session's connections. host: a bus of the same node in the namespace of another robot; both run on its thread
-    and its clock.
+    and its clock. identity: the certificate to show, for a router with keys.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -75,8 +76,10 @@ class ZenohBus:
         *,
         topology: Topology = "router",
         host: ZenohBus | None = None,
+        identity: Identity | None = None,
     ) -> None:
         self._name, self._robot, self._endpoint, self._topology = name, robot, endpoint, topology
+        self._identity = identity
         self._clock: Clock = host._clock if host is not None else clock or WallClock()
         self._mailbox: SimpleQueue[Callable[[], None]] = host._mailbox if host is not None else SimpleQueue()
         self._requests = RequestBacklog()
@@ -91,7 +94,7 @@ class ZenohBus:
         self._done: _Publisher | None = None
         self._running = False
         self._closed = False
-        self._session = open_session(topology, endpoint, robot, connect_timeout)
+        self._session = open_session(topology, endpoint, robot, connect_timeout, identity)
         if isinstance(self._clock, FollowedClock):
             self._follow(self._clock)
         elif isinstance(self._clock, LockstepClock):
@@ -105,8 +108,15 @@ class ZenohBus:
         """See `MultiRobotBus`. Raises RouterUnreachableError."""
         if robot == self._robot:
             return self
-        self._beside.append(ZenohBus(self._name, robot, self._endpoint, topology=self._topology, host=self))
-        return self._beside[-1]
+        bus = ZenohBus(
+            self._name, robot, self._endpoint, topology=self._topology, host=self, identity=self._identity
+        )
+        self._beside.append(bus)
+        return bus
+
+    @property
+    def identity(self) -> str | None:
+        return None if self._identity is None else self._identity.name
 
     def now(self) -> float:
         return self._clock.now()
@@ -202,12 +212,13 @@ class ZenohBus:
 
             def take_up() -> None:
                 self._requests.leave(size)
-                handle.while_declared(lambda: on_request(_Request(query)))
+                handle.while_declared(lambda: on_request(_Request(query, signed_keys=self._identity is not None)))
 
             self.post(take_up)
 
         callback = zenoh.handlers.Callback(receive, indirect=False)
-        handle.hold(self._session.declare_queryable(key_expression, callback, complete=True))
+        served = key_expression if self._identity is None else signed(key_expression, "*")
+        handle.hold(self._session.declare_queryable(served, callback, complete=True))
         return handle
 
     def ask(
@@ -219,6 +230,11 @@ class ZenohBus:
         timeout: float = 2.0,
         attachment: bytes = b"",
     ) -> None:
+        if self._identity is not None:
+            if (refusal := self._identity.refusal(key)) is not None:
+                self.post(lambda: on_answer(Refused(refusal)))
+                return
+            key = signed(key, self._identity.name)
         question = _Question(on_answer)
         expiry = time.monotonic() + timeout
         question.expiry = self._wall_agenda.add(
@@ -497,15 +513,20 @@ class _Question:
 class _Request:
     """A received query. It drops Zenoh's query after the answer, which ends the query for the asker."""
 
-    def __init__(self, query: zenoh.Query) -> None:
+    def __init__(self, query: zenoh.Query, *, signed_keys: bool) -> None:
         self._query: zenoh.Query | None = query
-        self._key = str(query.key_expr)
+        self._reply_key = str(query.key_expr)
+        self._key, self._asker = split_asker(self._reply_key) if signed_keys else (self._reply_key, None)
         self._payload = query.payload.to_bytes() if query.payload is not None else b""
         self._attachment = query.attachment.to_bytes() if query.attachment is not None else b""
 
     @property
     def key(self) -> str:
         return self._key
+
+    @property
+    def asker(self) -> str | None:
+        return self._asker
 
     @property
     def payload(self) -> bytes:
@@ -517,7 +538,7 @@ class _Request:
 
     def reply(self, payload: bytes, attachment: bytes = b"") -> None:
         with self._take() as query:
-            query.reply(self._key, payload, attachment=attachment or None)
+            query.reply(self._reply_key, payload, attachment=attachment or None)
 
     def refuse(self, error: ErrorReply) -> None:
         with self._take() as query:

@@ -9,11 +9,13 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Mapping
 from typing import Any
 
 import zenoh
 
 from skillwing.services.bus import Topology
+from skillwing.services.bus.identity import Identity
 from skillwing.services.errors import SkillwingError
 
 LEASE = 2.0
@@ -49,10 +51,18 @@ class EndpointError(SkillwingError):
         )
 
 
-def open_router(endpoint: str) -> zenoh.Session:
-    """A session that routes between all sessions at `endpoint` (`tcp/HOST:PORT`); raises EndpointError."""
+def open_router(
+    endpoint: str, identity: Identity | None = None, access_control: Mapping[str, Any] | None = None
+) -> zenoh.Session:
+    """A session that routes between all sessions at `endpoint` (`tcp/HOST:PORT`, or `tls/...` with an identity).
+
+    access_control: Zenoh's setting of that name, None to allow everything. Raises EndpointError.
+    """
+    own: dict[str, Any] = {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)}
+    if access_control is not None:
+        own["access_control"] = dict(access_control)
     try:
-        return _open("router", {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)})
+        return _open("router", own, None if identity is None else identity.listening())
     except zenoh.ZError as error:
         raise EndpointError(endpoint, _reason(str(error))) from error
 
@@ -62,12 +72,15 @@ def _reason(report: str) -> str:
     return _PLACE_IN_SOURCE.split(report.splitlines()[0])[0].rpartition(": ")[2]
 
 
-def open_client(endpoint: str, robot: str | None, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
+def open_client(
+    endpoint: str, robot: str | None, timeout: float = CONNECT_TIMEOUT, identity: Identity | None = None
+) -> zenoh.Session:
     """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError.
 
-    robot: None for a session that sees all robots, with keys `robot/NAME/...`.
+    robot: None for a session that sees all robots, with keys `robot/NAME/...`. identity: for a router with keys.
     """
-    return _open_beside("client", endpoint, robot, timeout, listen=[], scouting=_scouting(delay=500))
+    tls = None if identity is None else identity.connecting()
+    return _open_beside("client", endpoint, robot, timeout, listen=[], scouting=_scouting(delay=500), tls=tls)
 
 
 def open_peer(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
@@ -82,14 +95,28 @@ def open_peer(endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> ze
     return _open_beside("peer", endpoint, robot, timeout, listen=[ANY_PORT], scouting=scouting)
 
 
-def open_session(topology: Topology, endpoint: str, robot: str, timeout: float = CONNECT_TIMEOUT) -> zenoh.Session:
-    """A session for a process of that topology; raises RouterUnreachableError."""
-    opener = open_peer if topology == "mesh" else open_client
-    return opener(endpoint, robot, timeout)
+def open_session(
+    topology: Topology,
+    endpoint: str,
+    robot: str,
+    timeout: float = CONNECT_TIMEOUT,
+    identity: Identity | None = None,
+) -> zenoh.Session:
+    """A session for a process of that topology; raises RouterUnreachableError. Peers have no identity."""
+    if topology == "mesh":
+        return open_peer(endpoint, robot, timeout)
+    return open_client(endpoint, robot, timeout, identity)
 
 
 def _open_beside(
-    mode: str, endpoint: str, robot: str | None, timeout: float, *, listen: list[str], scouting: dict[str, Any]
+    mode: str,
+    endpoint: str,
+    robot: str | None,
+    timeout: float,
+    *,
+    listen: list[str],
+    scouting: dict[str, Any],
+    tls: dict[str, Any] | None = None,
 ) -> zenoh.Session:
     connect = {
         "endpoints": [endpoint],
@@ -100,14 +127,16 @@ def _open_beside(
     own: dict[str, Any] = {"listen": {"endpoints": listen}, "connect": connect, "scouting": scouting}
     own |= {} if robot is None else {"namespace": f"robot/{robot}"}
     try:
-        return _open(mode, own)
+        return _open(mode, own, tls)
     except zenoh.ZError as error:
         raise RouterUnreachableError(endpoint) from error
 
 
-def _open(mode: str, own: dict[str, Any]) -> zenoh.Session:
+def _open(mode: str, own: dict[str, Any], tls: dict[str, Any] | None = None) -> zenoh.Session:
     queue = {"size": {"data": 16}, "congestion_control": {"block": {"wait_before_close": 1_000_000}}}
-    link = {"tx": {"lease": round(LEASE * 1000), "keep_alive": 4, "queue": queue}}
+    link: dict[str, Any] = {"tx": {"lease": round(LEASE * 1000), "keep_alive": 4, "queue": queue}}
+    if tls is not None:
+        link["tls"] = tls
     shared = {
         "mode": mode,
         "queries_default_timeout": 2000,

@@ -13,6 +13,7 @@ import msgspec
 
 from skillwing.dsl.model import Field, Skillset, UnknownNameError
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
+from skillwing.services.bus.identity import owned_chunk
 from skillwing.services.client.causal_feed import CausalFeed
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
@@ -61,7 +62,7 @@ CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 class SkillsetInterface:
     """A client's live view of one robot.
 
-    client: its name in goals and in the timeline. owns_goals: goals that it starts are interrupted when it is gone,
+    client: its name in goals and in the timeline; with keys that of its certificate. owns_goals: goals that it starts are interrupted when it is gone,
     unless their skill has `owner_lost=continue`. new_goal_id: source of goal ids, by default the bus. Raises
     InvalidOptionError if the client's name cannot be part of a key.
     """
@@ -77,7 +78,7 @@ class SkillsetInterface:
     ) -> None:
         self._bus = bus
         self.skillset = skillset
-        self.client = _checked_name(client)
+        self.client = bus.identity or _checked_name(client)
         self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)
@@ -89,7 +90,7 @@ class SkillsetInterface:
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
-        self._owner = f"{CLIENT}{client}-{self._new_goal_id()[-8:]}" if owns_goals else None
+        self._owner = self._new_owner(client) if owns_goals else None
         if self._owner is not None:
             bus.declare_alive(self._keys.alive(self._owner))
 
@@ -102,6 +103,13 @@ class SkillsetInterface:
         bus.watch_alive(self._keys.alive("**"), self._on_alive)
         for item in skillset.data:
             bus.ask(self._keys.data(item.name), encode(QueryData()), self._on_reading)
+
+    def _new_owner(self, client: str) -> str:
+        """Name of an owner's token, which belongs to the holder of the certificate where there are keys."""
+        part = self._new_goal_id()[-8:]
+        if (name := self._bus.identity) is not None:
+            return f"{CLIENT}{owned_chunk(name, f'{_checked_name(client)}-{part}')}"
+        return f"{CLIENT}{client}-{part}"
 
     # --- goals -----------------------------------------------------------------------------------------------------
 

@@ -24,6 +24,10 @@ class HookBus:
         self.advertise, self.declare_alive, self.close = bus.advertise, bus.declare_alive, bus.close
 
     @property
+    def identity(self) -> str | None:
+        return self._bus.identity
+
+    @property
     def connected(self) -> bool:
         return self._bus.connected
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from skillwing.services.bus import Handle, Network, Request
+from skillwing.services.core.attribution import attributed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import ErrorCode, ErrorReply, Message, ProtocolError, decode, encode
 
@@ -15,7 +16,7 @@ log = logging.getLogger(__name__)
 
 
 def serve(bus: Network, key_expression: str, kind: type[M] | Any, answer: Callable[[M, str], Message]) -> Handle:
-    """Answer each query on the key with `answer(message, key)`.
+    """Answer each query on the key with `answer(message, key)`. With keys, the message has its sender's true name.
 
     kind: the `Message` class of the queries, or a union of tagged ones. A `RefusedError` of `answer` becomes its
     refusal, an unreadable payload BAD_REQUEST, and any other exception INTERNAL. The process continues; a request that
@@ -35,7 +36,7 @@ def serve(bus: Network, key_expression: str, kind: type[M] | Any, answer: Callab
             )
             return
         try:
-            request.reply(encode(answer(message, request.key)))
+            request.reply(encode(answer(attributed(message, request.asker), request.key)))
         except RefusedError as error:
             request.refuse(error.reply)
         except Exception as error:  # noqa: BLE001 - `fail` logs it

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from skillwing.services.protocol import ErrorCode, Keys, Message
 
-ANY_QUERY = (ErrorCode.BAD_REQUEST, ErrorCode.INTERNAL)
+ANY_QUERY = (ErrorCode.BAD_REQUEST, ErrorCode.DENIED, ErrorCode.INTERNAL)
 """Refusals that every query has to expect."""
 
 
@@ -33,7 +33,7 @@ PEOPLE = (Role.VIEWER, Role.CLIENT, Role.OPERATOR)
 """Roles of people and stations. Each one includes those before it."""
 PROCESSES = tuple(role for role in Role if role not in PEOPLE)
 EVERYBODY = tuple(Role)
-Side: TypeAlias = StrEnum
+Side: TypeAlias = str
 """A `Role`, or a process of the functional layer by its name."""
 
 

@@ -1,0 +1,55 @@
+"""Identities from folders of keys: of a process, of a person, and of the environment (SKILLWING_KEYS)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from skillwing.services.access.key_store import ROBOTS, KeysError, process_folder, read_facts
+from skillwing.services.access.policy import refusal
+from skillwing.services.bus.identity import CERTIFICATE_FILE, Identity, needs_identity
+from skillwing.services.protocol import ErrorReply
+from skillwing.services.wire.channel import PEOPLE, Role
+
+KEYS_VARIABLE = "SKILLWING_KEYS"
+
+
+def read_identity(folder: Path) -> Identity:
+    """The identity in a folder with one certificate. Raises KeysError."""
+    found = read_facts(folder)
+    role = Role(found.role) if found.role in PEOPLE else None
+    return Identity(found.name, folder.absolute(), _refusals(role, found.name))
+
+
+def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None]:
+    """The refusals of a person's own policy; none for a process, whose questions follow from its code."""
+    if role is None:
+        return lambda _: None
+    return lambda key: refusal(role, name, key)
+
+
+def process_identity(folder: Path, robot: str, process: str) -> Identity:
+    """The identity of a process. folder: its own, or that of a whole site. Raises KeysError."""
+    for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
+        if (place / CERTIFICATE_FILE).exists():
+            return read_identity(place)
+    advice = f"Make one: `skillwing keys add-robot {robot}`."
+    raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
+
+
+def person_identity(endpoint: str) -> Identity | None:
+    """The identity in SKILLWING_KEYS for a router that asks for one; None for a router that does not.
+
+    Raises KeysError without a usable folder.
+    """
+    if not needs_identity(endpoint):
+        return None
+    folder = os.environ.get(KEYS_VARIABLE)
+    if not folder:
+        text = f"The router at {endpoint} asks for a key. Name the folder that you were given: {KEYS_VARIABLE}=FOLDER."
+        raise KeysError(text)
+    if not (Path(folder) / CERTIFICATE_FILE).exists():
+        text = f"{folder} in {KEYS_VARIABLE} holds no certificate. Name the folder of one person, as in DIR/people/NAME."
+        raise KeysError(text)
+    return read_identity(Path(folder))

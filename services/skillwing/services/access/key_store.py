@@ -1,0 +1,239 @@
+"""The folder of a site's keys: its authority, and certificates for its router, robots and people.
+
+    DIR/names.json                     hosts, robots with their processes, people with their roles
+    DIR/authority/  DIR/router/        certificate.pem, key.pem; the router's with authority.pem
+    DIR/robots/ROBOT/PROCESS/          the same three files for each process
+    DIR/people/NAME/                   the same for each person and station: the folder to hand over
+
+The router reads names.json at its start. A name that is missing there is denied, whatever certificate it shows.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+
+from skillwing.services.access.certificates import (
+    ROUTER_NAME,
+    CertificateFacts,
+    Issued,
+    facts,
+    issue,
+    new_authority,
+    utc_now,
+)
+from skillwing.services.access.policy import RobotAccess, Site, certificate_name
+from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.wire.channel import PEOPLE, Channel, Kind, Role
+
+DAYS = 365
+"""Validity of certificates, unless said otherwise."""
+AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "people"
+NAMES_FILE = "names.json"
+ALWAYS = ("localhost", "127.0.0.1", "::1")
+"""Hosts at which every router is found on its own machine."""
+PERSON = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+
+
+class KeysError(SkillwingError):
+    """A folder of keys that is missing, damaged, or cannot do what was asked."""
+
+
+class Topic(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A row of a functional layer, as far as the policy needs it."""
+
+    key: str
+    kind: Kind
+    offered_by: tuple[str, ...]
+    used_by: tuple[str, ...]
+
+
+class RobotNames(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A robot: its skillset's name, the role of each process, and the topics of its functional layer."""
+
+    skillset: str
+    processes: dict[str, Role]
+    topics: tuple[Topic, ...] = ()
+
+
+class Names(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Content of names.json. days: validity of certificates that are issued."""
+
+    hosts: tuple[str, ...]
+    days: int = DAYS
+    robots: dict[str, RobotNames] = {}
+    people: dict[str, Role] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """A certificate that was issued. what: `router`, a robot's process, or the role of a person."""
+
+    name: str
+    what: str
+    expires: datetime
+    folder: Path
+
+
+class KeyStore:
+    """A folder of keys. Its files are for the owner of the folder alone (mode 600)."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    @classmethod
+    def init(cls, folder: Path, hosts: Iterable[str], days: int = DAYS) -> KeyStore:
+        """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already."""
+        store = cls(folder)
+        if (folder / NAMES_FILE).exists():
+            raise KeysError(f"{folder} holds keys already. Use `skillwing keys add-robot` or `add`, or another folder.")
+        store._write(AUTHORITY, new_authority(10 * days, utc_now()), authority=None)
+        names = Names(hosts=tuple(dict.fromkeys((*hosts, *ALWAYS))), days=days)
+        store._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
+        store._save(names)
+        return store
+
+    @property
+    def router_folder(self) -> Path:
+        """Folder of the router's certificate."""
+        return self.folder / ROUTER
+
+    def robot_folder(self, robot: str) -> Path:
+        """Folder of a robot's processes. Raises KeysError for a robot without keys."""
+        if robot not in self.names().robots:
+            raise KeysError(f"{self.folder} has no keys of `{robot}`. Make them: `skillwing keys add-robot {robot}`.")
+        return self.folder / ROBOTS / robot
+
+    def names(self) -> Names:
+        """Everybody who is known. Raises KeysError for a folder without keys."""
+        path = self.folder / NAMES_FILE
+        try:
+            return msgspec.json.decode(path.read_bytes(), type=Names)
+        except FileNotFoundError as error:
+            text = f"{self.folder} holds no keys of a site. Make some with `skillwing keys init`, or name another folder."
+            raise KeysError(text) from error
+        except (OSError, msgspec.DecodeError) as error:
+            raise KeysError(f"{path} cannot be read: {error}. Restore it, or make new keys.") from error
+
+    def site(self) -> Site:
+        """The facts that the policy follows from."""
+        names = self.names()
+        robots = (
+            RobotAccess(name, robot.skillset, robot.processes, tuple(map(_row, robot.topics)))
+            for name, robot in names.robots.items()
+        )
+        return Site(tuple(robots), names.people)
+
+    def add_robot(self, robot: RobotAccess) -> None:
+        """Issue a certificate for each process of a robot that has none yet, and take in its present processes."""
+        names = self.names()
+        for process, role in robot.processes.items():
+            name = certificate_name(robot.name, process)
+            place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
+            if not (self.folder / place / CERTIFICATE_FILE).exists():
+                self._issue(place, name, str(role), names.days)
+        topics = tuple(_topic(row) for row in robot.topics)
+        known = RobotNames(robot.skillset, dict(robot.processes), topics)
+        self._save(msgspec.structs.replace(names, robots={**names.robots, robot.name: known}))
+
+    def add_person(self, name: str, role: Role, days: int | None = None) -> Path:
+        """Issue a certificate for a person or station, again for a known name; returns the folder to hand over.
+
+        Raises InvalidOptionError for a name that cannot be one.
+        """
+        names = self.names()
+        if role not in PEOPLE:
+            raise InvalidOptionError("role", f"A person is {', '.join(PEOPLE[:-1])} or {PEOPLE[-1]}, not {role}.")
+        if PERSON.fullmatch(name) is None or name == ROUTER_NAME:
+            text = f"Nobody can be called `{name}` here. Use a letter, then at most 39 letters, digits, `_` and `-`."
+            raise InvalidOptionError("name", text)
+        place = f"{PEOPLE_FOLDER}/{name}"
+        self._issue(place, name, str(role), days or names.days)
+        self._save(msgspec.structs.replace(names, people={**names.people, name: role}))
+        return self.folder / place
+
+    def remove(self, name: str) -> None:
+        """Forget a person or a robot: after the router's next start its certificates are denied. Raises KeysError."""
+        names = self.names()
+        if name not in names.people and name not in names.robots:
+            known = ", ".join((*names.people, *names.robots)) or "nobody"
+            raise KeysError(f"`{name}` is not known in {self.folder}. Known: {known}.")
+        for place in (PEOPLE_FOLDER, ROBOTS):
+            shutil.rmtree(self.folder / place / name, ignore_errors=True)
+        people = {each: role for each, role in names.people.items() if each != name}
+        robots = {each: robot for each, robot in names.robots.items() if each != name}
+        self._save(msgspec.structs.replace(names, people=people, robots=robots))
+
+    def holders(self) -> Iterator[Holder]:
+        """Every certificate that was issued and is known, with the end of its validity."""
+        names = self.names()
+        yield self._holder(ROUTER, ROUTER, ROUTER_NAME)
+        for robot, known in names.robots.items():
+            for process in known.processes:
+                place = f"{ROBOTS}/{robot}/{process_folder(process)}"
+                yield self._holder(place, f"process of {robot}", certificate_name(robot, process))
+        for name, role in names.people.items():
+            yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
+
+    def _holder(self, place: str, what: str, name: str) -> Holder:
+        folder = self.folder / place
+        return Holder(name, what, read_facts(folder).expires, folder)
+
+    def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
+        try:
+            authority = Issued(*((self.folder / AUTHORITY / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE)))
+        except OSError as error:
+            text = f"The authority in {self.folder} cannot be read: {error.strerror}. Use the folder where it was made."
+            raise KeysError(text) from error
+        self._write(place, issue(authority, name, role, days, utc_now(), hosts), authority=authority.certificate)
+
+    def _write(self, place: str, issued: Issued, authority: bytes | None) -> None:
+        folder = self.folder / place
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        _write_private(folder / CERTIFICATE_FILE, issued.certificate)
+        _write_private(folder / KEY_FILE, issued.key)
+        if authority is not None:
+            _write_private(folder / AUTHORITY_FILE, authority)
+
+    def _save(self, names: Names) -> None:
+        _write_private(self.folder / NAMES_FILE, msgspec.json.format(msgspec.json.encode(names)))
+
+
+def process_folder(process: str) -> str:
+    """Name of the folder of a process: `skill.land` for `skill/land`."""
+    return process.replace("/", ".")
+
+
+def read_facts(folder: Path) -> CertificateFacts:
+    """The content of the certificate in a folder. Raises KeysError."""
+    path = folder / CERTIFICATE_FILE
+    try:
+        return facts(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise KeysError(f"{path} is no certificate that can be read. Ask for a new folder of keys.") from error
+
+
+def _write_private(path: Path, content: bytes) -> None:
+    """Write a file that its owner alone can read; it is complete at every moment."""
+    fresh = path.with_name(f"{path.name}.new")
+    fresh.unlink(missing_ok=True)
+    fresh.touch(mode=0o600)
+    fresh.write_bytes(content)
+    fresh.replace(path)
+
+
+def _topic(row: Channel) -> Topic:
+    key = row.key if isinstance(row.key, str) else ""
+    pattern = f"{key}/*" if row.each else key
+    return Topic(pattern, row.kind, tuple(map(str, row.offered_by)), tuple(map(str, row.used_by)))
+
+
+def _row(topic: Topic) -> Channel:
+    return Channel(topic.key, topic.kind, topic.offered_by, topic.used_by)

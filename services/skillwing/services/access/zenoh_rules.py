@@ -1,0 +1,93 @@
+"""The policy as Zenoh's access control: rules for each certificate, by its common name. The default is to deny."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from skillwing.services.access.policy import (
+    ADVANCED,
+    WHO,
+    Grants,
+    RobotAccess,
+    Site,
+    certificate_name,
+    person_grants,
+    process_grants,
+)
+from skillwing.services.bus.identity import signed
+
+LISTENING = ("declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
+HEARING = (
+    *("put", "delete", "reply", "query", "liveliness_token"),
+    *("declare_subscriber", "declare_queryable", "liveliness_query", "declare_liveliness_subscriber"),
+)
+"""Messages from the router. A publisher has to hear of subscribers, or it sends nothing."""
+
+Rule = dict[str, Any]
+
+
+def access_control(site: Site) -> dict[str, Any]:
+    """The value of `access_control` in the configuration of a Zenoh router."""
+    rules: list[Rule] = []
+    subjects: list[dict[str, Any]] = []
+    policies: list[dict[str, Any]] = []
+    granted: dict[str, list[str]] = {}
+    for robot in site.robots:
+        everybody = list(_rules_of_everybody(robot))
+        rules += everybody
+        for name, grants in _named_grants(site, robot):
+            own = list(_own_rules(robot, name, grants))
+            rules += own
+            granted.setdefault(name, []).extend(rule["id"] for rule in (*everybody, *own))
+    for name, ids in granted.items():
+        subjects.append({"id": name, "cert_common_names": [name]})
+        policies.append({"rules": ids, "subjects": [name]})
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def _named_grants(site: Site, robot: RobotAccess) -> Iterator[tuple[str, Grants]]:
+    for process in robot.processes:
+        yield certificate_name(robot.name, process), process_grants(robot, process)
+    for name, role in site.people.items():
+        yield name, person_grants(robot, role, name)
+
+
+def _rules_of_everybody(robot: RobotAccess) -> Iterator[Rule]:
+    everything = _with_advanced(["**"])
+    yield _rule(robot, "listens", LISTENING, "ingress", everything)
+    yield _rule(robot, "hears", HEARING, "egress", everything)
+    # History and recovery of events. `**` does not match a chunk that begins with `@`.
+    yield _rule(robot, "recovers", ("query",), "ingress", [f"**/{ADVANCED}"])
+
+
+def _own_rules(robot: RobotAccess, name: str, grants: Grants) -> Iterator[Rule]:
+    advanced = [f"{key}/{ADVANCED}" for key in grants.events]
+    answers = [signed(key, "*") for key in grants.serves]
+    yield _rule(robot, f"{name}:publishes", ("put",), "ingress", [*grants.streams, *grants.events, *advanced])
+    yield _rule(robot, f"{name}:answers", ("declare_queryable",), "ingress", [*answers, *advanced])
+    yield _rule(robot, f"{name}:replies", ("reply",), "ingress", [*answers, *grants.events, *advanced])
+    yield _rule(robot, f"{name}:lives", ("liveliness_token",), "ingress", [*grants.tokens, *advanced])
+    asks = [*(signed(key, name) for key in grants.asks), f"{WHO}/{name}"]
+    yield _rule(robot, f"{name}:asks", ("query",), "ingress", asks)
+
+
+def _with_advanced(keys: Iterable[str]) -> list[str]:
+    return [each for key in keys for each in (key, f"{key}/{ADVANCED}")]
+
+
+def _rule(robot: RobotAccess, name: str, messages: Iterable[str], flow: str, keys: Iterable[str]) -> Rule:
+    return {
+        "id": f"{robot.name}:{name}",
+        "permission": "allow",
+        "flows": [flow],
+        "messages": list(messages),
+        # An empty list is no valid rule; a role that may offer nothing gets a key that nobody uses.
+        "key_exprs": [f"robot/{robot.name}/{key}" for key in sorted(keys)] or [f"robot/{robot.name}/nothing"],
+    }
