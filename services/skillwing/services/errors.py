@@ -15,6 +15,7 @@ __all__ = [
     "NoMissionError",
     "NoReplyError",
     "NoSystemError",
+    "NotKnownError",
     "PassingError",
     "RefusedError",
     "SeveralSystemsError",
@@ -54,6 +55,15 @@ class PassingError(SkillwingError):
 
 class NoSystemError(SkillwingError):
     """No running system."""
+
+
+class NotKnownError(SkillwingError):
+    """A certificate that a router rejects. endpoint: of the router. reason: part of a sentence."""
+
+    def __init__(self, endpoint: str, reason: str) -> None:
+        self.endpoint = endpoint
+        self.reason = reason
+        super().__init__(f"You are not known at {endpoint}: {reason}. Ask the owner of the robot for new keys.")
 
 
 class SeveralSystemsError(NoSystemError):

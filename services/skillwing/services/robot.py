@@ -95,6 +95,8 @@ class Robot:
     checker: `package.module:function` that raises InvalidOptionError for run options which the functional layer cannot
     use, before anything starts; None without one.
     published_by: skills without which a datum is not published, by datum.
+    topics: `package.module:TOPICS`, the rows of its functional layer with the names of its processes. With keys, each
+    of these processes may offer its own topics only. None: they share all keys below `fl/`.
     mission_templates: package with `template.xml` and `template.py.txt`, beginnings of own missions. None: they are
     drafted from the skillset.
     rescue_goal: the state to which the robot is brought before anybody leaves it alone. None for a robot that may be
@@ -113,6 +115,7 @@ class Robot:
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     rescue_goal: RescueGoal | None = None
     mission_templates: str | None = None
+    topics: str | None = None
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with all its problems."""

@@ -16,13 +16,13 @@ from skillwing.services import protocol
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.protocol import Keys, Message
+from skillwing.services.protocol_page.exchange import door, play
+from skillwing.services.protocol_page.page import protocol_page
+from skillwing.services.protocol_page.schema import channels_of, json_schema
 from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Each, Kind, Role
 from skillwing.services.wire.channels import CHANNELS, keys_in
-from skillwing.services.protocol_page.exchange import door, play
 from skillwing.services.wire.messages import classes_of
-from skillwing.services.protocol_page.page import protocol_page
-from skillwing.services.protocol_page.schema import channels_of, json_schema
 
 ROOT = Path(__file__).parents[3]
 NAME = "NAME"
@@ -107,7 +107,10 @@ class Declarations:
 
 def test_the_managers_serve_what_the_table_says() -> None:
     skillset = load(ROOT / "examples" / "rover" / "rover.skillset")
-    for node, who in ((ResourceManagerNode(skillset), Role.RESOURCE_MANAGER), (DataManagerNode(skillset), Role.DATA_MANAGER)):
+    for node, who in (
+        (ResourceManagerNode(skillset), Role.RESOURCE_MANAGER),
+        (DataManagerNode(skillset), Role.DATA_MANAGER),
+    ):
         bus = Declarations()
         node.attach(bus)  # pyright: ignore[reportArgumentType]
         offered = [channel for channel in CHANNELS if channel.offered_by == (who,)]

@@ -146,7 +146,9 @@ def _key_usage(*, signs: bool) -> x509.KeyUsage:
 def _private_key(pem: bytes) -> ec.EllipticCurvePrivateKey:
     key = load_pem_private_key(pem, None)
     if not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise SkillwingError("The authority's key is no key of Skillwing. Make a new folder with `skillwing keys init`.")
+        raise SkillwingError(
+            "The authority's key is no key of Skillwing. Make a new folder with `skillwing keys init`."
+        )
     return key
 
 

@@ -40,11 +40,17 @@ def require_protected(listen: str, keys: Path | None, *, insecure: bool) -> None
         text = f"With --keys the router listens at tls/HOST:PORT, not at {listen}. Write --listen tls/HOST:PORT."
         raise InvalidOptionError("listen", text)
     if tls and keys is None:
-        text = f"The address {listen} needs keys. Make some with `skillwing keys init`, and give their folder by --keys."
+        text = (
+            f"The address {listen} needs keys. Make some with `skillwing keys init`, and give their folder by --keys."
+        )
         raise InvalidOptionError("keys", text)
     if keys is None and not insecure and not is_loopback(listen):
         text = f"Everybody who reaches {listen} could command the robot. Give --keys DIR (docs/keys.md), or --insecure."
         raise InvalidOptionError("listen", text)
+
+
+EXPOSED = "Everybody who reaches {endpoint} can read and command the robot: it listens without keys (--insecure)."
+"""Warning about a router without keys that strangers can reach."""
 
 
 def exposed(endpoint: str) -> bool:

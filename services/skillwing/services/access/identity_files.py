@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from skillwing.services.access.key_store import ROBOTS, KeysError, process_folder, read_facts
 from skillwing.services.access.policy import refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, Identity, needs_identity
+from skillwing.services.names import LAUNCHER
 from skillwing.services.protocol import ErrorReply
 from skillwing.services.wire.channel import PEOPLE, Role
 
@@ -38,6 +39,12 @@ def process_identity(folder: Path, robot: str, process: str) -> Identity:
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
+def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> None:
+    """Raise KeysError if a process of a robot, or its launcher, has no certificate."""
+    for process in (*processes, LAUNCHER):
+        process_identity(folder, robot, process)
+
+
 def person_identity(endpoint: str) -> Identity | None:
     """The identity in SKILLWING_KEYS for a router that asks for one; None for a router that does not.
 
@@ -50,6 +57,8 @@ def person_identity(endpoint: str) -> Identity | None:
         text = f"The router at {endpoint} asks for a key. Name the folder that you were given: {KEYS_VARIABLE}=FOLDER."
         raise KeysError(text)
     if not (Path(folder) / CERTIFICATE_FILE).exists():
-        text = f"{folder} in {KEYS_VARIABLE} holds no certificate. Name the folder of one person, as in DIR/people/NAME."
+        text = (
+            f"{folder} in {KEYS_VARIABLE} holds no certificate. Name the folder of one person, as in DIR/people/NAME."
+        )
         raise KeysError(text)
     return read_identity(Path(folder))

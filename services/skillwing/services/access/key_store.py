@@ -92,6 +92,7 @@ class KeyStore:
     def init(cls, folder: Path, hosts: Iterable[str], days: int = DAYS) -> KeyStore:
         """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already."""
         store = cls(folder)
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (folder / NAMES_FILE).exists():
             raise KeysError(f"{folder} holds keys already. Use `skillwing keys add-robot` or `add`, or another folder.")
         store._write(AUTHORITY, new_authority(10 * days, utc_now()), authority=None)
@@ -117,7 +118,9 @@ class KeyStore:
         try:
             return msgspec.json.decode(path.read_bytes(), type=Names)
         except FileNotFoundError as error:
-            text = f"{self.folder} holds no keys of a site. Make some with `skillwing keys init`, or name another folder."
+            text = (
+                f"{self.folder} holds no keys of a site. Make some with `skillwing keys init`, or name another folder."
+            )
             raise KeysError(text) from error
         except (OSError, msgspec.DecodeError) as error:
             raise KeysError(f"{path} cannot be read: {error}. Restore it, or make new keys.") from error
@@ -188,7 +191,9 @@ class KeyStore:
 
     def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
         try:
-            authority = Issued(*((self.folder / AUTHORITY / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE)))
+            authority = Issued(
+                *((self.folder / AUTHORITY / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE))
+            )
         except OSError as error:
             text = f"The authority in {self.folder} cannot be read: {error.strerror}. Use the folder where it was made."
             raise KeysError(text) from error

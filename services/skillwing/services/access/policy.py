@@ -13,6 +13,7 @@ from skillwing.services.bus.keys import matches
 from skillwing.services.names import CLIENT, MISSION, skill_process
 from skillwing.services.protocol import (
     CLOCK_DONE_KEY,
+    CLOCK_KEY,
     AbortMission,
     ErrorCode,
     ErrorReply,
@@ -32,8 +33,6 @@ LAYER = "fl/**"
 """All keys of the functional layer."""
 ADVANCED = "@adv/**"
 """Keys below an event's key at which Zenoh's advanced publishers offer history and recovery."""
-WHO = "access"
-"""Begin of the key at which a router confirms a name that it knows."""
 DEEDS: dict[object, str] = {
     StartGoal: "start skills",
     InterruptGoal: "interrupt skills",
@@ -45,6 +44,9 @@ DEEDS: dict[object, str] = {
     ResumeMission: "resume missions",
 }
 """Verbs for the requests of people."""
+
+
+COMMAND_LAYER = "command the functional layer"
 
 
 def certificate_name(robot: str, process: str) -> str:
@@ -110,7 +112,7 @@ def refusal(role: Role, name: str, key: str) -> ErrorReply | None:
     allowed = row.used_by if row is not None else (Role.OPERATOR,)
     if role in allowed:
         return None
-    deed = DEEDS.get(row.message if row is not None else None, f"ask at `{key}`")
+    deed = COMMAND_LAYER if row is None else DEEDS.get(row.message, f"ask at `{key}`")
     needed = next(each for each in PEOPLE if each in allowed) if set(PEOPLE) & set(allowed) else None
     advice = "No certificate for people allows it." if needed is None else f"Ask for a certificate of role {needed}."
     return ErrorReply(
@@ -122,14 +124,16 @@ def _article(noun: str) -> str:
     return "an" if noun[0] in "aeiou" else "a"
 
 
-# --- grants from rows --------------------------------------------------------------------------------------------------
+# --- grants from rows ------------------------------------------------------------------------------------------------
 
 
 def _grants(robot: RobotAccess, role: Role, process: str | None, name: str) -> Grants:
     keys = Keys(robot.skillset)
     streams, events, serves, asks, tokens = (set[str]() for _ in range(5))
     offers = {Kind.STREAM: streams, Kind.ARRAYS: streams, Kind.EVENTS: events, Kind.QUERY: serves, Kind.TOKEN: tokens}
-    rows = [(row, {role}) for row in CHANNELS]
+    listed = _is_listed(robot.topics, process)
+    # A table says which process owns robot time.
+    rows = [(row, {role}) for row in CHANNELS if not (listed and row.key == CLOCK_KEY)]
     # Only rows of the functional layer name processes. A process elsewhere may be called like a role.
     rows += [(row, {role, process}) for row in robot.topics]
     for row, sides in rows:
@@ -141,7 +145,7 @@ def _grants(robot: RobotAccess, role: Role, process: str | None, name: str) -> G
     streams -= {f"{CLOCK_DONE_KEY}/*"}
     streams |= done
     tokens |= done
-    if role is Role.FUNCTIONAL_LAYER and not _is_listed(robot.topics, process):
+    if role is Role.FUNCTIONAL_LAYER and not listed:
         for own in (streams, events, serves):
             own.add(LAYER)
     if role in (Role.FUNCTIONAL_LAYER, Role.SKILL_MANAGER, Role.OPERATOR) and not robot.topics:

@@ -7,7 +7,6 @@ from typing import Any
 
 from skillwing.services.access.policy import (
     ADVANCED,
-    WHO,
     Grants,
     RobotAccess,
     Site,
@@ -15,7 +14,7 @@ from skillwing.services.access.policy import (
     person_grants,
     process_grants,
 )
-from skillwing.services.bus.identity import signed
+from skillwing.services.bus.identity import WHO, signed
 
 LISTENING = ("declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
 HEARING = (

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
+from skillwing.services.bus.identity import Identity
 from skillwing.services.protocol import ErrorReply
 
 Topology = Literal["router", "mesh"]
@@ -130,8 +131,8 @@ class Network(Protocol):
         ...
 
     @property
-    def identity(self) -> str | None:
-        """Name of the certificate that this node shows; None where there are no keys."""
+    def identity(self) -> Identity | None:
+        """The certificate that this node shows; None where there are no keys."""
         ...
 
     def new_id(self) -> str:

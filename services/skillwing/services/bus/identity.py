@@ -14,6 +14,8 @@ from typing import Any
 from skillwing.services.protocol import ErrorReply
 
 BY = "by"
+WHO = "access"
+"""Begin of the key at which a router confirms a name that it knows: `access/NAME`."""
 CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE = "certificate.pem", "key.pem", "authority.pem"
 SEPARATOR = "~"
 """Character between a name and the rest of a key's chunk. No name contains it."""

@@ -20,7 +20,7 @@ from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalT
 from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.values import fit_fields
-from skillwing.services.errors import InvalidInputError, InvalidOptionError
+from skillwing.services.errors import InvalidInputError, InvalidOptionError, RefusedError
 from skillwing.services.names import CLIENT, skill_process
 from skillwing.services.protocol import (
     DataReading,
@@ -62,9 +62,9 @@ CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 class SkillsetInterface:
     """A client's live view of one robot.
 
-    client: its name in goals and in the timeline; with keys that of its certificate. owns_goals: goals that it starts are interrupted when it is gone,
-    unless their skill has `owner_lost=continue`. new_goal_id: source of goal ids, by default the bus. Raises
-    InvalidOptionError if the client's name cannot be part of a key.
+    client: its name in goals and in the timeline; with keys that of its certificate. owns_goals: goals that it starts
+    are interrupted when it is gone, unless their skill has `owner_lost=continue`. new_goal_id: source of goal
+    ids, by default the bus. Raises InvalidOptionError if the client's name cannot be part of a key.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class SkillsetInterface:
     ) -> None:
         self._bus = bus
         self.skillset = skillset
-        self.client = bus.identity or _checked_name(client)
+        self.client = _checked_name(client) if bus.identity is None else bus.identity.name
         self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)
@@ -107,8 +107,8 @@ class SkillsetInterface:
     def _new_owner(self, client: str) -> str:
         """Name of an owner's token, which belongs to the holder of the certificate where there are keys."""
         part = self._new_goal_id()[-8:]
-        if (name := self._bus.identity) is not None:
-            return f"{CLIENT}{owned_chunk(name, f'{_checked_name(client)}-{part}')}"
+        if (identity := self._bus.identity) is not None:
+            return f"{CLIENT}{owned_chunk(identity.name, f'{_checked_name(client)}-{part}')}"
         return f"{CLIENT}{client}-{part}"
 
     # --- goals -----------------------------------------------------------------------------------------------------
@@ -125,9 +125,11 @@ class SkillsetInterface:
 
         inputs: by name; structures as mappings or typed structs. cause: the timeline record that led to this start.
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
-        a wrong type or a missing one. The manager checks ranges: such a goal ends NV. The error names them as well.
+        a wrong type or a missing one, RefusedError for a certificate whose role may not start skills. The manager
+        checks ranges: such a goal ends NV. The error names them as well.
         """
         fitted = self.fitted(skill, inputs)
+        require_allowed(self._bus, self._keys.start(skill))
         tracker = self._track(skill, goal_id or self._new_goal_id())
         tracker.start(
             StartGoal(
@@ -177,7 +179,11 @@ class SkillsetInterface:
         return tracker.handle
 
     def interrupt(self, goal: GoalHandle, *, cause: str | None = None) -> None:
-        """Ask for the end of a goal. It does no harm to repeat it, or to ask before the start or after the end."""
+        """Ask for the end of a goal. It does no harm to repeat it, or to ask before the start or after the end.
+
+        Raises RefusedError for a certificate whose role may not interrupt.
+        """
+        require_allowed(self._bus, self._keys.interrupt(goal.skill))
         tracker = self._trackers.get(goal.goal_id)
         if tracker is not None:
             tracker.interrupt(cause)
@@ -426,6 +432,13 @@ class _Listener(Generic[P]):
     def cancel(self) -> None:
         if self._callback in self._listeners:
             self._listeners.remove(self._callback)
+
+
+def require_allowed(bus: Bus, key: str) -> None:
+    """Raise RefusedError if the role of this node's certificate may not ask at a key. The router would drop it."""
+    reply = None if bus.identity is None else bus.identity.refusal(key)
+    if reply is not None:
+        raise RefusedError(reply.code, reply.message, help=reply.help)
 
 
 def _checked_name(client: str) -> str:

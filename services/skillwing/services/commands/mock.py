@@ -17,6 +17,8 @@ from skillwing.services.terminal.system_options import (
     ColocateOption,
     DetachOption,
     DurableOption,
+    InsecureOption,
+    KeysOption,
     ListenOption,
     RecordOption,
     ResumeOption,
@@ -44,6 +46,8 @@ def mock(
     topology: TopologyOption = "router",
     router: RouterOption = None,
     listen: ListenOption = LOOPBACK,
+    keys: KeysOption = None,
+    insecure: InsecureOption = False,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
     durable: DurableOption = False,
@@ -74,6 +78,8 @@ def mock(
         durable=durable,
         record=record,
         viewer=viewer,
+        keys=keys,
+        insecure=insecure,
     )
     directory = make_run_dir(run_dir, "mock")
     prepare_run(name, directory, settings, detach=detach)

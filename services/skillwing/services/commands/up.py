@@ -19,6 +19,8 @@ from skillwing.services.terminal.system_options import (
     ColocateOption,
     DetachOption,
     DurableOption,
+    InsecureOption,
+    KeysOption,
     ListenOption,
     RecordOption,
     ResumeOption,
@@ -83,6 +85,8 @@ def up(
     router: RouterOption = None,
     robot_name: RobotNameOption = None,
     listen: ListenOption = LOOPBACK,
+    keys: KeysOption = None,
+    insecure: InsecureOption = False,
     run_dir: RunDirOption = None,
     resume: ResumeOption = False,
     durable: DurableOption = False,
@@ -129,6 +133,8 @@ def up(
         record=record,
         options={} if everything else run,
         viewer=viewer,
+        keys=keys,
+        insecure=insecure,
     )
     directory = make_run_dir(run_dir, "up")
     prepare_run(table.name, directory, settings, detach=detach)

@@ -25,6 +25,8 @@ STAMP = "%H:%M:%S"
 SINGLE_THREADED = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 """Environment of each process. The libraries below numpy would share each product of matrices among all cores. With the
 small matrices of a filter that gains no time, and takes the cores from other processes."""
+PERSONAL = ("SKILLWING_KEYS", "SKILLWING_INSECURE")
+"""Variables of a person's commands, which are not for the processes of a system."""
 _PLACE = re.compile(r'^\s*File "(?P<file>[^"<>]+)", line (?P<line>\d+)')
 """A place in a traceback."""
 
@@ -101,7 +103,7 @@ class Child:
                 stdin=subprocess.PIPE,
                 stdout=file if stdout is None else stdout,
                 stderr=file,
-                env=os.environ | SINGLE_THREADED,
+                env={name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED,
                 start_new_session=True,
             )
         self._lives += 1

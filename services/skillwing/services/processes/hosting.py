@@ -16,8 +16,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+from skillwing.services.access.handshake import explained
+from skillwing.services.access.identity_files import process_identity
+from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
+from skillwing.services.bus.identity import Identity, needs_identity
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
@@ -40,11 +44,20 @@ logger = logging.getLogger("skillwing.node_host")
 
 @dataclass(frozen=True, slots=True)
 class NetworkAddress:
-    """Address of a robot's network: namespace, router and topology."""
+    """Address of a robot's network: namespace, router and topology. keys: folder with the processes' certificates."""
 
     robot: str
     endpoint: str
     topology: Topology = "router"
+    keys: Path | None = None
+
+    def identity(self, process: str) -> Identity | None:
+        """The identity of a process; None for a router without keys. Raises KeysError."""
+        if not needs_identity(self.endpoint):
+            return None
+        if self.keys is None:
+            raise KeysError(f"The router at {self.endpoint} asks for a key. Name a folder: --keys or SKILLWING_KEYS.")
+        return process_identity(self.keys, self.robot, process)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,18 +101,33 @@ def _attach(node: Node, bus: Bus) -> None:
         raise _UnusableNodeError(str(error)) from error
 
 
+def _join(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime) -> ZenohBus | int:
+    """The bus of a node, or the exit code of a process that cannot have one."""
+    identity = None
+    try:
+        identity = address.identity(hosted.name)
+        return ZenohBus(
+            hosted.name, address.robot, address.endpoint, hosted.clock, topology=address.topology, identity=identity
+        )
+    except KeysError as error:
+        return give_up(error, EXIT_CONFIGURATION, who=hosted.name)
+    except RouterUnreachableError as error:
+        reason = explained(error, identity)
+        code = EXIT_UNREACHABLE if reason is error else EXIT_CONFIGURATION
+        return EXIT_OK if lifetime.over else give_up(reason, code, who=hosted.name)
+    except Exception:
+        logger.exception("%s could not join the others", hosted.name)
+        return EXIT_CRASHED
+
+
 def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartbeat: Heartbeat | None = None) -> int:
     """Run a node on this thread until the process has to end; returns the exit code.
 
     A request to end during the search for the router is a good end.
     """
-    try:
-        bus = ZenohBus(hosted.name, address.robot, address.endpoint, hosted.clock, topology=address.topology)
-    except RouterUnreachableError as error:
-        return EXIT_OK if lifetime.over else give_up(error, EXIT_UNREACHABLE, who=hosted.name)
-    except Exception:
-        logger.exception("%s could not join the others", hosted.name)
-        return EXIT_CRASHED
+    bus = _join(hosted, address, lifetime)
+    if isinstance(bus, int):
+        return bus
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
         _attach(hosted.node, bus)

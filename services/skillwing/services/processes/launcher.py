@@ -13,10 +13,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Self
 
+from skillwing.services.access.exposure import local_endpoint
+from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError
+from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.child import Child, ProcessExit
 from skillwing.services.processes.colocation import ProcessGroup, process_groups
 from skillwing.services.processes.process_state import ProcessState
@@ -52,6 +55,7 @@ class Launcher:
 
     robot: name and namespace. skillset: its name. run_dir: directory for `logs/<process>.log`. clock: owner of robot
     time. topology: way in which processes meet, see `zenoh_session`. router: endpoint of another system's router.
+    keys: folder with certificates, None without keys. insecure: strangers may reach a router without keys.
     restarts: processes that die start again as `ProcessSpec` and `RestartPolicy` say, the router at the same endpoint.
     Without it every exit is final. stop: ends a wait for processes with KeyboardInterrupt.
     on_exit: called on a thread of its own when a process ends without being told to. on_change: the same after each
@@ -71,6 +75,8 @@ class Launcher:
         clock: ClockKind = "robot",
         topology: Topology = "router",
         router: str | None = None,
+        keys: Path | None = None,
+        insecure: bool = False,
         restarts: bool = False,
         stop: StopSignal | None = None,
         on_exit: Callable[[ProcessExit], None] | None = None,
@@ -78,6 +84,10 @@ class Launcher:
     ) -> None:
         self.robot = robot
         self.endpoint = router or ""
+        self.listens = ""
+        """Address of the own router, as others reach it; empty without one."""
+        self._key_folder = keys
+        self._insecure = insecure
         self.run_dir = run_dir
         self.exits: list[ProcessExit] = []
         self._keys = Keys(skillset)
@@ -124,17 +134,27 @@ class Launcher:
         """Start a router of its own and return its endpoint; raises StartError."""
         module = "skillwing.services.processes.router"
         router = ProcessGroup(ROUTER, (ProcessSpec(ROUTER, module),))
-        child = self._launch(router, [module, "--listen", listen, "--parent-pipe"], stdout=subprocess.PIPE)
+        options = ["--parent-pipe", *(("--insecure",) if self._insecure else ())]
+        options += [] if self._key_folder is None else ["--keys", str(self._key_folder)]
+        child = self._launch(router, [module, "--listen", listen, *options], stdout=subprocess.PIPE)
         assert child.process.stdout is not None
-        self.endpoint = child.process.stdout.readline().decode().strip() if self._speaks(child.process.stdout) else ""
+        self.listens = child.process.stdout.readline().decode().strip() if self._speaks(child.process.stdout) else ""
+        self.endpoint = local_endpoint(self.listens)
         if not self.endpoint:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 child.process.wait(LAST_WORDS)
                 self.exits.append(child.exited(time.monotonic()))
             raise self._start_error([ROUTER], self.exits)
-        child.command = (module, "--listen", self.endpoint, "--parent-pipe")
+        child.command = (module, "--listen", self.listens, *options)
         self._watch(child)
         return self.endpoint
+
+    def open_bus(self, name: str) -> ZenohBus:
+        """A bus of this process under a name. Raises KeysError and RouterUnreachableError."""
+        identity = None
+        if self._key_folder is not None:
+            identity = process_identity(self._key_folder, self.robot, LAUNCHER)
+        return ZenohBus(name, self.robot, self.endpoint, identity=identity)
 
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
         """Start processes, all at once, and return when each of their nodes has its alive token.
@@ -146,7 +166,7 @@ class Launcher:
         if not self.endpoint:
             self.start_router()
         missing = {self._keys.alive(spec.name): spec for spec in specs}
-        bus = ZenohBus("launcher", self.robot, self.endpoint)
+        bus = self.open_bus(LAUNCHER)
         self._wake = lambda: bus.post(_nothing)
         try:
 
@@ -211,6 +231,7 @@ class Launcher:
             words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
             words += ["--alive", self._keys.alive(spec.name)]
         words += ["--connect", self.endpoint, "--robot", self.robot, "--topology", self._topology]
+        words += [] if self._key_folder is None else ["--keys", str(self._key_folder)]
         return [*words, "--clock", self._clock, "--unix-offset", repr(self._unix_offset), "--parent-pipe"]
 
     def _launch(self, group: ProcessGroup, command: Sequence[str], stdout: int | None = None) -> Child:

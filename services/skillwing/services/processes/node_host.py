@@ -5,7 +5,8 @@
 
 The first form takes a process from the robot's table, the second describes it. Repeat `--process`, or `--name` with
 `--factory`, `--options` and `--alive`, for further nodes of the same process. Defaults come from the environment:
-SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_HEARTBEAT, and the run's options of run_options.py.
+SKILLWING_CONNECT, SKILLWING_ROBOT, SKILLWING_TOPOLOGY, SKILLWING_KEYS, SKILLWING_HEARTBEAT, and the run's options of
+run_options.py.
 
 It runs until SIGTERM or SIGINT, or with `--parent-pipe` until its standard input ends, or until one of its nodes ends.
 lifetime.py has its exit codes.
@@ -72,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception:
         logger.exception("The node %scould not be made.", f"{who} " if who else "")
         return EXIT_CRASHED
-    address = NetworkAddress(robot, options.connect, options.topology)
+    address = NetworkAddress(robot, options.connect, options.topology, options.keys)
     # All modules stay. A full garbage collection would walk through them, and stop the nodes for up to 25 ms.
     gc.freeze()
     heartbeat = Heartbeat(options.heartbeat, [node.name for node in hosted]) if options.heartbeat else None
@@ -128,6 +129,10 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
         default=environment("SKILLWING_TOPOLOGY") or "router",
         metavar="router|mesh",
         help="processes meet at the router, or each connects to each on this machine",
+    )
+    keys = environment("SKILLWING_KEYS")
+    parser.add_argument(
+        "--keys", type=Path, metavar="DIR", default=Path(keys) if keys else None, help="folder with certificates"
     )
     parser.add_argument("--clock", choices=("wall", "robot"), help="default: wall, or as the table says")
     parser.add_argument(

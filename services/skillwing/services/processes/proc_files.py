@@ -75,8 +75,8 @@ def listener(port: int) -> Listener | None:
 
 
 def port_of(endpoint: str) -> int | None:
-    """The port in `tcp/HOST:PORT`; None for another machine, or a text of another form."""
-    host, _, port = endpoint.removeprefix("tcp/").rpartition(":")
+    """The port in `tcp/HOST:PORT` or `tls/HOST:PORT`; None for another machine, or a text of another form."""
+    host, _, port = endpoint.removeprefix("tcp/").removeprefix("tls/").rpartition(":")
     here = {"localhost", "127.0.0.1", "[::1]", "0.0.0.0", "[::]", socket.gethostname()}
     return int(port) if host in here and port.isdecimal() else None
 

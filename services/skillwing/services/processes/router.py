@@ -1,47 +1,76 @@
 """The router process, at which the processes of a system meet.
 
     python -m skillwing.services.processes.router --listen tcp/127.0.0.1:0
+    python -m skillwing.services.processes.router --listen tls/0.0.0.0:7447 --keys DIR
 
 Its first line on standard output is its endpoint. It ends on SIGTERM and SIGINT. With `--parent-pipe` it also ends with
-its standard input, that is, when its parent is gone.
+its standard input, that is, when its parent is gone. The environment may give SKILLWING_KEYS, and SKILLWING_INSECURE=1.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import socket
 import sys
+from pathlib import Path
 
 import zenoh
 
+from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
+from skillwing.services.access.identity_files import KEYS_VARIABLE, read_identity
+from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.zenoh_rules import access_control
+from skillwing.services.bus.identity import WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE, Lifetime
 from skillwing.services.processes.proc_files import listener, port_of
 
 LOOPBACK = "tcp/127.0.0.1:0"
+LOOPBACK_WITH_KEYS = "tls/127.0.0.1:0"
+INSECURE_VARIABLE = "SKILLWING_INSECURE"
 ATTEMPTS = 20
 
 
-def start_router(listen: str = LOOPBACK) -> tuple[zenoh.Session, str]:
-    """Open a router at `tcp/HOST:PORT` and return it with its endpoint; port 0 means any free port.
+def start_router(listen: str = LOOPBACK, keys: Path | None = None) -> tuple[zenoh.Session, str]:
+    """Open a router at `tcp/HOST:PORT`, or with keys at `tls/...`, and return it with its endpoint.
 
-    Raises EndpointError for an endpoint at which it cannot listen.
+    Port 0 means any free port. keys: folder of a site (`KeyStore`). Raises EndpointError for an endpoint at which it
+    cannot listen, and KeysError.
     """
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
-    if protocol != "tcp" or not host or not port.isdecimal():
-        raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT")
+    if protocol not in ("tcp", "tls") or not host or not port.isdecimal():
+        raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
+    identity, rules = None, None
+    if keys is not None:
+        store = KeyStore(keys)
+        rules = access_control(store.site())
+        identity = read_identity(store.router_folder)
+
+    def open_at(endpoint: str) -> zenoh.Session:
+        session = open_router(endpoint, identity, rules)
+        # The name in the key is that of the asker's certificate: the rules allow no other.
+        session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
+        return session
+
     if port != "0":
-        return open_router(listen), listen
+        return open_at(listen), listen
     for attempt in range(1, ATTEMPTS + 1):
         # Another process may take the port before this one listens there. Then try the next port.
-        endpoint = f"tcp/{host}:{_free_port(host, listen)}"
+        endpoint = f"{protocol}/{host}:{_free_port(host, listen)}"
         try:
-            return open_router(endpoint), endpoint
+            return open_at(endpoint), endpoint
         except EndpointError:
             if attempt == ATTEMPTS:
                 raise
     raise AssertionError("unreachable")
+
+
+def _confirm(query: zenoh.Query) -> None:
+    """Tell an asker that its name is known, whatever the name."""
+    query.reply(query.key_expr, b"")
 
 
 def _free_port(host: str, listen: str) -> int:
@@ -59,10 +88,20 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="router", description="Route a system's messages.")
     parser.add_argument("--listen", default=LOOPBACK, metavar="tcp/HOST:PORT", help="default: %(default)s")
     parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
+    folder = os.environ.get(KEYS_VARIABLE)
+    parser.add_argument("--keys", type=Path, metavar="DIR", default=Path(folder) if folder else None)
+    parser.add_argument("--insecure", action="store_true", help="without keys also where strangers reach it")
     options = parser.parse_args(arguments)
     lifetime = Lifetime(parent_pipe=options.parent_pipe)
+    insecure = options.insecure or os.environ.get(INSECURE_VARIABLE) == "1"
     try:
-        session, endpoint = start_router(options.listen)
+        require_protected(options.listen, options.keys, insecure=insecure)
+        if exposed(options.listen):
+            sys.stderr.write(f"{EXPOSED.format(endpoint=options.listen)}\n")
+        session, endpoint = start_router(options.listen, options.keys)
+    except (InvalidOptionError, KeysError) as error:
+        sys.stderr.write(f"{error}\n")
+        return EXIT_CONFIGURATION
     except EndpointError as error:
         port = port_of(options.listen)
         taken = listener(port) if port else None

@@ -13,9 +13,9 @@ from skillwing.services.bus.zenoh_bus import REFUSAL, TIMEOUT_REPLY
 from skillwing.services.bus.zenoh_session import LEASE
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION, ErrorCode, ErrorReply
+from skillwing.services.protocol_page.exchange import DOOR, Said, play
 from skillwing.services.wire.channel import ANY_QUERY, Channel, words
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, PUBLIC
-from skillwing.services.protocol_page.exchange import DOOR, Said, play
 from skillwing.services.wire.messages import enumerations, links, sections
 from skillwing.services.wire.template import PageTemplate
 

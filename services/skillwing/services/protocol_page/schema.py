@@ -6,10 +6,10 @@ from typing import Any
 
 from skillwing.dsl.model import Skillset
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorReply
+from skillwing.services.protocol_page.page import TEMPLATE
 from skillwing.services.wire.channel import ANY_QUERY, Channel, Kind, words
 from skillwing.services.wire.channels import CHANNELS, INTERNAL, keys_in
 from skillwing.services.wire.messages import DIALECT, REFERENCE, classes_of, definitions
-from skillwing.services.protocol_page.page import TEMPLATE
 
 
 def json_schema() -> dict[str, Any]:

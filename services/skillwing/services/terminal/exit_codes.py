@@ -9,6 +9,7 @@ from skillwing.services.errors import (
     InvalidInputError,
     InvalidOptionError,
     NoSystemError,
+    NotKnownError,
     RefusedError,
     SeveralSystemsError,
     SkillwingError,
@@ -50,7 +51,7 @@ def exit_code_of(error: Exception) -> int:
             return USAGE
         case NoSystemError():
             return NO_SYSTEM
-        case RefusedError():
+        case RefusedError() | NotKnownError():
             return REFUSED
         case (
             UnknownNameError()

@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.process_monitor import ProcessMonitor, process_statuses
@@ -66,7 +65,7 @@ class ForegroundSupervisor:
     def __enter__(self) -> Self:
         # A second Ctrl-C may come before this returns. Then `__exit__` is not called.
         with ExitStack() as stack:
-            bus = ZenohBus("supervisor", self._launcher.robot, self._launcher.endpoint)
+            bus = self._launcher.open_bus("supervisor")
             self._bus = stack.enter_context(closing(bus))
             bus.watch_alive(f"{self._prefix}**", self._on_alive)
             if self._reporter is not None:

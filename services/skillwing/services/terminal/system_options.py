@@ -9,15 +9,26 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
+from skillwing.services.access.exposure import require_protected
 from skillwing.services.bus import Topology
+from skillwing.services.bus.identity import needs_identity
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS
 from skillwing.services.processes.run_options import MAX_SPEED, speed
 from skillwing.services.robot import ClockKind
 from skillwing.services.viewer.viewer import ViewerKind
 
 DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")]
-ListenOption = Annotated[str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Address of the router.")]
+ListenOption = Annotated[
+    str, typer.Option("--listen", metavar="tcp/HOST:PORT", help="Address of the router; with --keys tls/HOST:PORT.")
+]
+KeysOption = Annotated[
+    Path | None,
+    typer.Option("--keys", metavar="DIR", help="Let in holders of certificates only: folder of `skillwing keys init`."),
+]
+InsecureOption = Annotated[
+    bool, typer.Option("--insecure", help="Listen beyond this machine without keys: everybody may command.")
+]
 RunDirOption = Annotated[
     Path | None,
     typer.Option("--run-dir", metavar="DIR", help="Directory for logs; default runs/TIME.", show_default=False),
@@ -86,7 +97,8 @@ class RunSettings:
 
     topology: way in which processes meet. colocate: managers share a process. router: address of another system's
     router. mission_context: facts about the site for missions, by mission. resume, durable: of the journal.
-    record: the run is recorded, with these options. viewer: way to show it.
+    record: the run is recorded, with these options. viewer: way to show it. keys: folder with certificates, None for
+    none. insecure: strangers may reach a router without keys.
     """
 
     clock: ClockKind
@@ -101,22 +113,42 @@ class RunSettings:
     record: bool = False
     options: dict[str, Any] = field(default_factory=dict[str, Any])
     viewer: ViewerKind = "none"
+    keys: Path | None = None
+    insecure: bool = False
 
     def __post_init__(self) -> None:
-        if self.router is not None and self.listen != LOOPBACK:
-            text = "The router of another system has its address already. Leave out `--listen`."
-            raise InvalidOptionError("listen", text)
+        if self.keys is not None and self.listen == LOOPBACK:
+            object.__setattr__(self, "listen", LOOPBACK_WITH_KEYS)
+        if self.keys is not None and self.topology == "mesh":
+            text = "Peers of a mesh would get round the router's rules. With keys, leave out `--topology mesh`."
+            raise InvalidOptionError("topology", text)
+        self._check_router()
         if self.viewer != "none" and not self.record:
             raise InvalidOptionError("viewer", "A viewer shows what is recorded. Leave out `--no-record`.")
+
+    def _check_router(self) -> None:
+        if self.router is None:
+            require_protected(self.listen, self.keys, insecure=self.insecure)
+            return
+        if self.listen not in (LOOPBACK, LOOPBACK_WITH_KEYS):
+            text = "The router of another system has its address already. Leave out `--listen`."
+            raise InvalidOptionError("listen", text)
+        if needs_identity(self.router) != (self.keys is not None):
+            text = f"The address {self.router} is one without keys. Write tls/HOST:PORT, or leave out --keys."
+            if self.keys is None:
+                text = f"The router at {self.router} asks for keys. Name their folder with --keys DIR."
+            raise InvalidOptionError("keys", text)
 
     def words(self) -> list[str]:
         """The options of a command line that give the same settings."""
         words = ["--listen", self.listen, "--topology", self.topology, "--viewer", self.viewer]
         words += [] if self.router is None else ["--router", self.router]
+        words += [] if self.keys is None else ["--keys", str(self.keys.absolute())]
         flags = {
             "--colocate": self.colocate,
             "--resume": self.resume,
             "--durable": self.durable,
             "--no-record": not self.record,
+            "--insecure": self.insecure,
         }
         return [*words, *(flag for flag, given in flags.items() if given)]

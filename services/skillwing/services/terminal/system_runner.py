@@ -15,6 +15,8 @@ from queue import SimpleQueue
 import typer
 from rich.console import Console
 
+from skillwing.services.access.exposure import EXPOSED, exposed
+from skillwing.services.access.identity_files import require_certificates
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE
 from skillwing.services.journal.journal import set_aside
@@ -72,6 +74,8 @@ def prepare_run(robot: str, run_dir: Path, settings: RunSettings, *, detach: boo
 def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settings: RunSettings) -> int:
     """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
     laid_out = colocated(specs) if settings.colocate else tuple(specs)
+    if settings.keys is not None:
+        require_certificates(settings.keys, robot.name, (spec.name for spec in specs))
     with stop_on_signals() as stop, reserved(robot.name):
         return _run(robot, laid_out, run_dir, settings, stop)
 
@@ -88,6 +92,8 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
         clock=settings.clock,
         topology=settings.topology,
         router=settings.router,
+        keys=settings.keys,
+        insecure=settings.insecure,
         restarts=True,
         stop=stop,
         on_exit=exits.put,
@@ -116,13 +122,17 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 clock=settings.clock,
                 mock=settings.mock,
                 topology=settings.topology,
+                listens=launcher.listens,
                 processes=launcher.states,
                 mission_context=settings.mission_context,
                 viewer=None if viewer is None else viewer.page,
             ) as announcement:
                 count, seconds = running_processes(launcher.states), time.monotonic() - begun
                 console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
-                console.print(f"Router at {launcher.endpoint}, {'recording' if observers else 'logs'} in {run_dir}.")
+                where = launcher.listens or launcher.endpoint
+                console.print(f"Router at {where}, {'recording' if observers else 'logs'} in {run_dir}.")
+                if exposed(where):
+                    console.print(EXPOSED.format(endpoint=where), style="red", highlight=False)
                 which = robot_words(robot.name)
                 console.print(
                     f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."

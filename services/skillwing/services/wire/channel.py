@@ -80,10 +80,10 @@ class Channel:
     """A key, or one key for each name of a kind.
 
     key: its text, without the last part if that is a name; or a function that spells it for one name. each: the kind of
-    name. message: the publication, the header of an array, or the request; a class or a union of tagged ones, None for
-    a token. offered_by, used_by: its two sides. reply: of a query. refusals: in addition to `ANY_QUERY`. duty: only in the functional layer. rate:
-    publications per second [Hz]. when: the condition or occasion of publications. array: content of the payload, in C
-    order and little-endian. The Markdown template of a key's page explains the key.
+    name. offered_by, used_by: its two sides. message: the publication, the header of an array, or the request; a class
+    or a union of tagged ones, None for a token. reply: of a query. refusals: in addition to `ANY_QUERY`. duty: only in
+    the functional layer. rate: publications per second [Hz]. when: the condition or occasion of publications. array:
+    content of the payload, in C order and little-endian. The Markdown template of a key's page explains the key.
     """
 
     key: str | Callable[[Keys, str], str]

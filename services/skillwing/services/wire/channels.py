@@ -92,9 +92,7 @@ PUBLIC = (
     ),
     Channel(lambda keys, _: keys.resource_ready, Kind.QUERY, RESOURCES, EVERYBODY, QueryReady, ReadyReport, ASKED),
     Channel(lambda keys, _: keys.resource_steps, Kind.EVENTS, RESOURCES, EVERYBODY, ResourceStep),
-    Channel(
-        lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, CHANGERS, FireExtern, ResourceStates, CHANGES
-    ),
+    Channel(lambda keys, _: keys.resource_extern, Kind.QUERY, RESOURCES, CHANGERS, FireExtern, ResourceStates, CHANGES),
     Channel(Keys.event, Kind.QUERY, RESOURCES, CHANGERS, FireEvent, ResourceStates, CHANGES, Each.EVENT),
     Channel(Keys.data, Kind.STREAM, BRIDGE, EVERYBODY, DataSample, each=Each.DATUM),
     Channel(Keys.data, Kind.QUERY, DATA, EVERYBODY, QueryData, DataReading, (ErrorCode.UNKNOWN_NAME,), Each.DATUM),
@@ -106,7 +104,16 @@ PUBLIC = (
     Channel(lambda keys, _: keys.mission_abort, Kind.QUERY, MISSIONS, PERSONS, AbortMission, MissionStatus),
     Channel(lambda keys, _: keys.mission_pause, Kind.QUERY, MISSIONS, PERSONS, PauseMission, MissionStatus),
     Channel(lambda keys, _: keys.mission_resume, Kind.QUERY, MISSIONS, PERSONS, ResumeMission, MissionStatus),
-    Channel(Keys.mocked_skill, Kind.QUERY, SKILL, (*WORLD, *OPERATORS), MockCall, MockPlan, (ErrorCode.NOT_ALLOWED,), Each.SKILL),
+    Channel(
+        Keys.mocked_skill,
+        Kind.QUERY,
+        SKILL,
+        (*WORLD, *OPERATORS),
+        MockCall,
+        MockPlan,
+        (ErrorCode.NOT_ALLOWED,),
+        Each.SKILL,
+    ),
     Channel(lambda keys, _: keys.mocked_world, Kind.QUERY, WORLD, OPERATORS, MockedWorldCall, MockedData),
 )
 INTERNAL = (

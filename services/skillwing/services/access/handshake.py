@@ -1,0 +1,66 @@
+"""Reasons for which a router with keys does not let a certificate in. Zenoh itself reports none."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import ssl
+
+from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.exposure import host_of
+from skillwing.services.access.key_store import read_facts
+from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.errors import NotKnownError, SkillwingError
+
+TIMEOUT = 2.0
+"""Seconds for a connection, and again for the router's objection to a certificate."""
+OTHER_AUTHORITY = "your certificate comes from another authority than the router's"
+REMOVED = "the router does not know your name, or no longer. It reads the names when it starts"
+_ALERTS = {
+    "CERTIFICATE_EXPIRED": "your certificate has expired",
+    "UNKNOWN_CA": OTHER_AUTHORITY,
+    "DECRYPT_ERROR": OTHER_AUTHORITY,
+    "BAD_CERTIFICATE": OTHER_AUTHORITY,
+    "CERTIFICATE_UNKNOWN": OTHER_AUTHORITY,
+    "HANDSHAKE_FAILURE": OTHER_AUTHORITY,
+    "CERTIFICATE_REQUIRED": "the router asks for a certificate",
+}
+"""Sentences for TLS alerts."""
+
+
+def explained(error: RouterUnreachableError, identity: Identity | None) -> SkillwingError:
+    """The error, or NotKnownError with the reason if a router is there and rejects the certificate, or is not ours."""
+    reason = None if identity is None else _objection(error.endpoint, identity)
+    return error if reason is None else NotKnownError(error.endpoint, reason)
+
+
+def _objection(endpoint: str, identity: Identity) -> str | None:
+    """The reason against a certificate; None for a router that is not there, or that accepts it."""
+    expires = read_facts(identity.folder).expires
+    if expires <= utc_now():
+        return f"your certificate `{identity.name}` expired on {expires:%Y-%m-%d}"
+    host, port = host_of(endpoint), endpoint.rpartition(":")[2]
+    try:
+        connection = socket.create_connection((host, int(port)), TIMEOUT)
+    except (OSError, ValueError):
+        return None
+    with connection:
+        return _handshake(connection, host, identity)
+
+
+def _handshake(connection: socket.socket, host: str, identity: Identity) -> str | None:
+    try:
+        context = ssl.create_default_context(cafile=str(identity.authority))
+        context.load_cert_chain(identity.certificate, identity.key)
+        with context.wrap_socket(connection, server_hostname=host) as link, contextlib.suppress(TimeoutError):
+            # A router that objects to a certificate says so after the handshake. One that does not waits for Zenoh.
+            link.recv(1)
+    except ssl.SSLCertVerificationError as error:
+        return f"the router's certificate is not trusted ({error.verify_message})"
+    except ssl.SSLError as error:
+        alert = next((text for word, text in _ALERTS.items() if word in (error.reason or "")), None)
+        return alert or f"no TLS is spoken there ({error.reason})"
+    except OSError:
+        return None
+    return None

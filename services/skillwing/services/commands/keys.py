@@ -1,0 +1,136 @@
+"""`skillwing keys`: certificates for a router, its robots, and people."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.key_store import DAYS, KeyStore
+from skillwing.services.access.robots import robot_access
+from skillwing.services.robot import Robot, find_robot
+from skillwing.services.terminal.completion import robots
+from skillwing.services.terminal.output import make_console, print_json
+from skillwing.services.terminal.system_options import require_robot_name
+from skillwing.services.wire.channel import Role
+
+RESTART = "The router knows it after its next start."
+keys = typer.Typer(
+    no_args_is_help=True,
+    help="Make, list and take back certificates, without which nobody can reach a robot from elsewhere.",
+)
+DirOption = Annotated[Path, typer.Option("--keys", metavar="DIR", help="Folder of the keys.")]
+SkillsetOption = Annotated[
+    Path | None, typer.Option("--skillset", metavar="FILE", help="For a robot of mocks: its skillset.")
+]
+RobotNameOption = Annotated[
+    str | None, typer.Option("--robot-name", metavar="NAME", help="Name of this robot, as in `up --robot-name`.")
+]
+FOLDER = Path("keys")
+
+
+@keys.command()
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="New folder.")] = FOLDER,
+    robot: Annotated[
+        str, typer.Option("--robot", "-r", metavar="NAME", help="Robot, as for `up`.", autocompletion=robots)
+    ] = "m600",
+    host: Annotated[
+        list[str] | None, typer.Option("--host", metavar="HOST", help="Name or address of the router; repeatable.")
+    ] = None,
+    skillset: SkillsetOption = None,
+    robot_name: RobotNameOption = None,
+    days: Annotated[int, typer.Option(metavar="N", min=1, max=3650, help="Validity of certificates.")] = DAYS,
+) -> None:
+    """Make an authority, a certificate for the router, and one for each process of a robot.
+
+    The folder stays on a machine that you trust. Who reads `DIR/authority/key.pem` can let in anybody.
+
+    Exit codes: 0 made, 1 the folder has keys already, 2 unknown robot.
+    """
+    table = _table(robot, skillset, robot_name)
+    store = KeyStore.init(folder, host or (), days)
+    store.add_robot(robot_access(table))
+    count = len(store.names().robots[table.name].processes)
+    typer.echo(f"{folder} has an authority, and keys for a router and {count} processes of {table.name}.")
+    typer.echo(f"Let somebody in: `skillwing keys add NAME --role operator --keys {folder}`.")
+
+
+@keys.command()
+def add_robot(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Robot, as for `up`.", autocompletion=robots)],
+    folder: DirOption = FOLDER,
+    skillset: SkillsetOption = None,
+    robot_name: RobotNameOption = None,
+) -> None:
+    """Make keys for one more robot at the same router, or for new processes of a known one.
+
+    Exit codes: 0 made, 1 no keys in the folder, 2 unknown robot.
+    """
+    table = _table(robot, skillset, robot_name)
+    KeyStore(folder).add_robot(robot_access(table))
+    typer.echo(f"{folder} has keys for {table.name}. {RESTART}")
+
+
+@keys.command()
+def add(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Person or station.")],
+    role: Annotated[
+        Role, typer.Option(metavar="viewer|client|operator", help="viewer reads, client commands, operator does all.")
+    ],
+    folder: DirOption = FOLDER,
+    days: Annotated[int | None, typer.Option(metavar="N", min=1, max=3650, help="Validity.")] = None,
+) -> None:
+    """Make the keys of a person or station: a folder to hand over. For a known name they are made again.
+
+    Exit codes: 0 made, 1 no keys in the folder, 2 no such role, or a name that cannot be one.
+    """
+    place = KeyStore(folder).add_person(name, role, days)
+    typer.echo(f"Give {place} to {name}, by a safe way. There: `export SKILLWING_KEYS={name}`. {RESTART}")
+
+
+@keys.command()
+def remove(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Person, station or robot.")], folder: DirOption = FOLDER
+) -> None:
+    """Take a name back. The router denies it everything after its next start, whatever certificate it shows.
+
+    Exit codes: 0 removed, 1 unknown name.
+    """
+    KeyStore(folder).remove(name)
+    typer.echo(f"{name} is removed. Restart the router now: until then the old rules hold.")
+
+
+@keys.command(name="list")
+def list_(
+    folder: DirOption = FOLDER, as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
+) -> None:
+    """Show all names, their roles, and how long their certificates are valid.
+
+    Exit codes: 0 shown, 1 no keys in the folder.
+    """
+    now = utc_now()
+    holders = list(KeyStore(folder).holders())
+    if as_json:
+        print_json([{"name": each.name, "role": each.what, "expires": each.expires.isoformat()} for each in holders])
+        return
+    table = Table("name", "role", "valid until")
+    for each in holders:
+        left = (each.expires - now).days
+        until = f"{each.expires:%Y-%m-%d} ({left} days)" if each.expires > now else f"expired {each.expires:%Y-%m-%d}"
+        table.add_row(each.name, each.what, until)
+    make_console().print(table)
+
+
+def _table(robot: str, skillset: Path | None, name: str | None) -> Robot:
+    """The robot of these options, under its name."""
+    if name is not None:
+        require_robot_name(name)
+    if skillset is not None:
+        return Robot(name=name or skillset.stem, skillset=skillset.absolute(), hooks={}, clock="wall")
+    found = find_robot(robot)
+    return found if name is None else replace(found, name=name)

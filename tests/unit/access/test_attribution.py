@@ -1,0 +1,66 @@
+"""Attribution: the name of a certificate takes the place of the one that a sender gives."""
+
+from __future__ import annotations
+
+import pytest
+
+from skillwing.services.core.attribution import attributed
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import (
+    AttachManager,
+    BeginGoal,
+    EndGoal,
+    EndKind,
+    ErrorCode,
+    FireExtern,
+    InterruptGoal,
+    QueryStates,
+    RenewGoal,
+    StartGoal,
+)
+
+START = StartGoal(goal_id="g", inputs={}, client="bob", schema="")
+
+
+def test_without_a_name_nothing_changes() -> None:
+    assert attributed(START, None) is START
+
+
+def test_the_name_of_the_certificate_counts() -> None:
+    assert attributed(START, "alice").client == "alice"
+    assert attributed(InterruptGoal(goal_id="g", client="bob"), "alice").client == "alice"
+    assert attributed(FireExtern(resource="r", target="X", source="bob"), "alice").source == "alice"
+    assert attributed(QueryStates(), "alice") == QueryStates()
+
+
+@pytest.mark.parametrize("owner", ["client/alice", "client/alice~cli-1"])
+def test_an_own_owner_is_accepted(owner: str) -> None:
+    request = StartGoal(goal_id="g", inputs={}, client="x", schema="", owner=owner)
+    assert attributed(request, "alice").owner == owner
+
+
+@pytest.mark.parametrize("owner", ["client/bob", "client/alice2", "client/alice-1", "mission"])
+def test_an_owner_of_somebody_else_is_refused(owner: str) -> None:
+    request = StartGoal(goal_id="g", inputs={}, client="x", schema="", owner=owner)
+    with pytest.raises(RefusedError) as refused:
+        attributed(request, "alice")
+    assert refused.value.code is ErrorCode.DENIED
+
+
+BEGIN = BeginGoal(goal_id="g", skill="land", inputs={}, manager="skill/land", owner="x", schema="")
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        AttachManager(manager="skill/land", incarnation="i"),
+        BEGIN,
+        EndGoal(goal_id="g", skill="land", token=1, how=EndKind.ERROR),
+        RenewGoal(goal_id="g", skill="land", token=1),
+    ],
+)
+def test_a_manager_asks_for_its_own_skill_only(request_: BeginGoal) -> None:
+    assert attributed(request_, "m600.skill.land") == request_
+    for other in ("m600.skill.goto", "m600.bridge", "skill.land", "alice"):
+        with pytest.raises(RefusedError):
+            attributed(request_, other)

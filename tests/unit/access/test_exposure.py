@@ -1,0 +1,43 @@
+"""Addresses: which ones strangers can reach, and what they need."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.access.exposure import exposed, is_loopback, local_endpoint, require_protected
+from skillwing.services.errors import InvalidOptionError
+
+HERE = ["tcp/127.0.0.1:1", "tcp/127.3.2.1:1", "tcp/localhost:1", "tcp/[::1]:1"]
+ELSEWHERE = ["tcp/0.0.0.0:1", "tcp/[::]:1", "tcp/10.0.0.5:1", "tcp/robot.local:1", "tcp/[fe80::1]:1"]
+
+
+def test_loopback_needs_nothing() -> None:
+    for listen in HERE:
+        assert is_loopback(listen)
+        assert not exposed(listen)
+        require_protected(listen, None, insecure=False)
+
+
+@pytest.mark.parametrize("listen", ELSEWHERE)
+def test_any_other_address_needs_keys_or_a_word(listen: str) -> None:
+    assert exposed(listen)
+    with pytest.raises(InvalidOptionError, match="--insecure"):
+        require_protected(listen, None, insecure=False)
+    require_protected(listen, None, insecure=True)
+    require_protected(listen.replace("tcp", "tls"), Path("keys"), insecure=False)
+    assert not exposed(listen.replace("tcp", "tls"))
+
+
+def test_keys_and_addresses_go_together() -> None:
+    with pytest.raises(InvalidOptionError, match="tls/HOST:PORT"):
+        require_protected("tcp/127.0.0.1:1", Path("keys"), insecure=True)
+    with pytest.raises(InvalidOptionError, match="keys init"):
+        require_protected("tls/127.0.0.1:1", None, insecure=True)
+
+
+def test_processes_of_the_machine_find_a_router_at_all_addresses() -> None:
+    assert local_endpoint("tls/0.0.0.0:7447") == "tls/127.0.0.1:7447"
+    assert local_endpoint("tcp/[::]:7447") == "tcp/[::1]:7447"
+    assert local_endpoint("tcp/10.0.0.5:7447") == "tcp/10.0.0.5:7447"

@@ -1,0 +1,116 @@
+"""The folder of a site's keys."""
+
+from __future__ import annotations
+
+import ssl
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.access.certificates import facts, issue, new_authority, utc_now
+from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
+from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.policy import RobotAccess
+from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.wire.channel import Role
+
+ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launcher": Role.LAUNCHER})
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> KeyStore:
+    made = KeyStore.init(tmp_path / "keys", ["10.0.0.5", "robot.local"], days=30)
+    made.add_robot(ROVER)
+    return made
+
+
+def test_nobody_else_can_read_the_files(store: KeyStore) -> None:
+    store.add_person("alice", Role.CLIENT)
+    files = [path for path in store.folder.rglob("*") if path.is_file()]
+    assert len(files) == 1 + 2 + 4 * 3
+    assert {path.stat().st_mode & 0o777 for path in files} == {0o600}
+    assert store.folder.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_folder_with_keys_is_not_overwritten(store: KeyStore) -> None:
+    with pytest.raises(KeysError, match="holds keys already"):
+        KeyStore.init(store.folder, [])
+
+
+def test_the_site_is_what_was_added(store: KeyStore) -> None:
+    store.add_person("alice", Role.CLIENT)
+    site = store.site()
+    assert site.robots == (ROVER,)
+    assert site.people == {"alice": Role.CLIENT}
+    store.remove("alice")
+    assert store.site().people == {}
+    assert not (store.folder / "people" / "alice").exists()
+    with pytest.raises(KeysError, match="not known"):
+        store.remove("alice")
+
+
+def test_the_router_serves_its_hosts_and_people_serve_nobody(store: KeyStore) -> None:
+    router = facts((store.router_folder / "certificate.pem").read_bytes())
+    assert set(router.hosts) == {"10.0.0.5", "robot.local", "localhost", "127.0.0.1", "::1"}
+    alice = facts((store.add_person("alice", Role.VIEWER) / "certificate.pem").read_bytes())
+    assert (alice.name, alice.role, alice.hosts) == ("alice", "viewer", ())
+    left = alice.expires - utc_now()
+    assert timedelta(days=29) < left <= timedelta(days=30)
+
+
+def test_keys_of_a_new_process_are_added_and_the_others_stay(store: KeyStore) -> None:
+    before = (store.folder / "robots" / "rover" / "skill.drive" / "key.pem").read_bytes()
+    with pytest.raises(KeysError, match="add-robot rover"):
+        require_certificates(store.folder, "rover", ["skill/drive", "skill/lift"])
+    more = {**ROVER.processes, "skill/lift": Role.SKILL_MANAGER}
+    store.add_robot(RobotAccess("rover", "rover", more))
+    require_certificates(store.folder, "rover", ["skill/drive", "skill/lift"])
+    assert (store.folder / "robots" / "rover" / "skill.drive" / "key.pem").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "a.b", "m600.skill.land", "a~b", "*", "router", "é", "a" * 41])
+def test_a_name_that_could_be_mistaken_is_refused(store: KeyStore, name: str) -> None:
+    with pytest.raises(InvalidOptionError):
+        store.add_person(name, Role.CLIENT)
+
+
+def test_a_person_has_no_role_of_a_process(store: KeyStore) -> None:
+    with pytest.raises(InvalidOptionError, match="viewer, client or operator"):
+        store.add_person("alice", Role.RESOURCE_MANAGER)
+
+
+def test_a_name_that_is_too_long_for_a_certificate_is_refused() -> None:
+    with pytest.raises(SkillwingError, match="64"):
+        issue(new_authority(1, utc_now()), "n" * 65, "", 1, utc_now())
+
+
+def test_identities_are_found_in_their_folders(store: KeyStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = store.folder / "robots" / "rover" / "skill.drive"
+    for folder in (store.folder, store.folder / "robots" / "rover", own):
+        assert process_identity(folder, "rover", "skill/drive").name == "rover.skill.drive"
+    monkeypatch.delenv("SKILLWING_KEYS", raising=False)
+    assert person_identity("tcp/10.0.0.5:7447") is None
+    with pytest.raises(KeysError, match="SKILLWING_KEYS=FOLDER"):
+        person_identity("tls/10.0.0.5:7447")
+    monkeypatch.setenv("SKILLWING_KEYS", str(store.folder))
+    with pytest.raises(KeysError, match="folder of one person"):
+        person_identity("tls/10.0.0.5:7447")
+    alice = store.add_person("alice", Role.VIEWER)
+    monkeypatch.setenv("SKILLWING_KEYS", str(alice))
+    found = person_identity("tls/10.0.0.5:7447")
+    assert found is not None
+    assert found.name == "alice"
+    assert found.refusal("rover/skill/drive/start") is not None
+
+
+def test_python_accepts_the_chain(store: KeyStore) -> None:
+    context = ssl.create_default_context(cafile=str(store.router_folder / "authority.pem"))
+    context.load_cert_chain(store.router_folder / "certificate.pem", store.router_folder / "key.pem")
+    assert context.cert_store_stats()["x509_ca"] == 1
+
+
+def test_a_damaged_folder_is_one_sentence(store: KeyStore) -> None:
+    (store.folder / "names.json").write_text("{", encoding="utf-8")
+    with pytest.raises(KeysError, match="cannot be read"):
+        store.site()

@@ -1,0 +1,154 @@
+"""The policy: what each role may do, written down by hand, and laws between its parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from skillwing.m600.robot import ROBOT
+from skillwing.services.access.policy import (
+    Grants,
+    RobotAccess,
+    Site,
+    certificate_name,
+    person_grants,
+    process_grants,
+    refusal,
+)
+from skillwing.services.access.robots import robot_access
+from skillwing.services.access.zenoh_rules import access_control
+from skillwing.services.bus.keys import matches
+from skillwing.services.protocol import ErrorCode, Keys
+from skillwing.services.wire.channel import PEOPLE, Kind, Role
+from skillwing.services.wire.channels import CHANNELS, keys_in
+
+M600 = robot_access(ROBOT)
+SKILLSET = ROBOT.load_skillset()
+READS = {
+    *("m600/skill/*/goal", "m600/resource/state", "m600/resource/ready", "m600/data/*"),
+}
+STARTS = {"m600/skill/*/start", "m600/skill/*/interrupt", "m600/skill/*/modify"}
+MISSIONS = {"m600/mission/abort", "m600/mission/pause", "m600/mission/resume"}
+CHANGES = {"m600/resource/extern", "m600/event/*"}
+MOCKS = {"m600/mock/skill/*", "m600/mock/world"}
+TRIALS = {"fl/fault", "fl/fault/all", "fl/link/fault", "fl/pilot"}
+
+
+def offered(grants: Grants) -> set[str]:
+    return {*grants.streams, *grants.events, *grants.serves}
+
+
+@pytest.mark.parametrize(
+    ("role", "asks"),
+    [
+        (Role.VIEWER, READS),
+        (Role.CLIENT, READS | STARTS | MISSIONS),
+        (Role.OPERATOR, READS | STARTS | MISSIONS | CHANGES | MOCKS | TRIALS),
+    ],
+)
+def test_a_person_may_ask_what_the_role_says(role: Role, asks: set[str]) -> None:
+    assert person_grants(M600, role, "alice").asks == asks
+
+
+def test_a_viewer_offers_nothing_and_a_client_its_mission() -> None:
+    viewer, client = (person_grants(M600, role, "alice") for role in (Role.VIEWER, Role.CLIENT))
+    assert offered(viewer) == viewer.tokens == {"fl/clock/done/alice~$*"}
+    assert client.tokens == {
+        *("m600/alive/client/alice", "m600/alive/client/alice~$*", "m600/alive/mission", "fl/clock/done/alice~$*")
+    }
+    assert offered(client) == {
+        *MISSIONS,
+        *("m600/mission/status", "m600/mission/tree", "m600/timeline", "fl/clock/done/alice~$*"),
+    }
+
+
+def test_a_skill_manager_offers_its_own_keys_only() -> None:
+    land = process_grants(M600, "skill/land")
+    own = {f"m600/skill/land/{end}" for end in ("start", "interrupt", "modify", "goal", "status", "progress")}
+    shared = {"m600/timeline", "fl/clock/done/skill/land"}
+    assert offered(land) == own | shared | {"m600/mock/skill/land", "m600/mock/goal/land"}
+    assert {token for token in land.tokens if "client" not in token} == {
+        *("m600/alive/skill/land", "fl/clock/done/skill/land")
+    }
+
+
+def test_only_the_resource_manager_offers_resources() -> None:
+    for process in M600.processes:
+        offers = {key for key in offered(process_grants(M600, process)) if "/resource/" in key}
+        assert bool(offers) == (process == "resource_manager")
+
+
+def test_a_process_of_the_layer_offers_its_own_topics_only() -> None:
+    guidance = process_grants(M600, "guidance")
+    assert {key for key in offered(guidance) if key.startswith("fl/")} == {
+        *("fl/autopilot/setpoint", "fl/guidance/status", "fl/geofence", "fl/guidance/command"),
+        "fl/clock/done/guidance",
+    }
+    assert "fl/clock" in process_grants(M600, "sim").streams
+    assert "fl/guidance/command" in process_grants(M600, "skill/land").asks
+    assert not {key for key in process_grants(M600, "data_manager").asks if key.startswith("fl/")}
+
+
+def test_processes_of_a_layer_without_a_table_share_its_keys() -> None:
+    robot = replace(M600, topics=())
+    assert "fl/**" in process_grants(robot, "guidance").serves
+    assert "fl/**" not in offered(process_grants(robot, "skill/land"))
+
+
+def test_a_process_that_is_called_like_a_role_gets_nothing_from_that() -> None:
+    robot = RobotAccess("r", "s", {"operator": Role.DATA_MANAGER, "resource manager": Role.RECORDER})
+    assert "s/resource/extern" not in process_grants(robot, "operator").asks
+    assert "s/resource/extern" not in process_grants(robot, "resource manager").serves
+
+
+@pytest.mark.parametrize("role", PEOPLE)
+@pytest.mark.parametrize("row", [row for row in CHANNELS if row.kind is Kind.QUERY], ids=lambda row: row.pattern)
+def test_the_words_of_a_denial_agree_with_the_rules(role: Role, row: object) -> None:
+    grants = person_grants(M600, role, "alice")
+    for key in keys_in(SKILLSET, row):  # pyright: ignore[reportArgumentType]
+        allowed = any(matches(each, key) for each in grants.asks)
+        assert (refusal(role, "alice", key) is None) == allowed
+
+
+def test_a_denial_names_the_role_that_would_do() -> None:
+    denied = refusal(Role.VIEWER, "alice", Keys("m600").start("land"))
+    assert denied is not None
+    assert denied.code is ErrorCode.DENIED
+    assert denied.message == "`alice` is a viewer and may not start skills."
+    assert denied.help == "Ask for a certificate of role client."
+    extern = refusal(Role.CLIENT, "bob", Keys("m600").resource_extern)
+    assert extern is not None
+    assert extern.help == "Ask for a certificate of role operator."
+    fault = refusal(Role.CLIENT, "bob", "fl/fault")
+    assert fault is not None
+    assert fault.message == "`bob` is a client and may not command the functional layer."
+    attach = refusal(Role.OPERATOR, "olga", Keys("m600").resource_attach)
+    assert attach is not None
+    assert attach.message == "`olga` is an operator and may not ask at `m600/resource/attach`."
+
+
+def test_every_rule_is_within_one_robot_and_names_one_asker() -> None:
+    second = replace(M600, name="second")
+    rules = access_control(Site((M600, second), {"alice": Role.CLIENT}))
+    assert rules["default_permission"] == "deny"
+    assert len({rule["id"] for rule in rules["rules"]}) == len(rules["rules"])
+    for rule in rules["rules"]:
+        robot = rule["id"].partition(":")[0]
+        assert all(key.startswith(f"robot/{robot}/") for key in rule["key_exprs"])
+    asks = {
+        key
+        for rule in rules["rules"]
+        if rule["messages"] == ["query"] and "alice" in rule["id"]
+        for key in rule["key_exprs"]
+    }
+    assert asks
+    assert all(key.endswith(("/by/alice", "/access/alice")) for key in asks)
+
+
+def test_a_process_of_one_robot_has_no_rule_in_another_one() -> None:
+    second = replace(M600, name="second")
+    rules = access_control(Site((M600, second)))
+    name = certificate_name("m600", "bridge")
+    (policy,) = [policy for policy in rules["policies"] if policy["subjects"] == [name]]
+    assert {rule.partition(":")[0] for rule in policy["rules"]} == {"m600"}
