@@ -12,7 +12,7 @@ import zenoh
 from skillwing.services.access.identity_files import process_identity, read_identity
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
-from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import open_client
 from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS, start_router
 from skillwing.services.wire.channel import Role
@@ -39,7 +39,7 @@ class Site:
     store: KeyStore | None
     _stack: ExitStack = field(default_factory=ExitStack)
 
-    def identity(self, name: str) -> Identity | None:
+    def identity(self, name: str) -> SessionIdentity | None:
         """The identity of a person or process; None without keys."""
         if self.store is None:
             return None

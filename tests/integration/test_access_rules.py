@@ -60,7 +60,7 @@ def covered(expressions: frozenset[str], key: str) -> bool:
 
 
 def _covers(expression: str, key: str) -> bool:
-    """As Zenoh's key expressions, of which only `~$*` at the end of a chunk is needed beside those of the bus."""
+    """True if a key expression of Zenoh covers the key. Only `~$*` at a chunk's end is new beside those of the bus."""
     head, wild, _ = expression.partition("$*")
     if wild:
         return key.startswith(head) and "/" not in key.removeprefix(head)

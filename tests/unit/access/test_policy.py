@@ -10,7 +10,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.access.policy import (
     Grants,
     RobotAccess,
-    Site,
+    SiteAccess,
     certificate_name,
     person_grants,
     process_grants,
@@ -130,7 +130,7 @@ def test_a_denial_names_the_role_that_would_do() -> None:
 
 def test_every_rule_is_within_one_robot_and_names_one_asker() -> None:
     second = replace(M600, name="second")
-    rules = access_control(Site((M600, second), {"alice": Role.CLIENT}))
+    rules = access_control(SiteAccess((M600, second), {"alice": Role.CLIENT}))
     assert rules["default_permission"] == "deny"
     assert len({rule["id"] for rule in rules["rules"]}) == len(rules["rules"])
     for rule in rules["rules"]:
@@ -148,7 +148,7 @@ def test_every_rule_is_within_one_robot_and_names_one_asker() -> None:
 
 def test_a_process_of_one_robot_has_no_rule_in_another_one() -> None:
     second = replace(M600, name="second")
-    rules = access_control(Site((M600, second)))
+    rules = access_control(SiteAccess((M600, second)))
     name = certificate_name("m600", "bridge")
     (policy,) = [policy for policy in rules["policies"] if policy["subjects"] == [name]]
     assert {rule.partition(":")[0] for rule in policy["rules"]} == {"m600"}

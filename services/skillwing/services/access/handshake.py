@@ -9,7 +9,7 @@ import ssl
 from skillwing.services.access.certificates import utc_now
 from skillwing.services.access.exposure import host_of
 from skillwing.services.access.key_store import read_facts
-from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import NotKnownError, SkillwingError
 
@@ -29,13 +29,13 @@ _ALERTS = {
 """Sentences for TLS alerts."""
 
 
-def explained(error: RouterUnreachableError, identity: Identity | None) -> SkillwingError:
+def explained(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:
     """The error, or NotKnownError with the reason if a router is there and rejects the certificate, or is not ours."""
     reason = None if identity is None else _objection(error.endpoint, identity)
     return error if reason is None else NotKnownError(error.endpoint, reason)
 
 
-def _objection(endpoint: str, identity: Identity) -> str | None:
+def _objection(endpoint: str, identity: SessionIdentity) -> str | None:
     """The reason against a certificate; None for a router that is not there, or that accepts it."""
     expires = read_facts(identity.folder).expires
     if expires <= utc_now():
@@ -49,7 +49,7 @@ def _objection(endpoint: str, identity: Identity) -> str | None:
         return _handshake(connection, host, identity)
 
 
-def _handshake(connection: socket.socket, host: str, identity: Identity) -> str | None:
+def _handshake(connection: socket.socket, host: str, identity: SessionIdentity) -> str | None:
     try:
         context = ssl.create_default_context(cafile=str(identity.authority))
         context.load_cert_chain(identity.certificate, identity.key)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from skillwing.services.access.key_store import ROBOTS, KeysError, process_folder, read_facts
 from skillwing.services.access.policy import refusal
-from skillwing.services.bus.identity import CERTIFICATE_FILE, Identity, needs_identity
+from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
 from skillwing.services.names import LAUNCHER
 from skillwing.services.protocol import ErrorReply
 from skillwing.services.wire.channel import PEOPLE, Role
@@ -16,11 +16,11 @@ from skillwing.services.wire.channel import PEOPLE, Role
 KEYS_VARIABLE = "SKILLWING_KEYS"
 
 
-def read_identity(folder: Path) -> Identity:
+def read_identity(folder: Path) -> SessionIdentity:
     """The identity in a folder with one certificate. Raises KeysError."""
     found = read_facts(folder)
     role = Role(found.role) if found.role in PEOPLE else None
-    return Identity(found.name, folder.absolute(), _refusals(role, found.name))
+    return SessionIdentity(found.name, folder.absolute(), _refusals(role, found.name))
 
 
 def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None]:
@@ -30,7 +30,7 @@ def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None
     return lambda key: refusal(role, name, key)
 
 
-def process_identity(folder: Path, robot: str, process: str) -> Identity:
+def process_identity(folder: Path, robot: str, process: str) -> SessionIdentity:
     """The identity of a process. folder: its own, or that of a whole site. Raises KeysError."""
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
@@ -45,7 +45,7 @@ def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> 
         process_identity(folder, robot, process)
 
 
-def person_identity(endpoint: str) -> Identity | None:
+def person_identity(endpoint: str) -> SessionIdentity | None:
     """The identity in SKILLWING_KEYS for a router that asks for one; None for a router that does not.
 
     Raises KeysError without a usable folder.

@@ -28,7 +28,7 @@ from skillwing.services.access.certificates import (
     new_authority,
     utc_now,
 )
-from skillwing.services.access.policy import RobotAccess, Site, certificate_name
+from skillwing.services.access.policy import RobotAccess, SiteAccess, certificate_name
 from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.wire.channel import PEOPLE, Channel, Kind, Role
@@ -73,7 +73,7 @@ class Names(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 @dataclass(frozen=True, slots=True)
-class Holder:
+class KeyHolder:
     """A certificate that was issued. what: `router`, a robot's process, or the role of a person."""
 
     name: str
@@ -113,7 +113,7 @@ class KeyStore:
         return self.folder / ROBOTS / robot
 
     def names(self) -> Names:
-        """Everybody who is known. Raises KeysError for a folder without keys."""
+        """All known names. Raises KeysError for a folder without keys."""
         path = self.folder / NAMES_FILE
         try:
             return msgspec.json.decode(path.read_bytes(), type=Names)
@@ -125,14 +125,14 @@ class KeyStore:
         except (OSError, msgspec.DecodeError) as error:
             raise KeysError(f"{path} cannot be read: {error}. Restore it, or make new keys.") from error
 
-    def site(self) -> Site:
+    def site(self) -> SiteAccess:
         """The facts that the policy follows from."""
         names = self.names()
         robots = (
             RobotAccess(name, robot.skillset, robot.processes, tuple(map(_row, robot.topics)))
             for name, robot in names.robots.items()
         )
-        return Site(tuple(robots), names.people)
+        return SiteAccess(tuple(robots), names.people)
 
     def add_robot(self, robot: RobotAccess) -> None:
         """Issue a certificate for each process of a robot that has none yet, and take in its present processes."""
@@ -174,7 +174,7 @@ class KeyStore:
         robots = {each: robot for each, robot in names.robots.items() if each != name}
         self._save(msgspec.structs.replace(names, people=people, robots=robots))
 
-    def holders(self) -> Iterator[Holder]:
+    def holders(self) -> Iterator[KeyHolder]:
         """Every certificate that was issued and is known, with the end of its validity."""
         names = self.names()
         yield self._holder(ROUTER, ROUTER, ROUTER_NAME)
@@ -185,9 +185,9 @@ class KeyStore:
         for name, role in names.people.items():
             yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
 
-    def _holder(self, place: str, what: str, name: str) -> Holder:
+    def _holder(self, place: str, what: str, name: str) -> KeyHolder:
         folder = self.folder / place
-        return Holder(name, what, read_facts(folder).expires, folder)
+        return KeyHolder(name, what, read_facts(folder).expires, folder)
 
     def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
         try:

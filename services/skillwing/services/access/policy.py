@@ -69,8 +69,8 @@ class RobotAccess:
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
-    """Everything that a router serves. people: the role of each person and station, by name."""
+class SiteAccess:
+    """Robots and people that a router serves. people: the role of each person and station, by name."""
 
     robots: tuple[RobotAccess, ...] = ()
     people: Mapping[str, Role] = field(default_factory=dict[str, Role])

@@ -9,7 +9,7 @@ from skillwing.services.access.policy import (
     ADVANCED,
     Grants,
     RobotAccess,
-    Site,
+    SiteAccess,
     certificate_name,
     person_grants,
     process_grants,
@@ -23,12 +23,12 @@ HEARING = (
 )
 """Messages from the router. A publisher has to hear of subscribers, or it sends nothing."""
 
-Rule = dict[str, Any]
+AccessRule = dict[str, Any]
 
 
-def access_control(site: Site) -> dict[str, Any]:
+def access_control(site: SiteAccess) -> dict[str, Any]:
     """The value of `access_control` in the configuration of a Zenoh router."""
-    rules: list[Rule] = []
+    rules: list[AccessRule] = []
     subjects: list[dict[str, Any]] = []
     policies: list[dict[str, Any]] = []
     granted: dict[str, list[str]] = {}
@@ -51,14 +51,14 @@ def access_control(site: Site) -> dict[str, Any]:
     }
 
 
-def _named_grants(site: Site, robot: RobotAccess) -> Iterator[tuple[str, Grants]]:
+def _named_grants(site: SiteAccess, robot: RobotAccess) -> Iterator[tuple[str, Grants]]:
     for process in robot.processes:
         yield certificate_name(robot.name, process), process_grants(robot, process)
     for name, role in site.people.items():
         yield name, person_grants(robot, role, name)
 
 
-def _rules_of_everybody(robot: RobotAccess) -> Iterator[Rule]:
+def _rules_of_everybody(robot: RobotAccess) -> Iterator[AccessRule]:
     everything = _with_advanced(["**"])
     yield _rule(robot, "listens", LISTENING, "ingress", everything)
     yield _rule(robot, "hears", HEARING, "egress", everything)
@@ -66,7 +66,7 @@ def _rules_of_everybody(robot: RobotAccess) -> Iterator[Rule]:
     yield _rule(robot, "recovers", ("query",), "ingress", [f"**/{ADVANCED}"])
 
 
-def _own_rules(robot: RobotAccess, name: str, grants: Grants) -> Iterator[Rule]:
+def _own_rules(robot: RobotAccess, name: str, grants: Grants) -> Iterator[AccessRule]:
     advanced = [f"{key}/{ADVANCED}" for key in grants.events]
     answers = [signed(key, "*") for key in grants.serves]
     yield _rule(robot, f"{name}:publishes", ("put",), "ingress", [*grants.streams, *grants.events, *advanced])
@@ -81,7 +81,7 @@ def _with_advanced(keys: Iterable[str]) -> list[str]:
     return [each for key in keys for each in (key, f"{key}/{ADVANCED}")]
 
 
-def _rule(robot: RobotAccess, name: str, messages: Iterable[str], flow: str, keys: Iterable[str]) -> Rule:
+def _rule(robot: RobotAccess, name: str, messages: Iterable[str], flow: str, keys: Iterable[str]) -> AccessRule:
     return {
         "id": f"{robot.name}:{name}",
         "permission": "allow",

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol, runtime_checkable
 
-from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.protocol import ErrorReply
 
 Topology = Literal["router", "mesh"]
@@ -131,7 +131,7 @@ class Network(Protocol):
         ...
 
     @property
-    def identity(self) -> Identity | None:
+    def identity(self) -> SessionIdentity | None:
         """The certificate that this node shows; None where there are no keys."""
         ...
 

@@ -22,7 +22,7 @@ SEPARATOR = "~"
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class SessionIdentity:
     """A certificate with its key.
 
     name: common name of the certificate, one chunk of a key. folder: directory with the three files in PEM format.

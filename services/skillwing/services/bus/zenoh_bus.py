@@ -29,8 +29,8 @@ from skillwing.services.bus import (
 from skillwing.services.bus.agenda import Agenda, Entry
 from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
 from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
-from skillwing.services.bus.identity import WHO, Identity, signed, split_asker
-from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_session
+from skillwing.services.bus.identity import SessionIdentity, signed, split_asker
+from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, knows, open_session
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
     CLOCK_DONE_KEY,
@@ -53,8 +53,6 @@ ANSWER_GRACE = 1.0
 """Seconds that Zenoh has after a query's timeout to report it."""
 
 TIMER_SLACK = 0.005
-KNOWN_TIMEOUT = 2.0
-"""Seconds in which a router confirms that it knows a name."""
 
 logger = logging.getLogger(__name__)
 
@@ -78,7 +76,7 @@ class ZenohBus:
         *,
         topology: Topology = "router",
         host: ZenohBus | None = None,
-        identity: Identity | None = None,
+        identity: SessionIdentity | None = None,
     ) -> None:
         self._name, self._robot, self._endpoint, self._topology = name, robot, endpoint, topology
         self._identity = identity
@@ -117,20 +115,12 @@ class ZenohBus:
         return bus
 
     @property
-    def identity(self) -> Identity | None:
+    def identity(self) -> SessionIdentity | None:
         return self._identity
 
     def is_known(self) -> bool:
-        """True if the router knows this node's certificate by name, or if there is none. Waits for an answer.
-
-        A router that is not Skillwing's has no such answer. There, any token of the robot proves the same.
-        """
-        if self._identity is None:
-            return True
-        replies = self._session.get(f"{WHO}/{self._identity.name}", timeout=KNOWN_TIMEOUT)
-        if any(reply.ok is not None for reply in replies):
-            return True
-        return any(reply.ok is not None for reply in self._session.liveliness().get("**", timeout=KNOWN_TIMEOUT))
+        """True if the router knows this node's certificate by name, or if there is none. Waits for an answer."""
+        return self._identity is None or knows(self._session, self._identity)
 
     def now(self) -> float:
         return self._clock.now()

@@ -15,13 +15,15 @@ from typing import Any
 import zenoh
 
 from skillwing.services.bus import Topology
-from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.identity import WHO, SessionIdentity
 from skillwing.services.errors import SkillwingError
 
 LEASE = 2.0
 """Seconds after which a frozen process, or one with a broken link, counts as gone."""
 CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
+KNOWN_TIMEOUT = 2.0
+"""Seconds in which a router confirms that it knows a name."""
 ANY_PORT = "tcp/127.0.0.1:0"
 """Endpoint of a peer: a port that the system chooses, closed to other machines."""
 RUNTIME = "ZENOH_RUNTIME"
@@ -52,7 +54,7 @@ class EndpointError(SkillwingError):
 
 
 def open_router(
-    endpoint: str, identity: Identity | None = None, access_control: Mapping[str, Any] | None = None
+    endpoint: str, identity: SessionIdentity | None = None, access_control: Mapping[str, Any] | None = None
 ) -> zenoh.Session:
     """A session that routes between all sessions at `endpoint` (`tcp/HOST:PORT`, or `tls/...` with an identity).
 
@@ -73,7 +75,7 @@ def _reason(report: str) -> str:
 
 
 def open_client(
-    endpoint: str, robot: str | None, timeout: float = CONNECT_TIMEOUT, identity: Identity | None = None
+    endpoint: str, robot: str | None, timeout: float = CONNECT_TIMEOUT, identity: SessionIdentity | None = None
 ) -> zenoh.Session:
     """A session in the robot's namespace by the router at `endpoint`; raises RouterUnreachableError.
 
@@ -100,12 +102,23 @@ def open_session(
     endpoint: str,
     robot: str,
     timeout: float = CONNECT_TIMEOUT,
-    identity: Identity | None = None,
+    identity: SessionIdentity | None = None,
 ) -> zenoh.Session:
     """A session for a process of that topology; raises RouterUnreachableError. Peers have no identity."""
     if topology == "mesh":
         return open_peer(endpoint, robot, timeout)
     return open_client(endpoint, robot, timeout, identity)
+
+
+def knows(session: zenoh.Session, identity: SessionIdentity) -> bool:
+    """True if the router knows a session's certificate by name, and has rules for it.
+
+    A router that is not Skillwing's has no such answer. There, any token of the robot proves the same.
+    """
+    replies = session.get(f"{WHO}/{identity.name}", timeout=KNOWN_TIMEOUT)
+    if any(reply.ok is not None for reply in replies):
+        return True
+    return any(reply.ok is not None for reply in session.liveliness().get("**", timeout=KNOWN_TIMEOUT))
 
 
 def _open_beside(

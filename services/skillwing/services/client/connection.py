@@ -82,6 +82,7 @@ def _target(state: RunState) -> Target:
         run_dir=Path(state.run_dir),
         mock=state.mock,
         topology=state.topology,
+        listens=state.listens,
         processes=state.processes,
         rescue_goal=state.rescue_goal,
     )

@@ -125,8 +125,8 @@ class SkillsetInterface:
 
         inputs: by name; structures as mappings or typed structs. cause: the timeline record that led to this start.
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
-        a wrong type or a missing one, RefusedError for a certificate whose role may not start skills. The manager
-        checks ranges: such a goal ends NV. The error names them as well.
+        a wrong type or a missing one. Raises RefusedError for a certificate whose role may not start skills. The
+        manager checks ranges: such a goal ends NV. The error names them as well.
         """
         fitted = self.fitted(skill, inputs)
         require_allowed(self._bus, self._keys.start(skill))

@@ -43,8 +43,9 @@ ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 class Target:
     """A system to connect to. pid, run_dir: None if it was not found by its run state.
 
-    topology: how its processes meet; a process from outside is always a client of the router. processes: the started
-    ones with their state; empty if only the robot's table is known. rescue_goal: as in that table. table: its
+    topology: how its processes meet; a process from outside is always a client of the router. listens: address of its
+    own router, as others reach it. processes: the started ones with their state; empty if only the robot's table is
+    known. rescue_goal: as in that table. table: its
     reference, as `find_robot` takes it; None if no table is known.
     """
 
@@ -56,6 +57,7 @@ class Target:
     run_dir: Path | None = None
     mock: bool = False
     topology: Topology = "router"
+    listens: str = ""
     processes: tuple[ProcessState, ...] = ()
     rescue_goal: RescueGoal | None = None
     table: str | None = None

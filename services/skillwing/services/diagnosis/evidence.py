@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 
 from skillwing.services.diagnosis.unattended import Unattended
@@ -64,7 +65,8 @@ class SystemSeen:
     states: of the resources, None if unknown. resources: their names in the skillset file. clients: owners of goals.
     lost: goals that were lost, each the latest of its skill by the run's recording. published_by: skills without which
     a datum is not published, by datum. unattended: set if the robot is away from its rescue goal, and nobody commands
-    it.
+    it. exposed: address of a router without keys that strangers can reach. objection: sentences with the reason for
+    which the router rejects this user's keys. key_expires: end of their validity, None without keys.
     """
 
     robot: str
@@ -86,6 +88,9 @@ class SystemSeen:
     disk: Disk | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     unattended: Unattended | None = None
+    exposed: str | None = None
+    objection: str | None = None
+    key_expires: datetime | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,7 @@ class Examination:
     """All evidence.
 
     stale: robots with a run-state file of a process that is gone. missing: packages that are not installed, by pip
-    extra. load: runnable processes, as the kernel's average over a minute.
+    extra. load: runnable processes, as the kernel's average over a minute. now: the time of the examination.
     """
 
     system: SystemSeen | None = None
@@ -101,3 +106,4 @@ class Examination:
     missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     load: float = 0.0
     cores: int = 1
+    now: datetime | None = None

@@ -6,18 +6,28 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeVar
 
+import zenoh
+
 from skillwing.dsl import UnknownNameError, load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.access.exposure import exposed
+from skillwing.services.access.handshake import REMOVED, explained
+from skillwing.services.access.identity_files import person_identity
+from skillwing.services.access.key_store import KeysError, read_facts
+from skillwing.services.bus.identity import SessionIdentity
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
 from skillwing.services.client.connection import Target, find_target
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
-from skillwing.services.diagnosis.probing import ProbeRequest, alive, probe, watch_clock
+from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
-from skillwing.services.errors import NoSystemError
+from skillwing.services.errors import NoSystemError, NotKnownError
 from skillwing.services.history.goal_ends import recorded_goals, was_lost
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -70,6 +80,7 @@ def examine(robot: str | None = None) -> Examination:
         missing={extra: found for extra, names in PACKAGES.items() if (found := _not_installed(names))},
         load=os.getloadavg()[0],
         cores=os.cpu_count() or 1,
+        now=datetime.now(UTC),
     )
 
 
@@ -80,10 +91,12 @@ def examine_system(target: Target) -> SystemSeen:
     disk = None if target.run_dir is None else _disk(target.run_dir)
     lost = tuple(filter(was_lost, recorded_goals(target.run_dir).values()))
     port = port_of(target.endpoint)
-    try:
-        session = open_client(target.endpoint, target.robot, CONNECT_TIMEOUT)
-    except RouterUnreachableError:
-        return SystemSeen(
+    exposed_at = target.listens or target.endpoint
+    seen = SystemSeen if not exposed(exposed_at) else partial(SystemSeen, exposed=exposed_at)
+    joined = _join(target)
+    if joined.session is None:
+        return seen(
+            objection=joined.objection,
             robot=target.robot,
             endpoint=target.endpoint,
             skillset=target.skillset,
@@ -95,23 +108,26 @@ def examine_system(target: Target) -> SystemSeen:
             disk=disk,
             lost=lost,
         )
-    with session:
+    identity = joined.identity
+    with joined.session as session:
+        probe = partial(ask_all, session, identity)
         held = frozenset(key.removeprefix(keys.alive("")) for key in alive(session, keys.alive("**")))
-        probes = probe(session, (*_manager_questions(skillset, keys), *_skill_questions(skillset, keys, held)))
-        goals = probe(session, tuple(_goal_questions(skillset, keys, held)))
-        data = probe(session, tuple(_data_questions(skillset, keys)) if DATA_MANAGER in held else ())
+        probes = probe((*_manager_questions(skillset, keys), *_skill_questions(skillset, keys, held)))
+        goals = probe(tuple(_goal_questions(skillset, keys, held)))
+        data = probe(tuple(_data_questions(skillset, keys)) if DATA_MANAGER in held else ())
         clock = watch_clock(session, CLOCK_WATCH)
     known = next(iter(_messages(probes[:1], ResourceStates)), None)
     states = None if known is None else known.states
     statuses = tuple(_messages(goals, GoalStatus))
     running = [goal.skill for goal in statuses if goal.state is not State.TERMINATED]
-    return SystemSeen(
+    return seen(
         robot=target.robot,
         endpoint=target.endpoint,
         skillset=target.skillset,
         clock=target.clock,
         local=target.pid is not None,
         router=True,
+        key_expires=None if identity is None else read_facts(identity.folder).expires,
         processes=tuple(process_statuses(target.processes or _expected(target), held)),
         probes=probes,
         clock_seen=clock,
@@ -125,6 +141,31 @@ def examine_system(target: Target) -> SystemSeen:
         published_by={} if (table := _table(target)) is None else table.published_by,
         unattended=unattended_state(target, skillset, states or {}, held, running),
     )
+
+
+@dataclass(frozen=True)
+class _Joined:
+    """A session with the identity that it shows; None for no router, or one that rejects it with an objection."""
+
+    session: zenoh.Session | None = None
+    identity: SessionIdentity | None = None
+    objection: str | None = None
+
+
+def _join(target: Target) -> _Joined:
+    identity = None
+    try:
+        identity = person_identity(target.endpoint)
+        session = open_client(target.endpoint, target.robot, CONNECT_TIMEOUT, identity)
+    except KeysError as error:
+        return _Joined(objection=str(error))
+    except RouterUnreachableError as error:
+        reason = explained(error, identity)
+        return _Joined(objection=None if reason is error else str(reason))
+    if identity is not None and not knows(session, identity):
+        session.close()
+        return _Joined(objection=str(NotKnownError(target.endpoint, REMOVED)))
+    return _Joined(session, identity)
 
 
 # --- questions -------------------------------------------------------------------------------------------------------

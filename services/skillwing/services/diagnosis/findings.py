@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from datetime import timedelta
 
 import msgspec
 
+from skillwing.services.access.exposure import EXPOSED
 from skillwing.services.diagnosis.evidence import Examination, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.process_monitor import ProcessStatus
@@ -16,6 +18,8 @@ SLOW = 0.8
 """Share of the promised speed below which robot time counts as slow."""
 CROWD = 2.0
 """Runnable processes per core above which a machine counts as overloaded."""
+SOON = timedelta(days=30)
+"""Time before the end of a certificate's validity from which on it is reported."""
 LITTLE_ROOM = 200 << 20
 """Free bytes below which a run may fill its disk: a recording needs more."""
 
@@ -102,11 +106,26 @@ def overload(evidence: Examination) -> Iterator[Finding]:
         )
 
 
+def keys_expire(evidence: Examination) -> Iterator[Finding]:
+    expires = None if evidence.system is None else evidence.system.key_expires
+    if expires is not None and evidence.now is not None and expires - evidence.now < SOON:
+        yield Finding(
+            about="key_expires",
+            what=f"Your keys are valid until {expires:%Y-%m-%d}.",
+            remedy="Ask the owner of the robot for new ones: `skillwing keys add NAME --role ROLE`.",
+            serious=False,
+        )
+
+
 # --- the system's processes ------------------------------------------------------------------------------------------
 
 
 def no_router(system: SystemSeen) -> Iterator[Finding]:
     if system.router:
+        return
+    if system.objection is not None:
+        what, _, remedy = system.objection.rpartition(". ")
+        yield Finding(about="not_known", what=f"{what}.", remedy=remedy)
         return
     if system.listener is not None:
         yield Finding(
@@ -125,6 +144,15 @@ def no_router(system: SystemSeen) -> Iterator[Finding]:
             about="no_router",
             what=f"No router answers at {system.endpoint}.",
             remedy="Check the address in SKILLWING_CONNECT, and that the system runs there.",
+        )
+
+
+def exposed_router(system: SystemSeen) -> Iterator[Finding]:
+    if system.exposed is not None:
+        yield Finding(
+            about="exposed",
+            what=EXPOSED.format(endpoint=system.exposed),
+            remedy="Make keys with `skillwing keys init`, and start it with `--keys DIR` (docs/keys.md).",
         )
 
 
@@ -319,9 +347,10 @@ def disk(system: SystemSeen) -> Iterator[Finding]:
         )
 
 
-RULES: tuple[Rule, ...] = (no_system, stale_run_state, overload, missing_extras)
+RULES: tuple[Rule, ...] = (no_system, stale_run_state, overload, missing_extras, keys_expire)
 SYSTEM_RULES: tuple[SystemRule, ...] = (
     no_router,
+    exposed_router,
     processes_down,
     unanswered,
     resuming,

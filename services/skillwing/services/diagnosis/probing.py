@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import msgspec
 import zenoh
 
+from skillwing.services.bus.identity import SessionIdentity, signed
 from skillwing.services.bus.zenoh_bus import REFUSAL
 from skillwing.services.diagnosis.evidence import ClockSeen, Probe, ProbeReply
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorReply, Message, ProtocolError, decode, encode
@@ -27,12 +28,21 @@ class ProbeRequest:
     message: Message
 
 
-def probe(session: zenoh.Session, questions: tuple[ProbeRequest, ...], timeout: float = TIMEOUT) -> tuple[Probe, ...]:
-    """Ask all questions at once and wait for all answers, at most `timeout` seconds."""
-    calls = [_Call(question) for question in questions]
+def ask_all(
+    session: zenoh.Session,
+    identity: SessionIdentity | None,
+    questions: tuple[ProbeRequest, ...],
+    timeout: float = TIMEOUT,
+) -> tuple[Probe, ...]:
+    """Ask all questions at once and wait for all answers, at most `timeout` seconds.
+
+    identity: of the session. Questions that its role may not ask are left out.
+    """
+    calls = [_Call(each) for each in questions if identity is None or identity.refusal(each.key) is None]
     for call in calls:
+        key = call.question.key
         session.get(
-            call.question.key,
+            key if identity is None else signed(key, identity.name),
             zenoh.handlers.Callback(call.receive, call.done.set, indirect=False),
             payload=encode(call.question.message),
             target=zenoh.QueryTarget.ALL,

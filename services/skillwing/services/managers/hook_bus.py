@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import ParamSpec
 
 from skillwing.services.bus import Answer, Bus, Handle, Request, Sample
-from skillwing.services.bus.identity import Identity
+from skillwing.services.bus.identity import SessionIdentity
 
 P = ParamSpec("P")
 Guard = Callable[[str, Callable[[], None]], None]
@@ -25,7 +25,7 @@ class HookBus:
         self.advertise, self.declare_alive, self.close = bus.advertise, bus.declare_alive, bus.close
 
     @property
-    def identity(self) -> Identity | None:
+    def identity(self) -> SessionIdentity | None:
         return self._bus.identity
 
     @property

@@ -21,7 +21,7 @@ from skillwing.services.access.identity_files import process_identity
 from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
-from skillwing.services.bus.identity import Identity, needs_identity
+from skillwing.services.bus.identity import SessionIdentity, needs_identity
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
@@ -51,7 +51,7 @@ class NetworkAddress:
     topology: Topology = "router"
     keys: Path | None = None
 
-    def identity(self, process: str) -> Identity | None:
+    def identity(self, process: str) -> SessionIdentity | None:
         """The identity of a process; None for a router without keys. Raises KeysError."""
         if not needs_identity(self.endpoint):
             return None
