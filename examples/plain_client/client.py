@@ -9,6 +9,9 @@ imported. Run the mocks of the rover in one terminal, and this in another one:
     $ python examples/plain_client/client.py tcp/127.0.0.1:PORT rover rover SCHEMA drive_to \
           '{"target": {"x": 1, "y": 2, "heading": 0}}'
 
+A robot with keys has an address tls/HOST:PORT. Set SKILLWING_KEYS to the folder that you were given; its name is the
+name in its certificate. Questions then carry that name: KEY/by/NAME.
+
 It prints each change of the goal and of the robot's resources as one line of JSON, causes before effects. Ctrl-C
 interrupts the goal, and waits until it has stopped. Exit codes: 0 the skill succeeded, 1 it ended otherwise, 2 it never
 started, 3 it started and nobody answers any more.
@@ -17,16 +20,20 @@ started, 3 it started and nobody answers any more.
 from __future__ import annotations
 
 import json
+import os
 import queue
 import signal
 import sys
 import time
 import uuid
+from pathlib import Path
 from typing import Any
 
 import zenoh
 from msgspec import msgpack
 
+KEYS = Path(os.environ.get("SKILLWING_KEYS", "") if sys.argv[1:2] and sys.argv[1].startswith("tls/") else "")
+"""Folder with a certificate; empty for an address that does not ask for one."""
 REFUSAL = "application/vnd.skillwing.refusal+msgpack"
 UNAVAILABLE = "UNAVAILABLE"
 """Code of the refusal after which the same request is to be sent again, as after a silence."""
@@ -58,21 +65,31 @@ class SilenceError(Exception):
 
 
 def open_session(endpoint: str, robot: str) -> zenoh.Session:
-    """A session in the robot's namespace."""
+    """A session in the robot's namespace, with the keys of SKILLWING_KEYS for an address that asks for them."""
+    link: dict[str, Any] = {"tx": {"lease": 2000}}
+    if endpoint.startswith("tls/"):
+        link["tls"] = {
+            "root_ca_certificate": str(KEYS / "authority.pem"),
+            "connect_certificate": str(KEYS / "certificate.pem"),
+            "connect_private_key": str(KEYS / "key.pem"),
+            "enable_mtls": True,
+            "verify_name_on_connect": True,
+        }
     config = {
         "mode": "client",
         "namespace": f"robot/{robot}",
         "connect": {"endpoints": [endpoint], "timeout_ms": 5000, "exit_on_failure": True},
         "scouting": {"multicast": {"enabled": False}},
-        "transport": {"link": {"tx": {"lease": 2000}}},
+        "transport": {"link": link},
     }
     return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
 def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, Any]:
     """Ask until a reply comes, and return it. Repetition is safe because the goal id stays the same."""
+    asked = f"{key}/by/{KEYS.name}" if KEYS.name else key
     for _ in range(ATTEMPTS):
-        for reply in session.get(key, payload=msgpack.encode(request), timeout=PATIENCE):
+        for reply in session.get(asked, payload=msgpack.encode(request), timeout=PATIENCE):
             if reply.ok is not None:
                 return msgpack.decode(reply.ok.payload.to_bytes())
             if reply.err is not None and str(reply.err.encoding) == REFUSAL:

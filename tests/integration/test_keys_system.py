@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,6 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import Command, Said
 
+from skillwing.dsl import load
 from skillwing.services.processes.run_state import RunState, read_run_state
 
 ROVER = Path(__file__).parents[2] / "examples" / "rover" / "rover.skillset"
@@ -133,6 +136,19 @@ def test_a_name_is_taken_back_and_another_one_is_let_in(rover: Rover, skillwing:
     assert "does not know your name" in refused.error
     assert rover.by("carol", "resources").code == 0
     assert "bob" not in skillwing("keys", "list", "--json", "--keys", str(rover.keys)).out
+
+
+def test_the_plain_client_knows_the_rules(rover: Rover) -> None:
+    inputs = '{"target": {"x": 1, "y": 2, "heading": 0}}'
+    words = [rover.state.endpoint, "rover", "rover", load(ROVER).schema_hash, "drive_to", inputs]
+    for name, code in (("alice", 0), ("vic", 2)):
+        keys = str(rover.keys / "people" / name)
+        client = [sys.executable, str(ROVER.parents[1] / "plain_client" / "client.py"), *words]
+        done = subprocess.run(
+            client, env={**os.environ, "SKILLWING_KEYS": keys}, capture_output=True, text=True, timeout=60, check=False
+        )
+        assert done.returncode == code, done.stderr
+        assert code == 0 or "Nobody answers on `rover/skill/drive_to/start`" in done.stderr
 
 
 def test_an_address_that_strangers_reach_is_refused_without_keys(skillwing: Command) -> None:

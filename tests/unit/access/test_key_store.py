@@ -20,7 +20,7 @@ ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launc
 
 @pytest.fixture
 def store(tmp_path: Path) -> KeyStore:
-    made = KeyStore.init(tmp_path / "keys", ["10.0.0.5", "robot.local"], days=30)
+    made = KeyStore.init(tmp_path / "keys", ["10.0.0.5", "robot.local"], days=60)
     made.add_robot(ROVER)
     return made
 
@@ -56,7 +56,17 @@ def test_the_router_serves_its_hosts_and_people_serve_nobody(store: KeyStore) ->
     alice = facts((store.add_person("alice", Role.VIEWER) / "certificate.pem").read_bytes())
     assert (alice.name, alice.role, alice.hosts) == ("alice", "viewer", ())
     left = alice.expires - utc_now()
-    assert timedelta(days=29) < left <= timedelta(days=30)
+    assert timedelta(days=59) < left <= timedelta(days=60)
+
+
+def test_certificates_that_end_soon_are_renewed(tmp_path: Path) -> None:
+    store = KeyStore.init(tmp_path / "keys", [], days=20)
+    store.add_robot(ROVER)
+    before = {holder.name: (holder.folder / "certificate.pem").read_bytes() for holder in store.holders()}
+    store.add_robot(ROVER)
+    after = {holder.name: (holder.folder / "certificate.pem").read_bytes() for holder in store.holders()}
+    assert before.keys() == after.keys() == {"router", "rover.skill.drive", "rover.launcher"}
+    assert all(before[name] != after[name] for name in before)
 
 
 def test_keys_of_a_new_process_are_added_and_the_others_stay(store: KeyStore) -> None:

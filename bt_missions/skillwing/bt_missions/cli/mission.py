@@ -26,6 +26,7 @@ from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_models
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
+from skillwing.services.client.interface import require_allowed
 from skillwing.services.errors import (
     InvalidOptionError,
     NoMissionError,
@@ -144,13 +145,14 @@ def run(
     Options on the command line have priority.
 
     Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it did not run (unknown name, malformed value, or it
-    does not fit the robot); 3 no system is running; 4 another mission runs.
+    does not fit the robot); 3 no system is running; 4 another mission runs, or your keys do not allow it.
     """
     chosen = _find(name, robot)
     asked = parse_options(options or [])
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot) as system:
+        require_allowed(system.bus, system.keys.start("*"))
         _refuse_second_mission(system)
         if name in installed_missions():
             _refuse_other_robot(chosen, system.skillset)

@@ -43,7 +43,9 @@ def serve_operator_requests(bus: Network, keys: Keys, mission: OperatedMission) 
                 help_ = f"Send the message `{kind.__name__}`."
                 request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
                 return
-            refusal = handler(message.reason)
+            # With keys the router guarantees the name of the sender.
+            by = "" if request.asker is None else f" ({request.asker})"
+            refusal = handler(f"{message.reason}{by}")
             if refusal is None:
                 request.reply(encode(mission.status))
             else:

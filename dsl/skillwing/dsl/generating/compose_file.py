@@ -53,7 +53,8 @@ services:
     entrypoint: ["python3", "-m", "skillwing.services.processes.router"]
     command: ["--listen", "tcp/0.0.0.0:7447"]
     ports: ["127.0.0.1:${{ZENOH_PORT:-7447}}:7447"]
-    environment: {{}}
+    # Without keys. Only the other containers and the host's loopback reach it.
+    environment: {{SKILLWING_INSECURE: "1"}}
     depends_on: []
     healthcheck:
       test: ["CMD", "bash", "-c", ": < /dev/tcp/127.0.0.1/7447"]

@@ -14,7 +14,7 @@ import re
 import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import msgspec
@@ -35,6 +35,8 @@ from skillwing.services.wire.channel import PEOPLE, Channel, Kind, Role
 
 DAYS = 365
 """Validity of certificates, unless said otherwise."""
+RENEWAL = timedelta(days=30)
+"""Time before the end of a certificate's validity from which on it is renewed."""
 AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "people"
 NAMES_FILE = "names.json"
 ALWAYS = ("localhost", "127.0.0.1", "::1")
@@ -135,13 +137,18 @@ class KeyStore:
         return SiteAccess(tuple(robots), names.people)
 
     def add_robot(self, robot: RobotAccess) -> None:
-        """Issue a certificate for each process of a robot that has none yet, and take in its present processes."""
+        """Issue a certificate for each process of a robot that lacks a lasting one, and take in its present processes.
+
+        The router's certificate is renewed as well, if it ends soon.
+        """
         names = self.names()
         for process, role in robot.processes.items():
             name = certificate_name(robot.name, process)
             place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
-            if not (self.folder / place / CERTIFICATE_FILE).exists():
+            if not self._lasts(place):
                 self._issue(place, name, str(role), names.days)
+        if not self._lasts(ROUTER):
+            self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
         topics = tuple(_topic(row) for row in robot.topics)
         known = RobotNames(robot.skillset, dict(robot.processes), topics)
         self._save(msgspec.structs.replace(names, robots={**names.robots, robot.name: known}))
@@ -184,6 +191,11 @@ class KeyStore:
                 yield self._holder(place, f"process of {robot}", certificate_name(robot, process))
         for name, role in names.people.items():
             yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
+
+    def _lasts(self, place: str) -> bool:
+        """True for a certificate that is there, and valid for longer than `RENEWAL`."""
+        folder = self.folder / place
+        return (folder / CERTIFICATE_FILE).exists() and read_facts(folder).expires - utc_now() > RENEWAL
 
     def _holder(self, place: str, what: str, name: str) -> KeyHolder:
         folder = self.folder / place

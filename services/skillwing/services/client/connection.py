@@ -83,6 +83,7 @@ def _target(state: RunState) -> Target:
         mock=state.mock,
         topology=state.topology,
         listens=state.listens,
+        keys=None if state.keys is None else Path(state.keys),
         processes=state.processes,
         rescue_goal=state.rescue_goal,
     )

@@ -44,8 +44,8 @@ class Target:
     """A system to connect to. pid, run_dir: None if it was not found by its run state.
 
     topology: how its processes meet; a process from outside is always a client of the router. listens: address of its
-    own router, as others reach it. processes: the started ones with their state; empty if only the robot's table is
-    known. rescue_goal: as in that table. table: its
+    own router, as others reach it. keys: folder of its certificates. processes: the started ones with their state;
+    empty if only the robot's table is known. rescue_goal: as in that table. table: its
     reference, as `find_robot` takes it; None if no table is known.
     """
 
@@ -58,6 +58,7 @@ class Target:
     mock: bool = False
     topology: Topology = "router"
     listens: str = ""
+    keys: Path | None = None
     processes: tuple[ProcessState, ...] = ()
     rescue_goal: RescueGoal | None = None
     table: str | None = None

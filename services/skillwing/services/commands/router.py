@@ -8,6 +8,7 @@ import typer
 
 from skillwing.services.access.exposure import require_protected
 from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, main
+from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.system_options import InsecureOption, KeysOption
 
 
@@ -24,11 +25,11 @@ def router(
     Robots join it: `up --router tcp/HOST:PORT`, with keys `up --router tls/HOST:PORT --keys DIR`. It serves every robot
     of the folder of keys. After a change of that folder, restart it: robots and stations find it again.
 
-    Exit codes: 0 it was told to stop, 2 wrong options, 69 the address is taken, 78 unusable keys or address.
+    Exit codes: 0 it was told to stop, 1 it could not start, 2 wrong options.
     """
     if keys is not None and listen == "tcp/127.0.0.1:7447":
         listen = LOOPBACK_WITH_KEYS.replace(":0", ":7447")
     require_protected(listen, keys, insecure=insecure)
     words = ["--listen", listen, *(("--insecure",) if insecure else ())]
     words += [] if keys is None else ["--keys", str(keys)]
-    raise typer.Exit(main(words))
+    raise typer.Exit(FAILED if main(words) else OK)

@@ -66,7 +66,7 @@ class SystemSeen:
     lost: goals that were lost, each the latest of its skill by the run's recording. published_by: skills without which
     a datum is not published, by datum. unattended: set if the robot is away from its rescue goal, and nobody commands
     it. exposed: address of a router without keys that strangers can reach. objection: sentences with the reason for
-    which the router rejects this user's keys. key_expires: end of their validity, None without keys.
+    which the router rejects this user's keys. keys: end of validity of each certificate that is known here, by name.
     """
 
     robot: str
@@ -90,7 +90,7 @@ class SystemSeen:
     unattended: Unattended | None = None
     exposed: str | None = None
     objection: str | None = None
-    key_expires: datetime | None = None
+    keys: Mapping[str, datetime] = field(default_factory=dict[str, datetime])
 
 
 @dataclass(frozen=True)

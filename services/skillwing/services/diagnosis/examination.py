@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -20,7 +21,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.access.exposure import exposed
 from skillwing.services.access.handshake import REMOVED, explained
 from skillwing.services.access.identity_files import person_identity
-from skillwing.services.access.key_store import KeysError, read_facts
+from skillwing.services.access.key_store import KeysError, KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
 from skillwing.services.client.connection import Target, find_target
@@ -127,7 +128,7 @@ def examine_system(target: Target) -> SystemSeen:
         clock=target.clock,
         local=target.pid is not None,
         router=True,
-        key_expires=None if identity is None else read_facts(identity.folder).expires,
+        keys=_validity(identity, target),
         processes=tuple(process_statuses(target.processes or _expected(target), held)),
         probes=probes,
         clock_seen=clock,
@@ -207,6 +208,15 @@ def _messages(probes: Iterable[Probe], kind: type[M]) -> Iterable[M]:
                     yield decode(reply.payload, kind)
                 except ProtocolError:
                     continue
+
+
+def _validity(identity: SessionIdentity | None, target: Target) -> dict[str, datetime]:
+    """End of validity of this user's certificate, and of all in the folder of a system that runs here."""
+    found = {} if identity is None else {identity.name: read_facts(identity.folder).expires}
+    if target.keys is not None:
+        with suppress(KeysError):  # another user's folder, or that of one robot
+            found |= {holder.name: holder.expires for holder in KeyStore(target.keys).holders()}
+    return found
 
 
 # --- the machine -----------------------------------------------------------------------------------------------------

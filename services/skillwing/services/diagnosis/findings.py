@@ -107,14 +107,17 @@ def overload(evidence: Examination) -> Iterator[Finding]:
 
 
 def keys_expire(evidence: Examination) -> Iterator[Finding]:
-    expires = None if evidence.system is None else evidence.system.key_expires
-    if expires is not None and evidence.now is not None and expires - evidence.now < SOON:
-        yield Finding(
-            about="key_expires",
-            what=f"Your keys are valid until {expires:%Y-%m-%d}.",
-            remedy="Ask the owner of the robot for new ones: `skillwing keys add NAME --role ROLE`.",
-            serious=False,
-        )
+    keys = {} if evidence.system is None else evidence.system.keys
+    for name, expires in sorted(keys.items(), key=lambda each: each[1]):
+        if evidence.now is not None and expires - evidence.now < SOON:
+            over = expires <= evidence.now
+            yield Finding(
+                about="key_expires",
+                what=f"The keys of `{name}` {'were' if over else 'are'} valid until {expires:%Y-%m-%d}.",
+                remedy="Make new ones: `skillwing keys add` for a person, `skillwing keys add-robot` for a robot.",
+                serious=over,
+            )
+            return
 
 
 # --- the system's processes ------------------------------------------------------------------------------------------

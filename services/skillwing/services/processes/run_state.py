@@ -32,10 +32,10 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
 
     robot: its name and namespace. endpoint: of the router. skillset: path of the `.skillset` file. clock: owner of
     robot time. pid, pid_started: the process that runs it. run_dir: directory of its logs. mock: nothing in it is real.
-    topology: way in which processes meet. listens: address of its own router, as others reach it. processes:
-    state of those that were started. mission_context: facts about the site for missions, by mission. viewer: page for
-    browsers, None for none. active_work: sentences on what its end would cut short, empty for nothing. rescue_goal,
-    mission_templates: as in the robot's table.
+    topology: way in which processes meet. listens: address of its own router, as others reach it. keys: folder of its
+    certificates. processes: state of those that were started. mission_context: facts about the site for missions, by
+    mission. viewer: page for browsers, None for none. active_work: sentences on what its end would cut short, empty for
+    nothing. rescue_goal, mission_templates: as in the robot's table.
     """
 
     robot: str
@@ -48,6 +48,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     mock: bool = False
     topology: Topology = "router"
     listens: str = ""
+    keys: str | None = None
     processes: tuple[ProcessState, ...] = ()
     mission_context: dict[str, dict[str, Any]] = {}
     viewer: str | None = None
@@ -140,6 +141,7 @@ def announced(
     mock: bool = False,
     topology: Topology = "router",
     listens: str = "",
+    keys: Path | None = None,
     processes: Iterable[ProcessState] = (),
     mission_context: Mapping[str, dict[str, Any]] = MappingProxyType({}),
     viewer: str | None = None,
@@ -158,6 +160,7 @@ def announced(
             mock=mock,
             topology=topology,
             listens=listens,
+            keys=None if keys is None else str(keys.absolute()),
             processes=tuple(processes),
             mission_context=dict(mission_context),
             viewer=viewer,

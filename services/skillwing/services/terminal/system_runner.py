@@ -123,6 +123,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 mock=settings.mock,
                 topology=settings.topology,
                 listens=launcher.listens,
+                keys=settings.keys,
                 processes=launcher.states,
                 mission_context=settings.mission_context,
                 viewer=None if viewer is None else viewer.page,
