@@ -61,6 +61,7 @@ bench: setup
 	$(BIN)/python benchmarks/latency.py --write
 	$(BIN)/python benchmarks/recovery.py --write
 	$(BIN)/python benchmarks/managers.py --write
+	$(BIN)/python benchmarks/keys.py --write
 	$(BIN)/python benchmarks/messages.py --write
 	$(BIN)/python benchmarks/tree_tick.py --write
 	$(BIN)/python benchmarks/language.py --write

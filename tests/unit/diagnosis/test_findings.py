@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,13 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
             True,
             "process 99 (`python -m http.server`) listens there",
         ),
+        (
+            replace(WELL, router=False, objection="You are not known here: it expired. Ask for new keys."),
+            "not_known",
+            True,
+            "You are not known here: it expired. Ask for new keys.",
+        ),
+        (replace(WELL, exposed="tcp/0.0.0.0:7447"), "exposed", True, "Everybody who reaches tcp/0.0.0.0:7447"),
         (process(ProcessCondition.DOWN, words="It died 5 times."), "process_down", True, "It died 5 times."),
         (process(ProcessCondition.RESTARTS), "process_starting", False, "skill/goto is being started."),
         (process(ProcessCondition.RESTARTS, name="resource_manager"), "process_starting", True, "resource_manager"),
@@ -261,3 +269,13 @@ def test_a_node_that_hangs_is_found_also_where_it_shares_a_process() -> None:
     found = [finding for finding in diagnose(Examination(system=shared)) if finding.about == "process_hangs"]
     assert [finding.what.partition(" ")[0] for finding in found] == ["skill/goto"]
     assert "kill -9 7" in found[0].remedy
+
+
+@pytest.mark.parametrize(("days", "serious", "words"), [(10, False, "are valid until"), (-1, True, "were valid until")])
+def test_keys_that_end_soon_are_reported_once(days: int, serious: bool, words: str) -> None:
+    now = datetime(2026, 11, 28, tzinfo=UTC)
+    keys = {"alice": now + timedelta(days=300), "router": now + timedelta(days=days), "m600.sim": now + timedelta(29)}
+    (finding,) = diagnose(Examination(system=replace(WELL, keys=keys), now=now))
+    assert (finding.about, finding.serious) == ("key_expires", serious)
+    assert f"The keys of `router` {words}" in finding.what
+    assert diagnose(Examination(system=replace(WELL, keys={"alice": keys["alice"]}), now=now)) == []
