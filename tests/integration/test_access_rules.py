@@ -18,6 +18,7 @@ from skillwing.services.access.policy import Grants, certificate_name, person_gr
 from skillwing.services.access.robots import robot_access
 from skillwing.services.bus.identity import owned_chunk, signed
 from skillwing.services.bus.keys import matches
+from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.wire.channels import CHANNELS, keys_in
 
@@ -202,3 +203,13 @@ def test_nobody_reaches_another_robot(site: Site) -> None:
                 session.put(key, b"")
             assert not list(session.get(signed("rover/skill/turn/start", chunk(name)), timeout=1.0))
     assert heard == []
+
+
+def test_everybody_finds_the_robots_at_the_router(site: Site) -> None:
+    manager = site.session("resource_manager")
+    token = manager.liveliness().declare_token("rover/alive/resource_manager")
+    fence(manager, "resource_manager")
+    for name in NAMES:
+        assert robots_at(site.endpoint, timeout=TIMEOUT, identity=site.identity(name)) == {"r1": "rover"}
+        assert robots_at(site.endpoint, "r1", TIMEOUT, site.identity(name)) == {"r1": "rover"}
+    token.undeclare()

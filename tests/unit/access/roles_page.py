@@ -16,6 +16,7 @@ PROCESS_NAMES = {role: "skill/SKILL" if role is Role.SKILL_MANAGER else "PROCESS
 EVERYWHERE = {
     f"{SKILLSET}/resource/state",
     f"{SKILLSET}/resource/ready",
+    f"{SKILLSET}/resource/robot",
     f"{SKILLSET}/skill/*/goal",
     f"{SKILLSET}/data/*",
 }

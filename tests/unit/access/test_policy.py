@@ -26,7 +26,7 @@ from skillwing.services.wire.channels import CHANNELS, keys_in
 M600 = robot_access(ROBOT)
 SKILLSET = ROBOT.load_skillset()
 READS = {
-    *("m600/skill/*/goal", "m600/resource/state", "m600/resource/ready", "m600/data/*"),
+    *("m600/skill/*/goal", "m600/resource/state", "m600/resource/ready", "m600/resource/robot", "m600/data/*"),
 }
 STARTS = {"m600/skill/*/start", "m600/skill/*/interrupt", "m600/skill/*/modify"}
 MISSIONS = {"m600/mission/abort", "m600/mission/pause", "m600/mission/resume"}
@@ -151,4 +151,16 @@ def test_a_process_of_one_robot_has_no_rule_in_another_one() -> None:
     rules = access_control(SiteAccess((M600, second)))
     name = certificate_name("m600", "bridge")
     (policy,) = [policy for policy in rules["policies"] if policy["subjects"] == [name]]
-    assert {rule.partition(":")[0] for rule in policy["rules"]} == {"m600"}
+    assert {rule.partition(":")[0] for rule in policy["rules"]} == {"m600", "*"}
+
+
+def test_rules_for_all_robots_let_nobody_offer_anything() -> None:
+    """They are for finding the robots at a router, and for asking whether the own name is known."""
+    rules = access_control(SiteAccess((M600,), {"alice": Role.OPERATOR}))
+    common = {(*rule["messages"], *rule["flows"]) for rule in rules["rules"] if rule["id"].startswith("*:")}
+    assert common == {
+        ("liveliness_query", "ingress"),
+        ("liveliness_token", "egress"),
+        ("query", "ingress"),
+        ("reply", "egress"),
+    }

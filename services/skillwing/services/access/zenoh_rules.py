@@ -15,6 +15,8 @@ from skillwing.services.access.policy import (
     process_grants,
 )
 from skillwing.services.bus.identity import WHO, signed
+from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.protocol import Keys
 
 LISTENING = ("declare_subscriber", "liveliness_query", "declare_liveliness_subscriber")
 HEARING = (
@@ -28,26 +30,22 @@ AccessRule = dict[str, Any]
 
 def access_control(site: SiteAccess) -> dict[str, Any]:
     """The value of `access_control` in the configuration of a Zenoh router."""
-    rules: list[AccessRule] = []
-    subjects: list[dict[str, Any]] = []
-    policies: list[dict[str, Any]] = []
+    rules = list(_rules_of_the_router())
+    common = [rule["id"] for rule in rules]
     granted: dict[str, list[str]] = {}
     for robot in site.robots:
         everybody = list(_rules_of_everybody(robot))
         rules += everybody
         for name, grants in _named_grants(site, robot):
-            own = list(_own_rules(robot, name, grants))
+            own = [*_own_rules(robot, name, grants), *(() if name in granted else _rules_of_a_name(name))]
             rules += own
-            granted.setdefault(name, []).extend(rule["id"] for rule in (*everybody, *own))
-    for name, ids in granted.items():
-        subjects.append({"id": name, "cert_common_names": [name]})
-        policies.append({"rules": ids, "subjects": [name]})
+            granted.setdefault(name, [*common]).extend(rule["id"] for rule in (*everybody, *own))
     return {
         "enabled": True,
         "default_permission": "deny",
         "rules": rules,
-        "subjects": subjects,
-        "policies": policies,
+        "subjects": [{"id": name, "cert_common_names": [name]} for name in granted],
+        "policies": [{"rules": ids, "subjects": [name]} for name, ids in granted.items()],
     }
 
 
@@ -73,20 +71,34 @@ def _own_rules(robot: RobotAccess, name: str, grants: Grants) -> Iterator[Access
     yield _rule(robot, f"{name}:answers", ("declare_queryable",), "ingress", [*answers, *advanced])
     yield _rule(robot, f"{name}:replies", ("reply",), "ingress", [*answers, *grants.events, *advanced])
     yield _rule(robot, f"{name}:lives", ("liveliness_token",), "ingress", [*grants.tokens, *advanced])
-    asks = [*(signed(key, name) for key in grants.asks), f"{WHO}/{name}"]
-    yield _rule(robot, f"{name}:asks", ("query",), "ingress", asks)
+    yield _rule(robot, f"{name}:asks", ("query",), "ingress", [signed(key, name) for key in grants.asks])
+
+
+def _rules_of_the_router() -> Iterator[AccessRule]:
+    """Everybody may see which robots are at the router."""
+    robots = [Keys("*").alive(RESOURCE_MANAGER)]
+    yield _rule(None, "finds robots", ("liveliness_query",), "ingress", robots)
+    yield _rule(None, "sees robots", ("liveliness_token",), "egress", robots)
+
+
+def _rules_of_a_name(name: str) -> Iterator[AccessRule]:
+    """The holder of a name may ask the router whether it is known."""
+    yield _rule(None, f"{name}:asks who", ("query",), "ingress", [f"{WHO}/{name}"])
+    yield _rule(None, f"{name}:is known", ("reply",), "egress", [f"{WHO}/{name}"])
 
 
 def _with_advanced(keys: Iterable[str]) -> list[str]:
     return [each for key in keys for each in (key, f"{key}/{ADVANCED}")]
 
 
-def _rule(robot: RobotAccess, name: str, messages: Iterable[str], flow: str, keys: Iterable[str]) -> AccessRule:
+def _rule(robot: RobotAccess | None, name: str, messages: Iterable[str], flow: str, keys: Iterable[str]) -> AccessRule:
+    """A rule that allows messages. robot: None for the keys of all robots."""
+    namespace = "*" if robot is None else robot.name
     return {
-        "id": f"{robot.name}:{name}",
+        "id": f"{namespace}:{name}",
         "permission": "allow",
         "flows": [flow],
         "messages": list(messages),
         # An empty list is no valid rule; a role that may offer nothing gets a key that nobody uses.
-        "key_exprs": [f"robot/{robot.name}/{key}" for key in sorted(keys)] or [f"robot/{robot.name}/nothing"],
+        "key_exprs": [f"robot/{namespace}/{key}" for key in sorted(keys)] or [f"robot/{namespace}/nothing"],
     }

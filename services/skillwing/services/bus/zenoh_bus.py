@@ -78,7 +78,8 @@ class ZenohBus:
         host: ZenohBus | None = None,
         identity: SessionIdentity | None = None,
     ) -> None:
-        self._name, self._robot, self._endpoint, self._topology = name, robot, endpoint, topology
+        self._name, self._robot, self._endpoint = name, robot, endpoint
+        self._topology: Topology = topology
         self._identity = identity
         self._clock: Clock = host._clock if host is not None else clock or WallClock()
         self._mailbox: SimpleQueue[Callable[[], None]] = host._mailbox if host is not None else SimpleQueue()
@@ -108,9 +109,7 @@ class ZenohBus:
         """See `MultiRobotBus`. Raises RouterUnreachableError."""
         if robot == self._robot:
             return self
-        bus = ZenohBus(
-            self._name, robot, self._endpoint, topology=self._topology, host=self, identity=self._identity
-        )
+        bus = ZenohBus(self._name, robot, self._endpoint, topology=self._topology, host=self, identity=self._identity)
         self._beside.append(bus)
         return bus
 

@@ -6,26 +6,20 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import count
 from pathlib import Path
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
-from skillwing.services.access.handshake import REMOVED, explained
-from skillwing.services.access.identity_files import person_identity
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock, WallClock
-from skillwing.services.bus.identity import owned_chunk
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.joining import join
 from skillwing.services.client.retry import wait_for_answer
-from skillwing.services.client.target import CONNECT, CONNECT_TIMEOUT, READY_TIMEOUT, Target, find_target_at
-from skillwing.services.errors import NoReplyError, NoSystemError, NotKnownError, SeveralSystemsError, SkillwingError
+from skillwing.services.client.target import CONNECT, READY_TIMEOUT, Target, find_target_at
+from skillwing.services.errors import NoReplyError, NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
-
-_numbers = count(1)
 
 
 def find_target(
@@ -127,18 +121,8 @@ def open_connection(target: Target, *, client: str, wait_for_clock: bool = True)
     """
     skillset = load(target.skillset)
     clock = FollowedClock() if target.clock == "robot" else WallClock()
-    name = f"{client}-{os.getpid()}-{next(_numbers)}"
-    identity = person_identity(target.endpoint)
-    if identity is not None:
-        name = owned_chunk(identity.name, name)
+    bus = join(target.robot, target.endpoint, client, clock)
     try:
-        bus = ZenohBus(name, target.robot, target.endpoint, clock, CONNECT_TIMEOUT, identity=identity)
-    except RouterUnreachableError as error:
-        reason = explained(error, identity)
-        raise (NoSystemError(str(error)) if reason is error else reason) from error
-    try:
-        if not bus.is_known():
-            raise NotKnownError(target.endpoint, REMOVED)
         if wait_for_clock and isinstance(clock, FollowedClock) and not bus.run_until(clock.has_started, READY_TIMEOUT):
             raise SkillwingError(
                 "Robot time does not pass: no process publishes the clock. Look at `skillwing status`."

@@ -16,9 +16,7 @@ from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.dsl.suggest import listed
 from skillwing.services.bus import Answered, Refused, Topology
-from skillwing.services.bus.router_robots import robots_at
-from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.client.joining import find_robots, join
 from skillwing.services.client.retry import accepted, ask_until_answered
 from skillwing.services.errors import InvalidOptionError, NoReplyError, NoSystemError, SeveralSystemsError
 from skillwing.services.names import RESOURCE_MANAGER
@@ -33,7 +31,6 @@ CONNECT = "SKILLWING_CONNECT"
 TABLE = "SKILLWING_ROBOT"
 """Environment variable with the table of that system."""
 DEFAULT_ROBOT = "m600"
-CONNECT_TIMEOUT = 3.0
 READY_TIMEOUT = 5.0
 ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 """Name that can be a part of keys and file names."""
@@ -45,8 +42,8 @@ class Target:
 
     topology: how its processes meet; a process from outside is always a client of the router. listens: address of its
     own router, as others reach it. keys: folder of its certificates. processes: the started ones with their state;
-    empty if only the robot's table is known. rescue_goal: as in that table. table: its
-    reference, as `find_robot` takes it; None if no table is known.
+    empty if only the robot's table is known. rescue_goal: as in that table. table: its reference, as `find_robot` takes
+    it; None if no table is known.
     """
 
     robot: str
@@ -96,12 +93,7 @@ def _target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
 
 def _chosen(endpoint: str, robot: str | None) -> tuple[str, str]:
     """Name and skillset's name of the robot at a router that is meant."""
-    try:
-        present = robots_at(endpoint, robot, CONNECT_TIMEOUT)
-        if robot is not None and not present:
-            present = robots_at(endpoint, timeout=CONNECT_TIMEOUT)
-    except RouterUnreachableError as error:
-        raise NoSystemError(str(error)) from error
+    present = find_robots(endpoint, robot)
     if robot is None and len(present) > 1:
         choice = f"Choose one: `--robot {next(iter(present))}`."
         raise SeveralSystemsError(f"Several robots are at {endpoint}: {listed(present)}. {choice}")
@@ -132,10 +124,7 @@ def _told_target(endpoint: str, robot: str, skillset: str) -> Target:
 
 def _description(endpoint: str, robot: str, key: str) -> RobotDescription:
     answers: list[Answered | Refused] = []
-    try:
-        bus = ZenohBus(f"cli-{os.getpid()}", robot, endpoint, connect_timeout=CONNECT_TIMEOUT)
-    except RouterUnreachableError as error:
-        raise NoSystemError(str(error)) from error
+    bus = join(robot, endpoint, "cli")
     try:
         ask_until_answered(bus, key, encode(QueryRobot()), answers.append)
         bus.run_until(lambda: bool(answers), READY_TIMEOUT)

@@ -37,7 +37,7 @@ def down(
     state = read_run_state(target.robot)
     if state is None:
         raise NoSystemError(f"The system at {target.endpoint} was not started here. Stop it where it was started.")
-    others = others_at_router(state.endpoint, state.robot) if owns_router(state) else {}
+    others = others_at_router(state.endpoint, state.robot, target.keys) if owns_router(state) else {}
     if others and not force:
         stop = f"Stop it first, as with `skillwing down --robot {next(iter(others))}`, or use `--force`."
         raise RefusedError(ErrorCode.NOT_ALLOWED, objection(state.robot, others), help=stop)

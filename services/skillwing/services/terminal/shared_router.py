@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from skillwing.dsl.suggest import listed
+from skillwing.services.access.identity_files import process_identity
+from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.run_state import RunState, running_systems
 
@@ -19,12 +23,13 @@ def owns_router(state: RunState) -> bool:
     return any(process.name == ROUTER for process in state.processes)
 
 
-def others_at_router(endpoint: str, robot: str) -> dict[str, bool]:
-    """The other robots at a router, each with True if it is known to be at work."""
+def others_at_router(endpoint: str, robot: str, keys: Path | None = None) -> dict[str, bool]:
+    """The other robots at a router, each with True if it is known to be at work. keys: of this robot's system."""
     here = {state.robot: bool(state.active_work) for state in running_systems() if state.endpoint == endpoint}
     try:
-        present = dict.fromkeys(robots_at(endpoint, timeout=TIMEOUT), False)
-    except RouterUnreachableError:
+        identity = None if keys is None else process_identity(keys, robot, LAUNCHER)
+        present = dict.fromkeys(robots_at(endpoint, timeout=TIMEOUT, identity=identity), False)
+    except (RouterUnreachableError, KeysError):
         present = {}
     return {name: works for name, works in sorted((present | here).items()) if name != robot}
 

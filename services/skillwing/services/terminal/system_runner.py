@@ -102,7 +102,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
     others: dict[str, bool] = {}
 
     def guests() -> dict[str, bool]:
-        return others_at_router(launcher.endpoint, robot.name) if settings.router is None else {}
+        return others_at_router(launcher.endpoint, robot.name, settings.keys) if settings.router is None else {}
 
     try:
         with ExitStack() as stack:

@@ -1,0 +1,58 @@
+"""Sessions of people at a router, with the keys in SKILLWING_KEYS where it asks for them."""
+
+from __future__ import annotations
+
+import os
+from itertools import count
+
+from skillwing.services.access.handshake import REMOVED, explained
+from skillwing.services.access.identity_files import person_identity
+from skillwing.services.bus.clock import Clock
+from skillwing.services.bus.identity import owned_chunk
+from skillwing.services.bus.router_robots import robots_at
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
+from skillwing.services.errors import NoSystemError, NotKnownError
+
+CONNECT_TIMEOUT = 3.0
+_numbers = count(1)
+
+
+def join(robot: str, endpoint: str, client: str, clock: Clock | None = None) -> ZenohBus:
+    """A bus of a person's command or script. client: its role, part of the node's name.
+
+    Raises NoSystemError without a router, KeysError and NotKnownError where it asks for a key.
+    """
+    name = f"{client}-{os.getpid()}-{next(_numbers)}"
+    identity = person_identity(endpoint)
+    if identity is not None:
+        name = owned_chunk(identity.name, name)
+    try:
+        bus = ZenohBus(name, robot, endpoint, clock, CONNECT_TIMEOUT, identity=identity)
+    except RouterUnreachableError as error:
+        reason = explained(error, identity)
+        raise (NoSystemError(str(error)) if reason is error else reason) from error
+    if not bus.is_known():
+        bus.close()
+        raise NotKnownError(endpoint, REMOVED)
+    return bus
+
+
+def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
+    """The robots at a router, each with the name of its skillset: this one, or all if it is not there.
+
+    Raises as `join` does.
+    """
+    identity = person_identity(endpoint)
+    try:
+        present = robots_at(endpoint, robot, CONNECT_TIMEOUT, identity)
+        if robot is not None and not present:
+            present = robots_at(endpoint, timeout=CONNECT_TIMEOUT, identity=identity)
+        if not present and identity is not None:
+            with open_client(endpoint, robot or "any", CONNECT_TIMEOUT, identity) as session:
+                if not knows(session, identity):
+                    raise NotKnownError(endpoint, REMOVED)
+    except RouterUnreachableError as error:
+        reason = explained(error, identity)
+        raise (NoSystemError(str(error)) if reason is error else reason) from error
+    return present
