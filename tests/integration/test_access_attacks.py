@@ -217,7 +217,7 @@ def test_a_start_in_the_name_of_somebody_else(stage: Stage) -> None:
         succeeds(replayed is not None, stage)
         again = structs.replace(recorded, goal_id=f"{recorded.goal_id}-again")
         assert stage.ask(client, KEYS.start("turn"), again, "bob") is not None
-        assert arrives(lambda: f"asked by {'bob' if stage.secure else 'alice'}" in texts)
+        assert arrives(lambda: f"asked by {'bob (alice)' if stage.secure else 'alice'}" in texts)
     assert ("asked by alice" in texts) == (not stage.secure)
 
 

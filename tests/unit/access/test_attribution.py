@@ -27,10 +27,15 @@ def test_without_a_name_nothing_changes() -> None:
 
 
 def test_the_name_of_the_certificate_counts() -> None:
-    assert attributed(START, "alice").client == "alice"
-    assert attributed(InterruptGoal(goal_id="g", client="bob"), "alice").client == "alice"
-    assert attributed(FireExtern(resource="r", target="X", source="bob"), "alice").source == "alice"
+    assert attributed(START, "alice").client == "alice (bob)"
+    assert attributed(InterruptGoal(goal_id="g", client="alice"), "alice").client == "alice"
+    assert attributed(FireExtern(resource="r", target="X", source="bridge"), "m600.bridge").source == "m600.bridge"
     assert attributed(QueryStates(), "alice") == QueryStates()
+
+
+@pytest.mark.parametrize("given", ["", "bob) asked by (x", "a b", "x" * 41])
+def test_what_could_be_mistaken_for_a_name_is_left_out(given: str) -> None:
+    assert attributed(InterruptGoal(goal_id="g", client=given), "alice").client == "alice"
 
 
 @pytest.mark.parametrize("owner", ["client/alice", "client/alice~cli-1"])

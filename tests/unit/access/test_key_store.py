@@ -79,6 +79,13 @@ def test_keys_of_a_new_process_are_added_and_the_others_stay(store: KeyStore) ->
     assert (store.folder / "robots" / "rover" / "skill.drive" / "key.pem").read_bytes() == before
 
 
+def test_a_robot_does_not_start_with_keys_that_end_today(tmp_path: Path) -> None:
+    store = KeyStore.init(tmp_path / "keys", [], days=1)
+    store.add_robot(ROVER)
+    with pytest.raises(KeysError, match=r"valid until .* Renew it before a start"):
+        require_certificates(store.folder, "rover", ["skill/drive"])
+
+
 @pytest.mark.parametrize("name", ["", "a/b", "a.b", "m600.skill.land", "a~b", "*", "router", "é", "a" * 41])
 def test_a_name_that_could_be_mistaken_is_refused(store: KeyStore, name: str) -> None:
     with pytest.raises(InvalidOptionError):

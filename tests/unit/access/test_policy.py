@@ -155,7 +155,7 @@ def test_a_process_of_one_robot_has_no_rule_in_another_one() -> None:
 
 
 def test_rules_for_all_robots_let_nobody_offer_anything() -> None:
-    """They are for finding the robots at a router, and for asking whether the own name is known."""
+    """Rules for all robots are for finding the robots at a router, and for asking whether the own name is known."""
     rules = access_control(SiteAccess((M600,), {"alice": Role.OPERATOR}))
     common = {(*rule["messages"], *rule["flows"]) for rule in rules["rules"] if rule["id"].startswith("*:")}
     assert common == {

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from datetime import timedelta
 from pathlib import Path
 
-from skillwing.services.access.key_store import ROBOTS, KeysError, process_folder, read_facts
+from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.key_store import ROBOTS, ROUTER, KeysError, process_folder, read_facts
 from skillwing.services.access.policy import refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
 from skillwing.services.names import LAUNCHER
@@ -14,6 +16,8 @@ from skillwing.services.protocol import ErrorReply
 from skillwing.services.wire.channel import PEOPLE, Role
 
 KEYS_VARIABLE = "SKILLWING_KEYS"
+NEEDED = timedelta(days=1)
+"""Validity that each certificate of a robot has to have left at its start."""
 
 
 def read_identity(folder: Path) -> SessionIdentity:
@@ -40,9 +44,17 @@ def process_identity(folder: Path, robot: str, process: str) -> SessionIdentity:
 
 
 def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> None:
-    """Raise KeysError if a process of a robot, or its launcher, has no certificate."""
-    for process in (*processes, LAUNCHER):
-        process_identity(folder, robot, process)
+    """Raise KeysError if a process of a robot, or its launcher, has no certificate that lasts for `NEEDED`.
+
+    The router ends links whose certificate has expired, which must not happen in the air.
+    """
+    used = [process_identity(folder, robot, process).folder for process in (*processes, LAUNCHER)]
+    used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []
+    for place in used:
+        found = read_facts(place)
+        if found.expires - utc_now() < NEEDED:
+            text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
+            raise KeysError(f"{text} Renew it before a start: `skillwing keys add-robot {robot}`.")
 
 
 def person_identity(endpoint: str) -> SessionIdentity | None:

@@ -75,14 +75,14 @@ def _own_rules(robot: RobotAccess, name: str, grants: Grants) -> Iterator[Access
 
 
 def _rules_of_the_router() -> Iterator[AccessRule]:
-    """Everybody may see which robots are at the router."""
+    """Rules by which everybody sees the robots at the router."""
     robots = [Keys("*").alive(RESOURCE_MANAGER)]
     yield _rule(None, "finds robots", ("liveliness_query",), "ingress", robots)
     yield _rule(None, "sees robots", ("liveliness_token",), "egress", robots)
 
 
 def _rules_of_a_name(name: str) -> Iterator[AccessRule]:
-    """The holder of a name may ask the router whether it is known."""
+    """Rules by which the holder of a name asks the router whether it is known."""
     yield _rule(None, f"{name}:asks who", ("query",), "ingress", [f"{WHO}/{name}"])
     yield _rule(None, f"{name}:is known", ("reply",), "egress", [f"{WHO}/{name}"])
 

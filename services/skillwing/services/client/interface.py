@@ -62,8 +62,8 @@ CLIENT_NAME = re.compile(r"[^/*$?#\x00-\x1f]{1,100}")
 class SkillsetInterface:
     """A client's live view of one robot.
 
-    client: its name in goals and in the timeline; with keys that of its certificate. owns_goals: goals that it starts
-    are interrupted when it is gone, unless their skill has `owner_lost=continue`. new_goal_id: source of goal
+    client: its name in goals and in the timeline; with keys it follows that of the certificate. owns_goals: goals that
+    it starts are interrupted when it is gone, unless their skill has `owner_lost=continue`. new_goal_id: source of goal
     ids, by default the bus. Raises InvalidOptionError if the client's name cannot be part of a key.
     """
 
@@ -78,7 +78,7 @@ class SkillsetInterface:
     ) -> None:
         self._bus = bus
         self.skillset = skillset
-        self.client = _checked_name(client) if bus.identity is None else bus.identity.name
+        self.client = _checked_name(client)
         self._new_goal_id = new_goal_id or bus.new_id
         self._keys = Keys(skillset.name)
         self._timeline = Timeline(bus, self._keys)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TypeVar
 
 import msgspec
@@ -24,10 +25,11 @@ from skillwing.services.protocol import (
 )
 
 M = TypeVar("M", bound=Message)
+_WORD = re.compile(r"[A-Za-z0-9_-]{1,40}")
 
 
 def attributed(request: M, asker: str | None) -> M:
-    """A request with the name of its asker, as the router knows it; unchanged without a name.
+    """A request with the name of its asker, as the router knows it (`named`); unchanged without a name.
 
     Raises RefusedError (DENIED) for an owner that belongs to somebody else, and for a call of a skill manager in the
     name of another one.
@@ -37,11 +39,11 @@ def attributed(request: M, asker: str | None) -> M:
     match request:
         case StartGoal():
             _require_own_owner(request, asker)
-            return msgspec.structs.replace(request, client=asker)
+            return msgspec.structs.replace(request, client=named(asker, request.client))
         case InterruptGoal() | ModifyGoal():
-            return msgspec.structs.replace(request, client=asker)
+            return msgspec.structs.replace(request, client=named(asker, request.client))
         case FireExtern() | FireEvent():
-            return msgspec.structs.replace(request, source=asker)
+            return msgspec.structs.replace(request, source=named(asker, request.source))
         case AttachManager() | BeginGoal() | RecordOutcome():
             _require_own_process(request.manager, asker)
         case _:
@@ -52,6 +54,14 @@ def attributed(request: M, asker: str | None) -> M:
         case _:
             pass
     return request
+
+
+def named(asker: str, given: str) -> str:
+    """The true name of an asker, with what a person's program calls itself: `alice (mission)`.
+
+    The part in brackets is the sender's word. A process has its name alone.
+    """
+    return f"{asker} ({given})" if "." not in asker and given != asker and _WORD.fullmatch(given) else asker
 
 
 def _require_own_owner(request: StartGoal, asker: str) -> None:

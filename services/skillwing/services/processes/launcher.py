@@ -14,10 +14,12 @@ from types import TracebackType
 from typing import IO, Self
 
 from skillwing.services.access.exposure import local_endpoint
+from skillwing.services.access.handshake import explained
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import SkillwingError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.child import Child, ProcessExit
@@ -150,11 +152,17 @@ class Launcher:
         return self.endpoint
 
     def open_bus(self, name: str) -> ZenohBus:
-        """A bus of this process under a name. Raises KeysError and RouterUnreachableError."""
+        """A bus of this process under a name. Raises KeysError, RouterUnreachableError and NotKnownError."""
         identity = None
         if self._key_folder is not None:
             identity = process_identity(self._key_folder, self.robot, LAUNCHER)
-        return ZenohBus(name, self.robot, self.endpoint, identity=identity)
+        try:
+            return ZenohBus(name, self.robot, self.endpoint, identity=identity)
+        except RouterUnreachableError as error:
+            reason = explained(error, identity)
+            if reason is error:
+                raise
+            raise reason from error
 
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
         """Start processes, all at once, and return when each of their nodes has its alive token.

@@ -99,7 +99,9 @@ def running_skills(system: System, alive: Collection[str]) -> dict[str, RunningM
     if MISSION not in alive:
         return dict.fromkeys(status.skill for status in statuses)
     system.bus.run_until(lambda: bool(missions) and all(status.goal_id in askers for status in statuses), LATE_MESSAGES)
-    by_mission = [status.skill for status in statuses if askers.get(status.goal_id) == f"asked by {MISSION}"]
+    # With keys the name of a person or a robot's process comes first: `alice (mission)`, `m600.mission`.
+    ends = (f" {MISSION}", f"({MISSION})", f".{MISSION}")
+    by_mission = [status.skill for status in statuses if askers.get(status.goal_id, "").endswith(ends)]
     mission = missions[-1] if missions else RunningMission("unknown")
     return {status.skill: mission if status.skill in by_mission else None for status in statuses}
 
