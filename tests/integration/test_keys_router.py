@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -45,7 +46,9 @@ def fleet(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Itera
     assert skillwing("keys", "add-robot", "shuttle", *made, "second", "--keys", str(keys)).code == OK
     assert skillwing("keys", "add", "alice", "--role", "client", "--keys", str(keys)).code == OK
     words = [sys.executable, "-m", "skillwing.services.terminal.cli", "router", "--listen", "tls/127.0.0.1:0"]
-    router = subprocess.Popen([*words, "--keys", str(keys)], stdout=subprocess.PIPE, text=True)
+    # The keys of a person, for commands, are not those of the router.
+    environment = {**os.environ, "SKILLWING_KEYS": str(keys / "people" / "alice")}
+    router = subprocess.Popen([*words, "--keys", str(keys)], stdout=subprocess.PIPE, text=True, env=environment)
     try:
         assert router.stdout is not None
         endpoint = router.stdout.readline().strip()

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import socket
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from skillwing.services.bus.zenoh_session import EndpointError
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.router import start_router
+
+TIMEOUT = 60.0
 
 
 def test_a_port_that_is_taken_is_one_plain_sentence() -> None:
@@ -19,3 +26,19 @@ def test_a_port_that_is_taken_is_one_plain_sentence() -> None:
             start_router(listen)
     reason = "Address already in use. Choose another port, or 0 for any free one."
     assert str(refused.value) == f"The router cannot listen at {listen}: {reason}"
+
+
+def test_an_address_that_others_reach_is_refused_without_a_word(tmp_path: Path) -> None:
+    """In a container the environment has the word, or the keys."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("SKILLWING_")}
+
+    def refused(listen: str, **given: str) -> str:
+        words = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", listen]
+        ended = subprocess.run(
+            words, env=environment | given, capture_output=True, text=True, timeout=TIMEOUT, check=False
+        )
+        assert ended.returncode == EXIT_CONFIGURATION
+        return ended.stderr
+
+    assert "--insecure" in refused("tcp/0.0.0.0:0")
+    assert f"{tmp_path} holds no keys of a site" in refused("tls/0.0.0.0:0", SKILLWING_KEYS=str(tmp_path))

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from skillwing.services.access.exposure import require_protected
-from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, main
+from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, run_router
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.system_options import InsecureOption, KeysOption
 
@@ -30,6 +30,4 @@ def router(
     if keys is not None and listen == "tcp/127.0.0.1:7447":
         listen = LOOPBACK_WITH_KEYS.replace(":0", ":7447")
     require_protected(listen, keys, insecure=insecure)
-    words = ["--listen", listen, *(("--insecure",) if insecure else ())]
-    words += [] if keys is None else ["--keys", str(keys)]
-    raise typer.Exit(FAILED if main(words) else OK)
+    raise typer.Exit(FAILED if run_router(listen, keys, insecure=insecure) else OK)

@@ -92,18 +92,23 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--keys", type=Path, metavar="DIR", default=Path(folder) if folder else None)
     parser.add_argument("--insecure", action="store_true", help="without keys also where strangers reach it")
     options = parser.parse_args(arguments)
-    lifetime = Lifetime(parent_pipe=options.parent_pipe)
     insecure = options.insecure or os.environ.get(INSECURE_VARIABLE) == "1"
+    return run_router(options.listen, options.keys, insecure=insecure, parent_pipe=options.parent_pipe)
+
+
+def run_router(listen: str, keys: Path | None, *, insecure: bool, parent_pipe: bool = False) -> int:
+    """Print the endpoint of a router and run it until the process has to end; returns the exit code."""
+    lifetime = Lifetime(parent_pipe=parent_pipe)
     try:
-        require_protected(options.listen, options.keys, insecure=insecure)
-        if exposed(options.listen):
-            sys.stderr.write(f"{EXPOSED.format(endpoint=options.listen)}\n")
-        session, endpoint = start_router(options.listen, options.keys)
+        require_protected(listen, keys, insecure=insecure)
+        if exposed(listen):
+            sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
+        session, endpoint = start_router(listen, keys)
     except (InvalidOptionError, KeysError) as error:
         sys.stderr.write(f"{error}\n")
         return EXIT_CONFIGURATION
     except EndpointError as error:
-        port = port_of(options.listen)
+        port = port_of(listen)
         taken = listener(port) if port else None
         sys.stderr.write(f"{error}\n" if taken is None else f"{error} {taken.who} listens there.\n")
         # A taken port may be free at the next start.
