@@ -29,7 +29,7 @@ def test_a_port_that_is_taken_is_one_plain_sentence() -> None:
 
 
 def test_an_address_that_others_reach_is_refused_without_a_word(tmp_path: Path) -> None:
-    """In a container the environment has the word, or the keys."""
+    """The environment may have the word, or the keys, as in a container."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("SKILLWING_")}
 
     def refused(listen: str, **given: str) -> str:

@@ -152,7 +152,6 @@ def run(
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot) as system:
-        require_allowed(system.bus, system.keys.start("*"))
         _refuse_second_mission(system)
         if name in installed_missions():
             _refuse_other_robot(chosen, system.skillset)
@@ -163,6 +162,7 @@ def run(
 
         goal = system.target.rescue_goal
         node = MissionNode(chosen, system.skillset, given, rescue_goal=goal, on_status=show)
+        require_allowed(system.bus, system.keys.start("*"))
         run_in_foreground(system, node, console)
     if console is None:
         print_json(node.status)
