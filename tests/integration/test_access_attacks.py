@@ -27,6 +27,7 @@ from skillwing.services.access.robots import robot_access
 from skillwing.services.bus.identity import SessionIdentity, signed
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.errors import NotKnownError
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.processes.launcher import Launcher
@@ -38,6 +39,8 @@ from skillwing.services.protocol import (
     Message,
     QueryGoal,
     QueryStates,
+    Record,
+    RecordKind,
     ResourceStates,
     StartGoal,
     decode,
@@ -232,6 +235,41 @@ def test_a_goal_that_is_owned_by_somebody_else(stage: Stage) -> None:
     )
     with stage.session("alice") as session:
         succeeds(stage.ask(session, KEYS.start("turn"), start, "alice") is not None, stage)
+
+
+def test_a_forged_record_of_the_timeline(stage: Stage) -> None:
+    """Written by alice, as if the resource manager had recorded what olga did."""
+    texts: list[tuple[str, str]] = []
+    with (
+        stage.session("alice") as attacker,
+        closing(ZenohBus("recorder", "rover", stage.launcher.endpoint, identity=stage.identity("recorder"))) as bus,
+    ):
+        follow_records(bus, KEYS, lambda record: texts.append((record.source, record.text)))
+
+        def forge(record_id: str, text: str) -> bool:
+            record = Record(
+                id=record_id,
+                t=1.0,
+                source="resource_manager",
+                kind=RecordKind.GOAL,
+                subject="turn",
+                before=None,
+                after="VALIDATING",
+                text=text,
+            )
+            for key in (KEYS.timeline, *(signed(KEYS.timeline, name) for name in ("alice", "rover.resource_manager"))):
+                attacker.put(key, encode(record))
+            return any(told == text for _, told in texts)
+
+        def heard(record_id: str, text: str) -> bool:
+            """Forge until it is heard: a subscription arrives after a while."""
+            return arrives(lambda: forge(record_id, text) or bus.run_until(lambda: False, 0.05), 2.0)
+
+        assert heard("alice~1#1", "its own")
+        heard("resource_manager~1#1", "forged")
+    succeeds(("resource_manager", "its own") in texts, stage)
+    succeeds(("resource_manager", "forged") in texts, stage)
+    assert not stage.secure or {source for source, text in texts if text == "its own"} == {"alice"}
 
 
 def test_one_person_in_two_roles(stage: Stage) -> None:

@@ -41,6 +41,7 @@ KEYS = sorted(
         *(f"rover/alive/client/{name}" for name in ("alice", "bob", "olga", "vic")),
         *(f"rover/alive/client/{owned_chunk(name, 'x')}" for name in ("alice", "bob", "olga", "vic")),
         *(f"fl/clock/done/{name}" for name in (*PROCESSES, "alice~x", "bob~x")),
+        *(f"rover/timeline/by/{name}" for name in ("alice", "bob", "vic", "r1.bridge", "r1.recorder")),
         *("fl/autopilot/setpoint", "fl/guidance/command", "fl/pilot", "elsewhere"),
         *("rover/skill/turn/status/@adv/pub/z/1/_", "rover/skill/drive_to/status/@adv/pub/z/1/_"),
     }

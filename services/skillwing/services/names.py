@@ -14,6 +14,8 @@ MISSION = "mission"
 CLIENT = "client/"
 """Begin of the names of clients that own goals."""
 
+SEPARATOR = "~"
+"""Character after the name of a certificate in the names of its holder's sessions and tokens. No name contains it."""
 BLOCKED = "BLOCKED"
 """State in the timeline of a manager that one of its hooks blocks."""
 JOURNAL_FILE = "journal.sqlite"

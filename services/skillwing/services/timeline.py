@@ -7,6 +7,7 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from skillwing.services.bus import Bus
+from skillwing.services.bus.identity import signed
 from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import Keys, Record, RecordKind, encode
 
@@ -19,11 +20,12 @@ _ids: WeakKeyDictionary[Bus, RecordIds] = WeakKeyDictionary()
 
 
 class Timeline:
-    """Writer of a process's timeline records."""
+    """Writer of a process's timeline records. With keys, their key has its name, which the router guarantees."""
 
     def __init__(self, bus: Bus, keys: Keys) -> None:
         self._bus = bus
-        self._publisher = bus.advertise(keys.timeline, events=True)
+        key = keys.timeline if bus.identity is None else signed(keys.timeline, bus.identity.name)
+        self._publisher = bus.advertise(key, events=True)
         ids = _ids.get(bus)
         if ids is None:
             ids = _ids[bus] = RecordIds(f"{bus.name}~{bus.new_id()[-MARK_LENGTH:]}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from skillwing.services.core.attribution import attributed
+from skillwing.services.core.attribution import attributed, vouched
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     AttachManager,
@@ -15,6 +15,8 @@ from skillwing.services.protocol import (
     FireExtern,
     InterruptGoal,
     QueryStates,
+    Record,
+    RecordKind,
     RenewGoal,
     StartGoal,
 )
@@ -69,3 +71,24 @@ def test_a_manager_asks_for_its_own_skill_only(request_: BeginGoal) -> None:
     for other in ("m600.skill.goto", "m600.bridge", "skill.land", "alice"):
         with pytest.raises(RefusedError):
             attributed(request_, other)
+
+
+def record(record_id: str, source: str) -> Record:
+    return Record(id=record_id, t=0.0, source=source, kind=RecordKind.GOAL, subject="land", before=None, after="LOST")
+
+
+def test_a_record_has_the_name_of_its_writer_as_its_source() -> None:
+    own = [(record("skill/land~1#1", "skill/land"), "m600.skill.land"), (record("alice~m#1", "alice~m"), "alice")]
+    for each, writer in own:
+        assert vouched(each, writer) is each
+    forged = vouched(record("alice~m#1", "resource_manager"), "alice")
+    assert forged is not None
+    assert forged.source == "alice"
+    foreign = vouched(record("x#1", "skill/goto"), "m600.skill.land")
+    assert foreign is not None
+    assert foreign.source == "m600.skill.land"
+
+
+@pytest.mark.parametrize("record_id", ["resource_manager~1#1", "alice2~1#1", "bob~1#1", "fault/zed/blackout@1.000"])
+def test_a_person_takes_no_id_of_others(record_id: str) -> None:
+    assert vouched(record(record_id, "alice~m"), "alice") is None

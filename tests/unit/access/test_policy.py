@@ -59,14 +59,14 @@ def test_a_viewer_offers_nothing_and_a_client_its_mission() -> None:
     }
     assert offered(client) == {
         *MISSIONS,
-        *("m600/mission/status", "m600/mission/tree", "m600/timeline", "fl/clock/done/alice~$*"),
+        *("m600/mission/status", "m600/mission/tree", "m600/timeline/by/alice", "fl/clock/done/alice~$*"),
     }
 
 
 def test_a_skill_manager_offers_its_own_keys_only() -> None:
     land = process_grants(M600, "skill/land")
     own = {f"m600/skill/land/{end}" for end in ("start", "interrupt", "modify", "goal", "status", "progress")}
-    shared = {"m600/timeline", "fl/clock/done/skill/land"}
+    shared = {"m600/timeline/by/m600.skill.land", "fl/clock/done/skill/land"}
     assert offered(land) == own | shared | {"m600/mock/skill/land", "m600/mock/goal/land"}
     assert {token for token in land.tokens if "client" not in token} == {
         *("m600/alive/skill/land", "fl/clock/done/skill/land")

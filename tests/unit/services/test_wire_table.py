@@ -79,6 +79,7 @@ class Declarations:
         self.served: set[str] = set()
         self.events: set[str] = set()
         self.name = "noted"
+        self.identity = None
 
     def now(self) -> float:
         return 0.0

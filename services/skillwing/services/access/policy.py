@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from skillwing.services.bus.identity import owned_chunk
+from skillwing.services.bus.identity import owned_chunk, signed
 from skillwing.services.bus.keys import matches
 from skillwing.services.names import CLIENT, MISSION, skill_process
 from skillwing.services.protocol import (
@@ -141,6 +141,10 @@ def _grants(robot: RobotAccess, role: Role, process: str | None, name: str) -> G
             offers[row.kind].update(row.spell(keys, own) for own in _own_names(row, role, process, name))
         if row.kind is Kind.QUERY and sides & set(row.used_by):
             asks.add(row.spell(keys, "*" if row.each else ""))
+    if keys.timeline in events:
+        # The name in the key shows who has written a record.
+        events -= {keys.timeline}
+        events |= {signed(keys.timeline, name)}
     done = {f"{CLOCK_DONE_KEY}/{own}" for own in _bus_names(role, process, name)}
     streams -= {f"{CLOCK_DONE_KEY}/*"}
     streams |= done

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from skillwing.services.names import SEPARATOR
 from skillwing.services.protocol import ErrorReply
 
 BY = "by"
 WHO = "access"
 """Begin of the key at which a router confirms a name that it knows: `access/NAME`."""
 CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE = "certificate.pem", "key.pem", "authority.pem"
-SEPARATOR = "~"
-"""Character between a name and the rest of a key's chunk. No name contains it."""
 
 
 @dataclass(frozen=True, slots=True)

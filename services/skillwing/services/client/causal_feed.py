@@ -6,10 +6,12 @@ import logging
 from collections.abc import Callable
 from functools import partial
 
-from skillwing.services.bus import Answered, Bus, Handle, Refused
+from skillwing.services.bus import Answered, Bus, Handle, Refused, Sample
+from skillwing.services.bus.identity import signed, split_asker
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_view import CausalView, Delivered
 from skillwing.services.client.retry import LONGEST_DELAY, ask_until_answered
+from skillwing.services.core.attribution import vouched
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
     GoalStatus,
@@ -211,7 +213,7 @@ def follow_records(
 ) -> None:
     """Follow all timeline records of a robot and the statuses of its goals, in causal order.
 
-    The record of a status comes right before it.
+    The record of a status comes right before it. With keys, records have the true name of their source.
     """
 
     def take_step(step: ResourceStep) -> None:
@@ -223,5 +225,19 @@ def follow_records(
             on_record(record)
         on_status(status)
 
-    bus.subscribe(keys.timeline, message_reader(Record, on_record), events=True)
+    if bus.identity is None:
+        bus.subscribe(keys.timeline, message_reader(Record, on_record), events=True)
+    else:
+        bus.subscribe(signed(keys.timeline, "*"), lambda sample: _take_vouched(sample, on_record), events=True)
     CausalFeed(bus, keys, on_step=take_step, on_status=take_status)
+
+
+def _take_vouched(sample: Sample, on_record: Callable[[Record], object]) -> None:
+    """Take a record with the name of its writer, as the router guarantees it."""
+
+    def take(record: Record) -> None:
+        known = vouched(record, split_asker(sample.key)[1] or "")
+        if known is not None:
+            on_record(known)
+
+    message_reader(Record, take)(sample)

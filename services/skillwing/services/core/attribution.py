@@ -8,7 +8,7 @@ from typing import TypeVar
 import msgspec
 
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.names import CLIENT, skill_process
+from skillwing.services.names import CLIENT, SEPARATOR, skill_process
 from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
@@ -19,6 +19,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Message,
     ModifyGoal,
+    Record,
     RecordOutcome,
     RenewGoal,
     StartGoal,
@@ -64,11 +65,29 @@ def named(asker: str, given: str) -> str:
     return f"{asker} ({given})" if "." not in asker and given != asker and _WORD.fullmatch(given) else asker
 
 
+def vouched(record: Record, writer: str) -> Record | None:
+    """A timeline record with a true source; None for one with an id that is not its writer's.
+
+    A process may write ids of its own form. Those of a person begin with the name, so that no record takes the place of
+    a manager's.
+    """
+    process = writer.partition(".")[2]
+    if process:
+        return record if record.source.replace("/", ".") == process else _of(record, writer)
+    if not record.id.startswith(f"{writer}{SEPARATOR}"):
+        return None
+    return record if record.source.startswith(f"{writer}{SEPARATOR}") else _of(record, writer)
+
+
+def _of(record: Record, source: str) -> Record:
+    return msgspec.structs.replace(record, source=source)
+
+
 def _require_own_owner(request: StartGoal, asker: str) -> None:
     if request.owner is None:
         return
     own = f"{CLIENT}{asker}"
-    if request.owner != own and not request.owner.startswith(f"{own}~"):
+    if request.owner != own and not request.owner.startswith(f"{own}{SEPARATOR}"):
         raise RefusedError(
             ErrorCode.DENIED,
             f"`{asker}` gives `{request.owner}` as the owner of a goal, which belongs to somebody else.",
