@@ -97,7 +97,7 @@ def test_a_viewer_reads_and_is_told_what_it_may_not(rover: Rover) -> None:
 
 def test_somebody_without_keys_is_told_what_is_missing(rover: Rover) -> None:
     unknown = rover.by("", "resources")
-    assert unknown.code == 1
+    assert unknown.code == 2
     assert "asks for a key" in unknown.error
     assert "SKILLWING_KEYS=FOLDER" in unknown.error
 

@@ -20,7 +20,7 @@ def access_control(
 ) -> None:
     """Write the access control of a site as configuration of Zenoh, for a `zenohd` of your own. See docs/keys.md.
 
-    Exit codes: 0 written, 1 no keys in the folder.
+    Exit codes: 0 written, 2 a folder without keys.
     """
     site = KeyStore(keys).site()
     content = msgspec.json.format(msgspec.json.encode({"access_control": rules_of(site)})).decode()

@@ -50,7 +50,7 @@ def init(
 
     The folder stays on a machine that you trust. Who reads `DIR/authority/key.pem` can let in anybody.
 
-    Exit codes: 0 made, 1 the folder has keys already, 2 unknown robot.
+    Exit codes: 0 made, 2 unknown robot, or a folder that has keys already.
     """
     table = _table(robot, skillset, robot_name)
     store = KeyStore.init(folder, host or (), days)
@@ -69,7 +69,7 @@ def add_robot(
 ) -> None:
     """Make keys for one more robot at the same router, or for new processes of a known one.
 
-    Exit codes: 0 made, 1 no keys in the folder, 2 unknown robot.
+    Exit codes: 0 made, 2 unknown robot, or a folder without keys.
     """
     table = _table(robot, skillset, robot_name)
     KeyStore(folder).add_robot(robot_access(table))
@@ -87,7 +87,7 @@ def add(
 ) -> None:
     """Make the keys of a person or station: a folder to hand over. For a known name they are made again.
 
-    Exit codes: 0 made, 1 no keys in the folder, 2 no such role, or a name that cannot be one.
+    Exit codes: 0 made, 2 no such role, a name that cannot be one, or a folder without keys.
     """
     place = KeyStore(folder).add_person(name, role, days)
     typer.echo(f"Give {place} to {name}, by a safe way. There: `export SKILLWING_KEYS={name}`. {RESTART}")
@@ -99,7 +99,7 @@ def remove(
 ) -> None:
     """Take a name back. The router denies it everything after its next start, whatever certificate it shows.
 
-    Exit codes: 0 removed, 1 unknown name.
+    Exit codes: 0 removed, 2 unknown name, or a folder without keys.
     """
     KeyStore(folder).remove(name)
     typer.echo(f"{name} is removed. Restart the router now: until then the old rules hold.")
@@ -111,7 +111,7 @@ def list_(
 ) -> None:
     """Show all names, their roles, and how long their certificates are valid.
 
-    Exit codes: 0 shown, 1 no keys in the folder.
+    Exit codes: 0 shown, 2 a folder without keys.
     """
     now = utc_now()
     holders = list(KeyStore(folder).holders())

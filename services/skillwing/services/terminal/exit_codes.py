@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.dsl.commands.source import UsageError
+from skillwing.services.access.key_store import KeysError
 from skillwing.services.errors import (
     BadRecordingError,
     InvalidInputError,
@@ -55,6 +56,7 @@ def exit_code_of(error: Exception) -> int:
             return REFUSED
         case (
             UnknownNameError()
+            | KeysError()
             | InvalidInputError()
             | InvalidOptionError()
             | SkillsetError()
