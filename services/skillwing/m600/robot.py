@@ -18,6 +18,9 @@ FENCE = {"fence": "geofence"}
 """One fence for guidance, for the autopilot's guard and for the ground truth."""
 TO_SIM = {**{name: name for name in SIM_TAKES}, "speed": "factor", **FENCE}
 """Options of the functional layer for the simulator, with its names for them."""
+TO_WORLD = {"seed": "seed", "world": "world", "speed": "factor", **FENCE}
+TO_DRONE = {name: to for name, to in TO_SIM.items() if name not in TO_WORLD}
+"""The same in two parts, for a simulator of several drones."""
 TO_GUIDANCE = {"watch": "watch", **FENCE}
 TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
@@ -36,8 +39,8 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     - `wind`, `turbulence`, `gusts`, `battery` at the start, `packs_fail`, `pilot`: as in a scenario.
     - `fence`, `bounds`: boxes from `low` to `high`, by default those of the site.
     - `watch`: False lets guidance ignore obstacles. `link`: the radio (docs/video.md). `poses`: docs/mapping.md.
-    - `robots`: options of each drone by robot, such as `{"left": {}, "right": {}}`: this robot's simulator flies all.
-      `world_of`: the name of that robot, for the others. Their drones fly in its simulator.
+    - `robots`: options of each drone by robot, such as `{"left": {}, "right": {}}`. The simulator of the first flies
+      all. `world_of`: the name of that first robot, for the others.
     """
     if unknown := options.keys() - set(OPTIONS):
         raise UnknownNameError(f"option of {ROBOT.name}", min(unknown), OPTIONS)
@@ -81,7 +84,11 @@ def _simulator(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     factory = f"{SIMULATION}.simulator.node:make_sim"
     if options.get("robots"):
         factory = f"{SIMULATION}.simulator.shared_node:make_shared_sim"
-        sim["robots"] = {robot: _given(own, TO_SIM) for robot, own in options["robots"].items()}
+        (first, own), *others = options["robots"].items()
+        # What happens to this robot, such as a fault, happens to its own drone only.
+        drones = {first: _given({**options, **own}, TO_DRONE)}
+        drones |= {robot: _given(own, TO_DRONE) for robot, own in others}
+        sim = _given(options, TO_WORLD) | {"robots": drones}
     return (ProcessSpec("sim", factory, sim, extra="sim", restart="never"),)
 
 
@@ -98,10 +105,14 @@ def _site(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def recorder(options: dict[str, Any]) -> dict[str, Any]:
-    """Options of the recorder: the drone's dashboard with the site, and the flight log for the ground truth."""
+    """Options of the recorder: the drone's dashboard with the site, and the flight log for the ground truth.
+
+    The dashboard of a robot whose simulator flies several drones shows the others as well.
+    """
+    others = list(options.get("robots") or ())[1:]
     return {
         "scene": "skillwing.evaluation.dashboard.scene:make_scene",
-        "scene_options": _site(options),
+        "scene_options": _site(options) | ({"others": others} if others else {}),
         "collectors": ["skillwing.evaluation.judge.flight_log:make_flight_log"],
     }
 

@@ -13,6 +13,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.sim_mujoco.scenario.reading import ScenarioError, read_scenario
 from skillwing.sim_mujoco.world.kinds import SiteOptions, make_site
 from skillwing.sim_mujoco.world.site import Site
+from skillwing.sim_mujoco.world.standing import MOST_DRONES
 
 
 def guidance_options(options: dict[str, Any]) -> dict[str, Any]:
@@ -56,7 +57,11 @@ def mission_context(run: dict[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def check(run: dict[str, Any]) -> None:
-    """Raise InvalidOptionError for a `scenario` that the simulator could not use."""
+    """Raise InvalidOptionError for a `scenario`, or a number of `robots`, that the simulator could not use."""
+    robots = len(run.get("robots") or ())
+    if robots > MOST_DRONES:
+        text = f"There is room for {MOST_DRONES} drones around the pad, not for {robots}. Name fewer robots."
+        raise InvalidOptionError("with", text)
     if run.get("scenario") is not None:
         check_scenario(Path(run["scenario"]))
 

@@ -18,6 +18,7 @@ from skillwing.services.robot import Robot
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import FAILED, OK, USAGE
 from skillwing.services.terminal.system_runner import run_detached, running_processes
+from skillwing.sim_mujoco.world.standing import MOST_DRONES
 
 
 class LaunchedError(Exception):
@@ -127,6 +128,21 @@ def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
+    ("words", "robots", "world_of"),
+    [
+        (["--with", "right", "--with", "third"], ["right", "third"], None),
+        (["--world-of", "left", "--router", "tcp/127.0.0.1:7447"], [], "left"),
+    ],
+)
+def test_the_detached_process_shares_the_same_world(
+    launched: Any, tmp_path: Path, words: list[str], robots: list[str], world_of: str | None
+) -> None:
+    command = launched("up", "-d", "--robot-name", "mine", *words, "--run-dir", str(tmp_path / "run"))
+    given = up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])
+    assert (list(given["beside"] or ()), given["world_of"]) == (robots, world_of)
+
+
+@pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["--world", "moon"], "There is no world of kind 'moon'; known are courtyard,"),
@@ -138,6 +154,13 @@ def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) 
         (["--scenario", "no_such.toml"], "There is no scenario file no_such.toml."),
         (["--mock", "--scenario", "x.toml"], "Name the skills to mock"),
         (["--mock", "--robot-name", "a b"], "A robot cannot be called `a b`."),
+        (["--mock", "--with", "right"], "Name the skills to mock"),
+        (["--with", "a b"], "A robot cannot be called `a b`."),
+        (["--robot-name", "left", "--with", "left"], "this one is `left`"),
+        (["--with", "right", "--with", "right"], "Each robot in a simulator has a name of its own"),
+        (["--world-of", "left"], "Give `--router`, and no `--with`."),
+        (["--world-of", "left", "--router", "tcp/127.0.0.1:1", "--with", "right"], "and no `--with`."),
+        ([word for number in range(MOST_DRONES) for word in ("--with", f"r{number}")], "There is room for 7 drones"),
         (["--mock", "--router", "tcp/127.0.0.1:1", "--listen", "tcp/127.0.0.1:2"], "Leave out `--listen`."),
     ],
 )

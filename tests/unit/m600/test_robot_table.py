@@ -8,7 +8,7 @@ import pytest
 
 from skillwing.bt_missions.library import find_mission
 from skillwing.dsl import UnknownNameError
-from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT
+from skillwing.m600.robot import OF_THE_RUN, OPTIONS, ROBOT, SHARING
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.managers.hooks import SkillHooks
 from skillwing.services.options import imported
@@ -68,7 +68,7 @@ def test_options_of_the_run_are_valid_and_reach_no_process_of_the_functional_lay
     assert ROBOT.functional_layer({option: "something"}) == ROBOT.functional_layer({})
 
 
-@pytest.mark.parametrize("option", sorted(set(OPTIONS) - set(OF_THE_RUN) - {"bounds", "link"}))
+@pytest.mark.parametrize("option", sorted(set(OPTIONS) - set(OF_THE_RUN) - {"bounds", "link", *SHARING}))
 def test_every_option_reaches_a_process(option: str) -> None:
     given_options = [spec.options for spec in ROBOT.functional_layer({option: "something"})]
     assert any("something" in options.values() for options in given_options)

@@ -19,8 +19,8 @@ from skillwing.sim_mujoco.sensors.health import SensorCondition
 from skillwing.sim_mujoco.sensors.instruments import IMU_BATCH, IMU_PERIOD
 from skillwing.sim_mujoco.sensors.receivers import RECEIVERS
 from skillwing.sim_mujoco.sensors.table import SENSORS
-from skillwing.sim_mujoco.simulator.node import SLICE, make_sim
 from skillwing.sim_mujoco.simulator.lockstep import TICK
+from skillwing.sim_mujoco.simulator.node import SLICE, make_sim
 from skillwing.sim_mujoco.simulator.simulator import Simulator
 from skillwing.sim_mujoco.world.world import make_world
 

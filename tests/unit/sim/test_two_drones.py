@@ -180,7 +180,7 @@ def test_a_ray_to_the_hub_ends_at_its_surface_squarely() -> None:
 
 def test_a_drone_out_of_reach_or_behind_changes_no_bit() -> None:
     rng = np.random.default_rng(1)
-    starts, directions = np.zeros((1, 3), np.float32) + [[0.0, 0.0, 5.0]], unit(rng, 4000)
+    starts, directions = np.array([[0.0, 0.0, 5.0]], np.float32), unit(rng, 4000)
     bare = RayScene(WORLD.triangles())
     far = seen((300.0, 0.0, 5.0))
     assert all(map(np.array_equal, far.hits(starts, directions, 60.0), bare.hits(starts, directions, 60.0)))

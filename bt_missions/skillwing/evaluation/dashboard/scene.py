@@ -7,7 +7,7 @@ Streams are thinned on their way into the recording: five minutes of flight stay
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import msgspec
@@ -17,7 +17,9 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from skillwing.evaluation.dashboard.arrangement import SERIES, Arrangement, Front, overview
+from skillwing.evaluation.dashboard.companions import attach_companions
 from skillwing.evaluation.dashboard.depth_png import depth_png
+from skillwing.evaluation.dashboard.drone_shape import draw_drone
 from skillwing.evaluation.dashboard.geometry import (
     DEPTH_LEVELS,
     DEPTH_STEP,
@@ -62,10 +64,14 @@ STEADY = 0.3
 
 
 class Dashboard:
-    """Scene of one UAV. `site` only sets the overview: obstacles are drawn once the robot has seen them."""
+    """Scene of one UAV. `site` only sets the overview: obstacles are drawn once the robot has seen them.
 
-    def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site) -> None:
+    others: robots whose drones fly in the same world, and are drawn as well.
+    """
+
+    def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site, others: Sequence[str] = ()) -> None:
         self._recording = recording
+        self._others = others
         self._keys = Keys(skillset)
         self._site = site
         self._arrangement: Arrangement | None = None
@@ -99,11 +105,12 @@ class Dashboard:
 
     def attach(self, bus: Bus) -> None:
         self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        _draw_drone(self._recording)
+        draw_drone(self._recording, "world/drone")
         for name, colour in SERIES.items():
             label = name.rpartition("/")[2].replace("_", " ")
             lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
             self._recording.log(f"plots/{name}", lines, static=True)
+        attach_companions(self._recording, bus, self._others, self._site.ceiling)
         _follow(bus, navigation.NAVIGATION, navigation.Navigation, self._on_navigation)
         bus.subscribe(
             guidance.GUIDANCE_STATUS, message_reader(guidance.GuidanceStatus, self._on_guidance), latest_only=True
@@ -288,35 +295,21 @@ class Dashboard:
 
 
 class SceneOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Options of `make_scene`. site: of the overview; default: the usual courtyard."""
+    """Options of `make_scene`. site: of the overview; default: the usual courtyard. others: robots in its world."""
 
     skillset: str = "m600"
     site: SiteOptions = SiteOptions()
+    others: tuple[str, ...] = ()
 
 
 def make_scene(recording: rr.RecordingStream, options: dict[str, Any]) -> Dashboard:
     """The dashboard that `SceneOptions` describe. Raises OptionsError."""
     wanted = read_options(options, SceneOptions)
-    return Dashboard(recording, skillset=wanted.skillset, site=wanted.site.site())
+    return Dashboard(recording, skillset=wanted.skillset, site=wanted.site.site(), others=wanted.others)
 
 
 def _follow(bus: Bus, key: str, kind: type[M], show: Callable[[M], None]) -> None:
     bus.subscribe(key, message_reader(kind, show), latest_only=True)
-
-
-def _draw_drone(recording: rr.RecordingStream) -> None:
-    """Draw six arms and rotors, a nose, and a dot that is visible at any distance."""
-    tips = [(0.6 * math.cos(a), 0.6 * math.sin(a), 0.1) for a in np.arange(6) * math.pi / 3 + math.pi / 6]
-    arms = rr.LineStrips3D([[(0, 0, 0.05), tip] for tip in tips], colors=[[230, 232, 235]], radii=0.04)
-    recording.log("world/drone/arms", arms, static=True)
-    discs = rr.Ellipsoids3D(
-        centers=tips, half_sizes=[(0.26, 0.26, 0.02)] * 6, colors=[[120, 190, 255]], fill_mode="solid"
-    )
-    recording.log("world/drone/rotors", discs, static=True)
-    dot = rr.Points3D([(0, 0, 0)], colors=[[255, 255, 255]], radii=rr.Radius.ui_points(4.0))
-    recording.log("world/drone/dot", dot, static=True)
-    nose = rr.Arrows3D(vectors=[(2.0, 0, 0)], colors=[[255, 255, 255]], radii=0.07)
-    recording.log("world/drone/nose", nose, static=True)
 
 
 def _draw_camera(recording: rr.RecordingStream, header: sensors.DepthHeader) -> None:

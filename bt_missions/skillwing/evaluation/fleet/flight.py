@@ -5,9 +5,11 @@ A repeated plan gives the same flight, bit by bit.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from skillwing.bt_missions.running.process import mission_process
@@ -30,31 +32,43 @@ def fly_fleet(plan: FleetPlan, run_dir: Path | None = None, *, longest: float = 
     run_dir: an empty directory for recordings, in a folder for each robot. longest: limit of the flight [robot s].
     """
     begun = processor_time()
-    world = make_world(plan.seed, WORLD)
-    flights = {
+    flights = flights_of(plan, run_dir)
+    result = judged(plan, flights, together(flights, longest))
+    return msgspec.structs.replace(result, processor_time=round(processor_time() - begun, 2))
+
+
+def flights_of(plan: FleetPlan, run_dir: Path | None = None, *, speed: float | None = None) -> dict[str, RobotFlight]:
+    """Observer and processes of each robot. speed: robot seconds per second, for real processes."""
+    terrain = make_world(plan.seed, WORLD).terrain
+    return {
         robot: RobotFlight(
-            FlightObserver(ROBOT.skillset.stem, world.terrain), processes(plan, robot, run_dir), plan.cut(robot)
+            FlightObserver(ROBOT.skillset.stem, terrain), processes(plan, robot, run_dir, speed), plan.cut(robot)
         )
         for robot in ROBOTS
     }
-    sessions = together(flights, longest)
+
+
+def judged(plan: FleetPlan, flights: Mapping[str, RobotFlight], sessions: Mapping[str, SessionEnd]) -> FleetResult:
+    """Result of a flight by what its observers have seen."""
     observers = {robot: flight.observer for robot, flight in flights.items()}
     first = sessions[ROBOTS[0]]
     distances = [round(each.separation, 3) for each in observers.values() if each.separation is not None]
+    maps = [each.map for each in observers.values()]
     return FleetResult(
         plan=plan,
         robots={robot: _result(observers[robot], session) for robot, session in sessions.items()},
         separation=min(distances) if distances else None,
-        coverage=None if first.error else coverage(world, plan, [each.map for each in observers.values()]),
+        coverage=None if first.error else coverage(make_world(plan.seed, WORLD), plan, maps),
         end_time=round(first.end_time, 3),
-        processor_time=round(processor_time() - begun, 2),
         error=first.error,
     )
 
 
-def processes(plan: FleetPlan, robot: str, run_dir: Path | None = None) -> tuple[ProcessSpec, ...]:
+def processes(plan: FleetPlan, robot: str, run_dir: Path | None, speed: float | None = None) -> tuple[ProcessSpec, ...]:
     """Processes of one robot and its mission: observers first, the mission last."""
     table, options = replace(ROBOT, name=robot), plan.robot_options(robot)
+    if speed is not None:
+        options["speed"] = speed
     if run_dir is not None:
         (run_dir / robot).mkdir(parents=True, exist_ok=True)
         options["run_dir"] = str(run_dir / robot)

@@ -105,8 +105,10 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
 def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     """Waypoints of each robot in a courtyard: the left one maps its north-west, the right one its south-east.
 
-    The ways lie on the legs of the site's route, where obstacles leave room, and at least 9 m apart away from the pad.
-    From its last waypoint each robot flies home over everything. Raises InvalidOptionError for another kind of world.
+    The ways lie on the legs of the site's route, where obstacles leave room. They are 9 m apart, except within 8 m of
+    the pad. From its last waypoint each robot flies home over everything.
+
+    Raises InvalidOptionError for another kind of world.
     """
     if site.kind != WORLD:
         raise InvalidOptionError("world", f"Two drones divide a courtyard, not a {site.kind}. Choose a courtyard.")

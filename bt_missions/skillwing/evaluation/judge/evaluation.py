@@ -93,13 +93,22 @@ def judge(flown: ReportedMission, history: History, title: str) -> Verdict:
             collisions if collisions or seen_to_the_end else None,
             min(truth.clearance for truth in flight) if seen_to_the_end else None,
             coverage,
+            _separation(flight) if seen_to_the_end else None,
         ),
         notes=tuple(_notes(saved) if was_mapped else [NOT_MAPPED]),
     )
 
 
-def _figures(collisions: int | None, clearance: float | None, coverage: MapCoverage) -> tuple[JudgedFigure, ...]:
+def _separation(flight: Sequence[Truth]) -> float | None:
+    """Least distance to another drone, tip to tip [m]; None for a drone that is alone in its world."""
+    return min((truth.separation for truth in flight if truth.separation is not None), default=None)
+
+
+def _figures(
+    collisions: int | None, clearance: float | None, coverage: MapCoverage, separation: float | None
+) -> tuple[JudgedFigure, ...]:
     """Figures of a flight. clearance: least distance from an obstacle to the sphere around the vehicle, in metres.
+    separation: the same from another drone's sphere; its figure is left out if there is no other drone.
 
     Clearance and collisions are None without recorded truth, coverage is without a map.
     """
@@ -114,11 +123,20 @@ def _figures(collisions: int | None, clearance: float | None, coverage: MapCover
     return (
         JudgedFigure(key="collisions", name="collisions", value=collisions, text=hits, is_problem=bool(collisions)),
         JudgedFigure(key="min_clearance_m", name="least clearance", value=least, text=distance),
+        *_figure_of(separation),
         *(
             JudgedFigure(key=key, name=name, value=share, text=UNKNOWN if share is None else f"{100 * share:.1f} %")
             for key, (name, share) in shares.items()
         ),
     )
+
+
+def _figure_of(separation: float | None) -> tuple[JudgedFigure, ...]:
+    if separation is None:
+        return ()
+    least = round(separation, 3)
+    name = "least distance to another drone"
+    return (JudgedFigure(key="min_separation_m", name=name, value=least, text=f"{least:.2f} m"),)
 
 
 def _since(begin: float, end: float, flight: Sequence[Truth]) -> list[Truth]:

@@ -38,7 +38,9 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def arrived(self, goal: Goal[ReturnHomeInputs]) -> None:
         if self._climbing:
             self._climbing = False
-            self.fly_to(goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.IN_VIEW)
+            self.fly_to(
+                goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.IN_VIEW
+            )
         else:
             self.terminated_ARRIVED(goal.id)
 
@@ -58,7 +60,9 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
             self._climb(goal, position, max(position[2], goal.inputs.height))
         else:
             self._climbing, self._height = False, position[2]
-            self.fly_to(goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.FREE)
+            self.fly_to(
+                goal, self.fence.nearest_inside((*self.fence.home, self._height)), goal.inputs.speed, YawMode.FREE
+            )
 
     def _climb(self, goal: Goal[ReturnHomeInputs], position: Vector3, height: float) -> None:
         self._climbing, self._height = True, height

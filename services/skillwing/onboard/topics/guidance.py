@@ -137,6 +137,13 @@ GOAL_ENDED = "when the resource manager has ended a goal"
 TOPICS: tuple[Channel, ...] = (
     query(GUIDANCE_COMMAND, GuidanceCommand, Done, GUIDANCE, (SKILLS,), Duty.MUST, *REFUSALS),
     stream(GUIDANCE_STATUS, GuidanceStatus, GUIDANCE, (SKILLS, OBSTACLES, RECORDER), Duty.MUST, rate=20.0),
-    events(GEOFENCE, Geofence, GUIDANCE, (SKILLS, OBSTACLES), Duty.SHOULD, "at the start, and when the home point is another"),
+    events(
+        GEOFENCE,
+        Geofence,
+        GUIDANCE,
+        (SKILLS, OBSTACLES),
+        Duty.SHOULD,
+        "at the start, and when the home point is another",
+    ),
     events(AUTHORITY, Revoked, BRIDGE, (GUIDANCE, OBSTACLES, MAPPING, VIDEO), Duty.MUST, GOAL_ENDED),
 )

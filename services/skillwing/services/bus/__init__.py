@@ -207,7 +207,8 @@ class MultiRobotBus(Protocol):
     def beside(self, robot: str) -> Bus:
         """The bus of this node in the namespace of another robot, or this bus for its own.
 
-        Both share thread, clock and timers. The new bus closes with this one.
+        Both share thread, clock and timers. The new bus closes with this one. There its name is `NAME@ROBOT`, because
+        the other robot may have a node of the same name.
         """
         ...
 

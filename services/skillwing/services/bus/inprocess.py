@@ -93,13 +93,9 @@ class InProcessNetwork:
 
     def bus(self, name: str, robot: str = "r1") -> RunnableBus:
         """A new node's view. Raises ValueError if a node of that name lives in that robot already."""
-        if name in self._robots.setdefault(robot, Namespace()).nodes:
+        if name in self._robots.setdefault(robot, Namespace(robot)).nodes:
             raise ValueError(f"robot {robot} already has a node `{name}`; close its bus first or choose another name")
         return self._join(name, robot)
-
-    def is_namespace(self, robot: str, namespace: Namespace) -> bool:
-        """True for the namespace of the robot of that name."""
-        return self._robots.get(robot) is namespace
 
     def attach(self, node: Node, robot: str = "r1") -> RunnableBus:
         """Make a bus of the node's name and attach the node to it."""
@@ -108,7 +104,7 @@ class InProcessNetwork:
         return bus
 
     def _join(self, name: str, robot: str) -> InProcessBus:
-        joined = self._robots.setdefault(robot, Namespace())
+        joined = self._robots.setdefault(robot, Namespace(robot))
         joined.nodes[name] = InProcessBus(self, joined, name)
         return joined.nodes[name]
 
@@ -219,9 +215,9 @@ class InProcessBus:
 
     def beside(self, robot: str) -> RunnableBus:
         """See `MultiRobotBus`. Raises ValueError if that robot has a node of this name already."""
-        if self._network.is_namespace(robot, self.robot):
+        if robot == self.robot.name:
             return self
-        self._beside.append(self._network.bus(self._name, robot))
+        self._beside.append(self._network.bus(f"{self._name}@{self.robot.name}", robot))
         return self._beside[-1]
 
     def now(self) -> float:
@@ -393,6 +389,7 @@ class _Registration:
 class Namespace:
     """The nodes and declarations of one robot. Other robots do not see them."""
 
+    name: str
     nodes: dict[str, InProcessBus] = field(default_factory=dict)
     publishers: list[_Publisher] = field(default_factory=list)
     services: list[Service] = field(default_factory=list)

@@ -109,7 +109,14 @@ class ZenohBus:
         """See `MultiRobotBus`. Raises RouterUnreachableError."""
         if robot == self._robot:
             return self
-        bus = ZenohBus(self._name, robot, self._endpoint, topology=self._topology, host=self, identity=self._identity)
+        bus = ZenohBus(
+            f"{self._name}@{self._robot}",
+            robot,
+            self._endpoint,
+            topology=self._topology,
+            host=self,
+            identity=self._identity,
+        )
         self._beside.append(bus)
         return bus
 

@@ -79,6 +79,14 @@ def up(
         Path | None,
         typer.Option(metavar="FILE", help="Scenario of a simulated robot: faults, wind and more. See docs/sensors.md."),
     ] = None,
+    beside: Annotated[
+        list[str] | None,
+        typer.Option("--with", metavar="NAME", help="Further robot whose drone flies in this simulator. Repeatable."),
+    ] = None,
+    world_of: Annotated[
+        str | None,
+        typer.Option("--world-of", metavar="NAME", help="Fly in the simulator of this robot; see --with."),
+    ] = None,
     detach: DetachOption = False,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
@@ -104,6 +112,9 @@ def up(
     Several robots can share one router, each in a namespace of its name: `up --robot-name second --router
     tcp/127.0.0.1:PORT`. Their commands then take `--robot second`. See docs/operations.md.
 
+    Drones of several robots can fly in one simulated world: `up --robot-name left --with right --listen
+    tcp/127.0.0.1:7447`, then `up --robot-name right --world-of left --router tcp/127.0.0.1:7447`. See docs/worlds.md.
+
     With --resume the resource manager continues from the journal of an earlier run, with its states, goals and tokens.
     Use it for a robot that has kept its state meanwhile; a simulated one has not.
 
@@ -115,10 +126,13 @@ def up(
     _check_mocks(table, mock, skills, script)
     everything = mock and not skills
     if everything or not table.functional_layer({}):
-        _check_no_simulation({"world": world, "scenario": scenario}, everything=everything)
+        _check_no_simulation(
+            {"world": world, "scenario": scenario, "shared world": beside or world_of}, everything=everything
+        )
     run: dict[str, Any] = {"seed": WORLD_SEED if seed is None else seed, "speed": speed, "durable": durable}
     run |= {} if world is None else {"world": world}
     run |= {} if scenario is None else {"scenario": _existing(scenario)}
+    run |= _shared_world(table.name, beside or [], world_of, router)
     table.check(run)
     settings = RunSettings(
         clock="wall" if everything else table.clock,
@@ -147,6 +161,8 @@ def up(
         words += ["--mock"] if mock else []
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if scenario is None else ["--scenario", str(scenario.absolute())]
+        words += [word for name in beside or () for word in ("--with", name)]
+        words += [] if world_of is None else ["--world-of", world_of]
         raise typer.Exit(run_detached(table.name, words, directory))
     run["run_dir"] = str(directory)
     layer = () if everything else table.functional_layer(run)
@@ -166,11 +182,26 @@ def up(
     raise typer.Exit(run_system(started, (*layer, *managers), directory, settings))
 
 
+def _shared_world(own: str, beside: list[str], world_of: str | None, router: str | None) -> dict[str, Any]:
+    """Options of a run for robots in one simulator. Raises InvalidOptionError for names that do not fit together."""
+    if world_of is not None and (beside or router is None):
+        text = "A robot joins the simulator of another one at that robot's router. Give `--router`, and no `--with`."
+        raise InvalidOptionError("world-of", text)
+    for name in beside:
+        require_robot_name(name)
+    if len({own, *beside}) < 1 + len(beside):
+        text = f"Each robot in a simulator has a name of its own; this one is `{own}`. Give other names to `--with`."
+        raise InvalidOptionError("with", text)
+    if world_of is not None:
+        return {"world_of": world_of}
+    return {"robots": {name: {} for name in (own, *beside)}} if beside else {}
+
+
 def _check_no_simulation(options: dict[str, object], *, everything: bool) -> None:
     """Raise for options of a simulated world. everything: the robot is mocked; otherwise it has no functional layer."""
     why = "`--mock` runs without one. Name the skills to mock." if everything else "this robot has none. Leave it out."
     for name, value in options.items():
-        if value is not None:
+        if value:
             text = f"A {name} is for a simulated robot, and {why}"
             raise InvalidOptionError(name, text)
 

@@ -18,7 +18,7 @@ from skillwing.sim_mujoco.autopilot.autopilot import Autopilot, Estimate, Failsa
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
 from skillwing.sim_mujoco.camera.camera import Camera
 from skillwing.sim_mujoco.camera.feed import CameraFeed
-from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator, Solution
+from skillwing.sim_mujoco.navigation.navigator import EPOCH, Navigator
 from skillwing.sim_mujoco.navigation.odometry_aid import OdometryReport
 from skillwing.sim_mujoco.physics.battery import PACKS, BatteryModel
 from skillwing.sim_mujoco.physics.clearance import Clearance

@@ -89,7 +89,7 @@ def _hits_on(
 def _nearest_part(
     origins: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Distances (n,) to the nearest part, infinite for none, and cosines of incidence (n,); rays in the body's frame."""
+    """Distances (n,) to the nearest part, infinite for none, and cosines of incidence (n,). Rays are in FLU."""
     distances, cosines = np.full(len(origins), np.inf), np.zeros(len(origins))
     for centre, semi_axes, yaw in PARTS:
         # The map that turns the ellipsoid into a unit sphere.
