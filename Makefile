@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -26,6 +26,16 @@ $(READY): requirements.lock pyproject.toml
 
 demo: setup
 	$(BIN)/skillwing demo $(DEMO_ARGS)
+
+# Two drones in one world, each with a system of its own, over real processes. FLEET_ARGS="--condition camera --speed max".
+FLEET_ARGS ?=
+fleet: setup
+	$(BIN)/python -m skillwing.evaluation.fleet.demo $(FLEET_ARGS)
+
+# Flights of two drones over seeds and conditions, into docs/reliability.md: about two hours of processor time.
+FLEET_FLIGHTS_ARGS ?= --seeds 20 --jobs 2
+fleet-flights: setup
+	$(BIN)/python benchmarks/fleet_flights.py $(FLEET_FLIGHTS_ARGS) --write
 
 # One worker a core and one more. What starts processes stays with one of them (tests/scheduling.py), and begins first: if
 # files were sorted by how many tests they have, those of few long flights would come last and keep one worker while
@@ -95,7 +105,10 @@ pictures: setup
 	rm -rf runs/pictures
 	$(BIN)/skillwing demo --viewer none --run-dir runs/pictures/mapping
 	$(BIN)/skillwing demo inspection --viewer none --run-dir runs/pictures/inspection; test $$? -eq 1 # it loses its link
+	$(BIN)/python -m skillwing.evaluation.fleet.demo --condition camera --run-dir runs/pictures/fleet
 	cp runs/pictures/mapping/timeline.png runs/pictures/mapping/map.png docs/images/
+	cp runs/pictures/fleet/fleet.png docs/images/
+	$(BIN)/python benchmarks/dashboard_picture.py runs/pictures/fleet/left/recording.rrd docs/images/dashboard-fleet.png --at 45
 	$(BIN)/python benchmarks/dashboard_picture.py runs/pictures/mapping/recording.rrd docs/images/dashboard-mapping.png --at 47
 	$(BIN)/python benchmarks/dashboard_picture.py runs/pictures/inspection/recording.rrd docs/images/dashboard-inspection.png --at 50
 

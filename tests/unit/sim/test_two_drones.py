@@ -94,7 +94,7 @@ def test_to_put_one_drone_elsewhere_leaves_the_other_where_it_is() -> None:
 def test_each_drone_drifts_with_the_wind_at_its_own_place(
     one: tuple[float, float, float], other: tuple[float, float, float]
 ) -> None:
-    """As it does alone in that wind; the derivative of the drag is another one, which matters little in 0.2 s."""
+    """A lone drone in that wind drifts alike. Only the derivative of the drag differs, by little in 0.2 s."""
     drones = pair()
     for drone, wind, x in zip(drones, (one, other), (-5.0, 5.0), strict=True):
         drone.place((x, 0.0, OVER_ALL))

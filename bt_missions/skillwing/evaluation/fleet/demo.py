@@ -42,8 +42,8 @@ def draw(plan: FleetPlan, run_dir: Path, result: FleetResult) -> None:
         for robot, home in plan.homes().items()
     }
     saved = coverage(world, plan, [each.saved for each in drawn.values()])
-    share = "" if saved is None else f"{100 * saved:.1f} % mapped by both together; "
-    title = f"Two drones, courtyard {plan.seed}: {plan.condition.summary}\n{share}{sentence(result)}"
+    share = "" if saved is None else f"\n{100 * saved:.1f} % mapped by both together"
+    title = f"Two drones, courtyard {plan.seed}: {plan.condition.summary}\n{sentence(result)}{share}"
     draw_fleet(run_dir / PICTURE, world, drawn, title)
 
 

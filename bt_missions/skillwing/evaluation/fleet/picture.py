@@ -36,7 +36,7 @@ _DARKEST, _DARK_AT = 0.45, 6.0
 
 @dataclass(frozen=True, slots=True)
 class Drawn:
-    """What is drawn of one robot: its true flight, its map, and where it stood at the start."""
+    """Facts of one robot for the picture: its true flight, its map, and its place at the start."""
 
     flight: Sequence[Truth]
     saved: SavedMap | None

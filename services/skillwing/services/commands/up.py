@@ -81,11 +81,11 @@ def up(
     ] = None,
     beside: Annotated[
         list[str] | None,
-        typer.Option("--with", metavar="NAME", help="Further robot whose drone flies in this simulator. Repeatable."),
+        typer.Option("--with", metavar="NAME", help="Further robot in the simulated world of this one. Repeatable."),
     ] = None,
     world_of: Annotated[
         str | None,
-        typer.Option("--world-of", metavar="NAME", help="Fly in the simulator of this robot; see --with."),
+        typer.Option("--world-of", metavar="NAME", help="Join the simulated world of this robot; see --with."),
     ] = None,
     detach: DetachOption = False,
     colocate: ColocateOption = False,
@@ -112,7 +112,7 @@ def up(
     Several robots can share one router, each in a namespace of its name: `up --robot-name second --router
     tcp/127.0.0.1:PORT`. Their commands then take `--robot second`. See docs/operations.md.
 
-    Drones of several robots can fly in one simulated world: `up --robot-name left --with right --listen
+    Several robots can share one simulated world: `up --robot-name left --with right --listen
     tcp/127.0.0.1:7447`, then `up --robot-name right --world-of left --router tcp/127.0.0.1:7447`. See docs/worlds.md.
 
     With --resume the resource manager continues from the journal of an earlier run, with its states, goals and tokens.

@@ -83,7 +83,7 @@ class Simulator:
         self.world = world
         self._physics = physics or Physics(world)
         self.home = self._physics.motion.position[:2]
-        """Where the drone stands at time 0 [m]."""
+        """Place of the drone at time 0 [m]."""
         self._wind = Wind(self._random(6), wind, turbulence, gusts)
         self._physics.set_wind(wind)
         self._rotors = RotorFaults()

@@ -29,7 +29,7 @@ PARTS: tuple[Part, ...] = (
     ((0.0, 0.4, -0.55), (0.4, 0.025, 0.025), 0.0),
     ((0.0, -0.4, -0.55), (0.4, 0.025, 0.025), 0.0),
 )
-"""What sensors see of a drone: hub, arms, motors and skids. Turning blades let nearly all rays pass."""
+"""Visible parts of a drone: hub, arms, motors and skids. Turning blades let nearly all rays pass."""
 
 
 class VehicleRays(RayScene):
@@ -62,7 +62,7 @@ class VehicleRays(RayScene):
     def _drones(
         self, origins: Floats, directions: Floats, reach: float
     ) -> list[tuple[NDArray[np.intp], Floats, Floats]]:
-        """For each drone that is hit: numbers of the rays (n,), their distances (n,) [m] and cosines (n,)."""
+        """Hits on each drone that is hit: numbers of the rays (n,), their distances (n,) [m] and cosines (n,)."""
         starts = np.asarray(origins, dtype=np.float64).reshape(-1, 3)
         found = [_hits_on(pose, starts, directions, reach) for pose in self._others()]
         return [each for each in found if each is not None]
