@@ -143,4 +143,5 @@ ROBOT = Robot(
         reached="on the ground",
         action="landing",
     ),
+    without_goals="A drone that no goal commands holds its position for 30 s, then it lands.",
 )

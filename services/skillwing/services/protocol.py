@@ -343,7 +343,8 @@ class RobotDescription(Message, frozen=True, kw_only=True):
     """Facts about a robot that its clients need.
 
     `source` is the skillset as text in the skillset language, and `schema` its hash. `clock` is `robot` if a process of
-    the robot owns its time, otherwise `wall`. `rescue_goal` is that of the robot's table, if it has one.
+    the robot owns its time, otherwise `wall`. `rescue_goal` and `without_goals` are those of the robot's table,
+    if it has them.
     """
 
     source: str
@@ -354,6 +355,7 @@ class RobotDescription(Message, frozen=True, kw_only=True):
 
 class QueryReady(Message, frozen=True, kw_only=True):
     """Ask whether a skill may start now, or with an empty `skill` whether each one may. Nothing is started.
+    without_goals: str = ""
 
     `inputs` are those of the start. None asks without them: defaults count, and a precondition that needs another
     input is not checked. `schema` as in `FireExtern`.

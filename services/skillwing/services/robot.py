@@ -101,6 +101,8 @@ class Robot:
     drafted from the skillset.
     rescue_goal: the state to which the robot is brought before anybody leaves it alone. None for a robot that may be
     left anywhere.
+    without_goals: a sentence on what the robot does by itself while no goal commands it, for operators whose link to it
+    is away. Empty for a robot that does nothing.
     """
 
     name: str
@@ -114,6 +116,7 @@ class Robot:
     checker: str | None = None
     published_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     rescue_goal: RescueGoal | None = None
+    without_goals: str = ""
     mission_templates: str | None = None
     topics: str | None = None
 
@@ -132,6 +135,8 @@ class Robot:
         journal: dict[str, Any] = {"robot": self.name, "durable": bool(run.get("durable"))}
         if self.rescue_goal is not None:
             journal["rescue_goal"] = msgspec.json.decode(msgspec.json.encode(self.rescue_goal))
+        if self.without_goals:
+            journal["without_goals"] = self.without_goals
         if run.get("run_dir") is not None:
             journal["journal"] = str(Path(run["run_dir"]) / JOURNAL_FILE)
         return (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import pytest
 from rich.console import Console
 
+from faulty_network import FaultyNetwork
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
@@ -68,3 +69,27 @@ def test_what_processes_elsewhere_use_is_not_known_and_not_nothing() -> None:
 )
 def test_durations_are_short(seconds: float, text: str) -> None:
     assert duration(seconds) == text
+
+
+def test_a_lost_link_is_shown_until_it_is_back() -> None:
+    network = FaultyNetwork()
+    target = Target("kite-of-a-test", "tcp/elsewhere:7447", Path("kite.skillset"), "wall", without_goals="It floats.")
+    kite = parse("skillset kite { skill reel { result { success DONE } } }")
+    bus = network.join("cli")
+    top = SystemTop(System(target, cast("ZenohBus", bus), kite))
+
+    def shown() -> str:
+        console = Console(file=io.StringIO(), width=200)
+        console.print(top.picture())
+        assert isinstance(console.file, io.StringIO)
+        return console.file.getvalue()
+
+    network.run_for(1.0)
+    assert "has not answered" not in shown()
+    network.cut(bus)
+    network.run_for(3.0)
+    assert "tcp/elsewhere:7447 has not answered since " in shown()
+    assert "A mission on board goes on. It floats." in shown()
+    network.reconnect(bus)
+    network.run_for(1.0)
+    assert "has not answered" not in shown()

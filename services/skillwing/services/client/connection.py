@@ -80,6 +80,7 @@ def _target(state: RunState) -> Target:
         keys=None if state.keys is None else Path(state.keys),
         processes=state.processes,
         rescue_goal=state.rescue_goal,
+        without_goals=state.without_goals,
     )
 
 

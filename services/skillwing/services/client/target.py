@@ -42,8 +42,8 @@ class Target:
 
     topology: how its processes meet; a process from outside is always a client of the router. listens: address of its
     own router, as others reach it. keys: folder of its certificates. processes: the started ones with their state;
-    empty if only the robot's table is known. rescue_goal: as in that table. table: its reference, as `find_robot` takes
-    it; None if no table is known.
+    empty if only the robot's table is known. rescue_goal, without_goals: as in that table. table: its reference, as
+    `find_robot` takes it; None if no table is known.
     """
 
     robot: str
@@ -58,6 +58,7 @@ class Target:
     keys: Path | None = None
     processes: tuple[ProcessState, ...] = ()
     rescue_goal: RescueGoal | None = None
+    without_goals: str = ""
     table: str | None = None
 
 
@@ -87,7 +88,10 @@ def find_target_at(endpoint: str, robot: str | None = None, table: str | None = 
 def _target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
     known = find_robot(table)
     return Target(
-        robot or known.name, endpoint, known.skillset, known.clock, rescue_goal=known.rescue_goal, table=table
+        *(robot or known.name, endpoint, known.skillset, known.clock),
+        rescue_goal=known.rescue_goal,
+        without_goals=known.without_goals,
+        table=table,
     )
 
 
@@ -118,6 +122,7 @@ def _told_target(endpoint: str, robot: str, skillset: str) -> Target:
         # The others are found by their alive tokens: a robot's table does not say which of them are mocked.
         processes=(ProcessState(name=RESOURCE_MANAGER),),
         rescue_goal=msgspec.convert(told.rescue_goal, RescueGoal | None),
+        without_goals=told.without_goals,
         table=None if found is None else found[0],
     )
 

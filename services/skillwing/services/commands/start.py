@@ -20,6 +20,7 @@ from skillwing.services.protocol import Ending, State
 from skillwing.services.terminal import completion
 from skillwing.services.terminal.connection import InputsArgument, JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import OK, exit_code_of_end
+from skillwing.services.terminal.link_monitor import follow_link
 from skillwing.services.terminal.output import end_text, make_console, print_json, value_text
 from skillwing.services.terminal.start_advice import start_advice
 from skillwing.services.terminal.system_state import system_state
@@ -47,6 +48,7 @@ def start(
     or malformed value, 3 no system is running, 4 the robot refused: not validated, not ready, or busy.
     """
     with connect(robot) as system:
+        follow_link(system, lambda sentence: typer.echo(sentence, err=True), _without_link(system, follow=follow))
         values = parse_inputs(system.skillset.skill(skill), inputs or [])
         if skill_process(skill) not in system.alive():
             raise SkillwingError(f"No manager of `{skill}` runs. See with `skillwing status` which do.")
@@ -68,6 +70,13 @@ def start(
     else:
         console.print(f"{skill} runs as goal {goal.goal_id}.")
     raise typer.Exit(OK if goal.terminal is None else exit_code_of_end(goal.terminal))
+
+
+def _without_link(system: System, *, follow: bool) -> str:
+    """A sentence on the goal while this command's link to the robot is away."""
+    if not follow:
+        return "The goal goes on."
+    return f"The goal ends after some seconds, unless its skill goes on. {system.target.without_goals}".rstrip()
 
 
 def _advice(system: System, goal: GoalHandle, interface: SkillsetInterface, values: Mapping[str, Any]) -> list[str]:

@@ -23,6 +23,7 @@ from skillwing.services.processes.process_state import ProcessCondition, running
 from skillwing.services.protocol import GoalStatus, MissionStatus, QueryStates, ResourceStates, State
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.link_monitor import follow_link
 from skillwing.services.terminal.live_state import LiveState
 from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
@@ -82,6 +83,7 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
     """
     with connect(robot, wait_for_clock=False) as system:
+        follow_link(system, lambda sentence: typer.echo(sentence, err=True))
         seen = _overview(system)
     if as_json:
         print_json(_facts(seen))

@@ -33,6 +33,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.link_monitor import follow_link
 from skillwing.services.terminal.live_state import LiveState, ResourceNow, SkillNow
 from skillwing.services.terminal.output import (
     DOES_NOT_ANSWER,
@@ -108,6 +109,7 @@ class SystemTop:
         self._used: dict[int, tuple[float, float]] = {}
         self._silent: set[str] = set()
         self._unheard = 0
+        self._link = follow_link(system, lambda sentence: None)
         bus, keys, live_state = system.bus, system.keys, self._live_state
         prefix = keys.alive("")
 
@@ -191,6 +193,8 @@ class SystemTop:
         measured = any(entry.used is not None for entry in self._processes)
         use = f"   CPU {sum(self._cpu.values()):.0f} % of a core" if measured else ""
         title.append(f"   {target.endpoint}{use}", style="dim")
+        if self._link.warning:
+            title.append(f"\n{self._link.warning}", style="bold red")
         if len(entries) < len(self._processes):
             title.append(f"   {len(self._processes) - len(entries)} more processes", style="dim")
         skill_table = make_table(("SKILL", "STATE", "FOR", "PROGRESS", "ENDED LAST"), right=("FOR",))

@@ -73,7 +73,7 @@ class ResourceManagerNode:
     found: initial states that differ from the skillset's. journal: stores every change before it is published, and
     tells where to continue; one in memory by default. steps: receives all steps, to be replayed. contended: other
     resource managers are possible, so that this one begins only after an election, and ends if it is deposed.
-    rescue_goal: of the robot's table; clients elsewhere ask for it.
+    rescue_goal, without_goals: of the robot's table; clients elsewhere ask for them.
     """
 
     name = RESOURCE_MANAGER
@@ -90,8 +90,10 @@ class ResourceManagerNode:
         rescue_goal: Mapping[str, Any] | None = None,
     ) -> None:
         self._rescue_goal = rescue_goal
+        without_goals: str = "",
         self._skillset = skillset
         self._found = found
+        self._without_goals = without_goals
         self._keys = Keys(skillset.name)
         self._journal = journal or Journal(None, Identity("", skillset.name, skillset.schema_hash))
         self._steps = steps
@@ -235,6 +237,7 @@ class ResourceManagerNode:
 
     def _answer_ready(self, query: QueryReady, key: str) -> ReadyReport:
         del key
+            without_goals=self._without_goals,
         self._guard(self._journaled.check_hold)
         return self._core.ready_report(query, self._bus.now())
 
@@ -350,7 +353,7 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
 
     `skillset`: path of the .skillset file. `robot`: its name. `journal`: path of the journal, beside which all steps
     are recorded; in memory and without a record by default. `durable`: makes the journal safe from power loss.
-    `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`: as there.
+    `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`, `without_goals`: as there.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
@@ -371,3 +374,4 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
         contended=options.get("contended", True),
         rescue_goal=options.get("rescue_goal"),
     )
+        without_goals=options.get("without_goals", ""),

@@ -35,7 +35,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     topology: way in which processes meet. listens: address of its own router, as others reach it. keys: folder of its
     certificates. processes: state of those that were started. mission_context: facts about the site for missions, by
     mission. viewer: page for browsers, None for none. active_work: sentences on what its end would cut short, empty for
-    nothing. rescue_goal, mission_templates: as in the robot's table.
+    nothing. rescue_goal, mission_templates, without_goals: as in the robot's table.
     """
 
     robot: str
@@ -55,6 +55,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     active_work: str = ""
     rescue_goal: RescueGoal | None = None
     mission_templates: str | None = None
+    without_goals: str = ""
 
 
 def runtime_dir() -> Path:
@@ -166,6 +167,7 @@ def announced(
             viewer=viewer,
             rescue_goal=robot.rescue_goal,
             mission_templates=robot.mission_templates,
+            without_goals=robot.without_goals,
         )
     )
     try:
