@@ -99,6 +99,27 @@ def test_a_goal_whose_owner_is_gone_is_interrupted(system: System) -> None:
     assert "pilot" in end.reason
 
 
+def test_a_goal_runs_on_for_the_grace_of_its_owner(system: System) -> None:
+    pilot = owner(system, "pilot")
+    goal, _ = system.start("grip", owner="client/pilot", owner_grace=3.0)
+    system.until(lambda: system.state(goal) is State.RUNNING, "the goal to run")
+    pilot.close()
+    system.wait(2.0)
+    assert system.state(goal) is State.RUNNING
+    assert system.end(goal).ending is Ending.INTERRUPTED
+
+
+def test_a_goal_whose_owner_is_back_within_its_grace_runs_on(system: System) -> None:
+    pilot = owner(system, "pilot")
+    goal, _ = system.start("grip", owner="client/pilot", owner_grace=3.0)
+    system.until(lambda: system.state(goal) is State.RUNNING, "the goal to run")
+    pilot.close()
+    system.wait(2.0)
+    owner(system, "pilot")
+    system.wait(3.0)
+    assert system.state(goal) is State.RUNNING
+
+
 def test_a_goal_that_is_to_continue_outlives_its_owner(system: System) -> None:
     pilot = owner(system, "pilot")
     goal, _ = system.start("look", owner="client/pilot")

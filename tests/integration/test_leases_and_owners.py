@@ -6,6 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
@@ -17,6 +19,7 @@ from skillwing.services.client.goal_tracker import VERDICT_PATIENCE
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.core.events import ManagerGone
 from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.leases import LOOK_PERIOD
 from skillwing.services.core.skill_core import RENEWAL_PERIOD
 from skillwing.services.managers.hooks import Goal, SkillHooks
 from skillwing.services.managers.leased_core import DISPATCH_GRACE, GRANT_LEASE
@@ -55,10 +58,10 @@ def crane(*runs: MockRun, skillset: Skillset = CRANE) -> SkillsetInProcess:
 class Mission:
     """A client that owns the goals it starts."""
 
-    def __init__(self, robot: SkillsetInProcess, name: str = "mission") -> None:
+    def __init__(self, robot: SkillsetInProcess, name: str = "mission", grace: float = 0.0) -> None:
         self._robot = robot
         self.bus: Bus = robot.network.bus(name)
-        self.interface = SkillsetInterface(self.bus, robot.skillset, client=name, owns_goals=True)
+        self.interface = SkillsetInterface(self.bus, robot.skillset, client=name, owns_goals=True, owner_grace=grace)
 
     def start(self) -> GoalHandle:
         goal = self.interface.start("lift", {})
@@ -242,6 +245,70 @@ def test_a_client_whose_token_flaps_keeps_its_goals() -> None:
         mission.bus.declare_alive(KEYS.alive(owner))
     robot.run(5.0)
     assert goal.state is State.RUNNING
+
+
+def test_goals_of_a_client_that_dies_run_on_for_its_grace() -> None:
+    robot = crane(FOREVER)
+    mission = Mission(robot, grace=20.0)
+    goal_id = mission.start().goal_id
+    mission.bus.close()
+    robot.run(LOSS_DEBOUNCE + 20.0 - 0.1)
+    robot.assert_states(hook="TAKEN", within=0.0)
+    watch = robot.client.follow("lift", goal_id)
+    robot.assert_states(hook="FREE", within=0.5)
+    robot.run(0.1)
+    assert watch.terminal is not None
+    assert watch.terminal.reason.endswith("is gone, and has not come back within 20 s.")
+
+
+def test_a_client_that_is_back_within_its_grace_keeps_its_goals() -> None:
+    robot = crane(FOREVER)
+    mission = Mission(robot, grace=20.0)
+    mission.start()
+    owner = mission.interface._owner
+    assert owner is not None
+    mission.bus.close()
+    robot.run(15.0)
+    robot.network.bus("back").declare_alive(KEYS.alive(owner))
+    robot.run(60.0)
+    robot.assert_states(hook="TAKEN", within=0.0)
+
+
+@given(grace=st.floats(0.0, 60.0), absence=st.floats(0.1, 70.0))
+@settings(max_examples=20)
+def test_a_goal_ends_exactly_if_its_owner_is_away_for_longer_than_debounce_and_grace(
+    grace: float, absence: float
+) -> None:
+    """A quarter of a second round the limit is left out: that is how often leases are looked at."""
+    assume(abs(absence - LOSS_DEBOUNCE - grace) > LOOK_PERIOD)
+    robot = crane(FOREVER)
+    mission = Mission(robot, grace=grace)
+    mission.start()
+    owner = mission.interface._owner
+    assert owner is not None
+    mission.bus.close()
+    robot.run(absence)
+    robot.network.bus("back").declare_alive(KEYS.alive(owner))
+    robot.run(LOOK_PERIOD)
+    ended = absence > LOSS_DEBOUNCE + grace
+    robot.assert_states(hook="FREE" if ended else "TAKEN", within=0.0)
+
+
+def test_a_start_that_arrives_after_its_owner_has_died_gets_its_grace() -> None:
+    robot = crane(FOREVER)
+    request = StartGoal(
+        goal_id="late",
+        inputs={},
+        client="mission",
+        schema=CRANE.schema_hash,
+        owner="client/mission-of-yesterday",
+        owner_grace=5.0,
+    )
+    robot.bus.ask(KEYS.start("lift"), encode(request), lambda answer: None)
+    robot.run(LOSS_DEBOUNCE + 4.5)
+    robot.assert_states(hook="TAKEN", within=0.0)
+    robot.run(1.0)
+    robot.assert_states(hook="FREE", within=0.0)
 
 
 def test_a_goal_that_nobody_owns_outlives_who_started_it() -> None:

@@ -55,9 +55,11 @@ class Flight:
         mission: Mission = MISSION,
         poles: tuple[tuple[float, float], ...] = (),
         ready_timeout: float = 30.0,
+        owner_grace: float = 0.0,
+        network: InProcessNetwork | None = None,
         **options: Any,
     ) -> None:
-        self.network = InProcessNetwork(seed=seed, jitter=0.002)
+        self.network = network or InProcessNetwork(seed=seed, jitter=0.002)
         self.drone = ToyDrone(M600, poles)
         self.records: list[Record] = []
         self.statuses: list[MissionStatus] = []
@@ -78,7 +80,10 @@ class Flight:
             self.buses[node.name] = self.network.attach(node)
         given = {"route": ROUTE, **options} if mission is MISSION else options
         self.node = MissionNode(
-            mission, M600, mission.read_options(given), rescue_goal=ROBOT.rescue_goal, ready_timeout=ready_timeout
+            *(mission, M600, mission.read_options(given)),
+            rescue_goal=ROBOT.rescue_goal,
+            ready_timeout=ready_timeout,
+            owner_grace=owner_grace,
         )
         self.buses[self.node.name] = self.network.attach(self.node)
 

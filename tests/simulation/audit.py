@@ -16,13 +16,16 @@ from skillwing.services.bus import Answered, Refused
 from skillwing.services.bus.inprocess import InProcessBus, SentMessage
 from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.goal_states import Executing, Finished, Finishing, GoalRun, Stopping
+from skillwing.services.managers.liveliness_monitor import LOSS_DEBOUNCE
 from skillwing.services.names import RESOURCE_MANAGER
-from skillwing.services.protocol import Ending, State
+from skillwing.services.protocol import Ending, GoalStatus, State
 
 SLACK = 0.05
 """Seconds of virtual time that a timer may be late: others come first at the same instant."""
 ASKED_AGAIN_WITHIN = 2.0 + LONGEST_DELAY
 """Seconds from a question to its repetition: the time limit of an answer, and the longest pause after a silence."""
+TOKEN_DELAY = 5.0
+"""Longest time in seconds by which the return of a token may arrive late: a slow message, and a slow reconnection."""
 LOCAL_OUTCOME = "record_outcome"
 MOST_SILENCES = 10
 """Most silences of the resource manager in a row. After them a goal ends without it."""
@@ -113,6 +116,7 @@ class Audit:
             run = process.skill_core.current
             if run is None or run.status is None:
                 continue
+            self._look_at_grace(run, run.status)
             if not isinstance(run.state, Executing):
                 self._look_at_waiting(
                     process, run, run.status.t, "end" if isinstance(run.state, Finishing) else "begin"
@@ -121,6 +125,14 @@ class Audit:
                 limit = max(run.status.t, process.ran_since) + process.skill_core.skill.interrupt.timeout
                 if self._world.network.now() > limit + SLACK:
                     self._note("interrupting ends", f"{run.goal_id} is INTERRUPTING since {run.status.t:.3f}")
+
+    def _look_at_grace(self, run: GoalRun, status: GoalStatus) -> None:
+        """Check that a goal which is interrupted for its owner had no owner for its grace, as far as messages tell."""
+        if not status.text.startswith("Its owner "):
+            return
+        away = [min(each.end, status.t) - each.begin for each in self._world.absences if each.begin <= status.t]
+        if max(away, default=0.0) < LOSS_DEBOUNCE + run.owner_grace - TOKEN_DELAY:
+            self._note("an owner has its grace", f"{run.goal_id} is interrupted at {status.t:.3f}: {status.text}")
 
     def _look_at_waiting(self, process: Process, run: GoalRun, since: float, what: str) -> None:
         asking = self._askings.get((process.bus, what, run.goal_id), Asking(since))

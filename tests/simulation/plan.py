@@ -13,6 +13,8 @@ from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER, skill_proce
 
 CLIENTS = ("mission", "operator")
 """The first owns the goals that it starts, the second does not."""
+OWNER_GRACE = 6.0
+"""Grace of the goals of some missions, in seconds."""
 ACTION_TIME = 8.0
 """Seconds of virtual time in which something is done; then everything is fixed."""
 
@@ -58,13 +60,17 @@ class Act:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """journal: the resource manager remembers across a restart. calm: nothing bad happens to any process."""
+    """journal: the resource manager remembers across a restart. calm: nothing bad happens to any process.
+
+    owner_grace: of the goals that the mission owns [s].
+    """
 
     seed: int
     skillset: str
     conditions: NetworkConditions
     journal: bool
     acts: tuple[Act, ...]
+    owner_grace: float = 0.0
 
     @property
     def subject(self) -> Subject:
@@ -92,7 +98,9 @@ def draw_plan(seed: int) -> Plan:
     acts = _client_acts(chance, subject) + _robot_acts(chance, subject) + _bad_luck(chance, processes)
     acts += _modifications(random.Random(f"{seed}/modifications"), subject, acts)
     acts.sort(key=lambda act: act.t)
-    return Plan(seed, name, _conditions(chance), chance.random() < 0.7, tuple(acts))
+    # From another source of chance, so that a seed has the same acts as before there was a grace.
+    grace = random.Random(f"{seed}/grace").choice((0.0, 0.0, OWNER_GRACE))
+    return Plan(seed, name, _conditions(chance), chance.random() < 0.7, tuple(acts), grace)
 
 
 def _conditions(chance: random.Random) -> NetworkConditions:

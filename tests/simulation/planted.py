@@ -28,6 +28,7 @@ from skillwing.services.core.skill_core import SkillCore
 from skillwing.services.core.skill_events import RenewalAnswered
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry
 from skillwing.services.journal.journal import Journal
+from skillwing.services.managers import skill_manager
 from skillwing.services.managers.registration import Registration
 from skillwing.services.protocol import (
     BeginGoal,
@@ -197,6 +198,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "a repeated modification counts again": ((Modifications, "__contains__", _always(False)),),
     "a goal ends with the inputs of its start": ((Modifications, "apply", _keep_the_inputs),),
     "a replaced manager that nobody asks anything does not notice": ((Registration, "_ask_after", _always(None)),),
+    "an owner has no grace": ((skill_manager, "owner_grace", _always(0.0)),),
     "a status does not name its step": ((SkillCore, "_publish", _name_no_step),),
     "a client shows a goal before it knows the states": ((CausalView, "take_status", _show_at_once),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
@@ -205,6 +207,7 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
 LATE: Mapping[str, int] = {
     "nothing ends an interrupt that nobody confirms": 60,
     "goals outlive their owner": 165,
+    "an owner has no grace": 165,
     "invariants are judged once, not to the fixpoint": 210,
     "tokens are counted from one": 75,
     "grants are not written to the journal": 80,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,6 +52,7 @@ class Client:
         self.name = name
         self._on_goal = on_goal
         self._skillset = plan.subject.skillset
+        self._owner_grace = plan.owner_grace
         self._names = random.Random(f"{plan.seed}/{name}")
         self.goals: dict[str, GoalHandle] = {}
         self.unwanted: set[str] = set()
@@ -65,6 +67,7 @@ class Client:
             self._skillset,
             client=self.name,
             owns_goals=self.name == CLIENTS[0],
+            owner_grace=self._owner_grace,
             new_goal_id=lambda: f"{self._names.getrandbits(64):016x}",
         )
 
@@ -167,6 +170,14 @@ class Process:
         return cast(ResourceManagerNode, self.node)._core
 
 
+@dataclass
+class Absence:
+    """A time [s] without the owner of goals."""
+
+    begin: float
+    end: float = math.inf
+
+
 class World:
     """Simulated robot of a plan, at time 0."""
 
@@ -183,6 +194,8 @@ class World:
         self.on_new_books: Callable[[], None] = lambda: None
         self.on_goal: Callable[[Client, GoalHandle], None] = lambda client, goal: None
         """Listener to each change of a goal that a client sees."""
+        self.absences: list[Absence] = []
+        """Times for which the owner of goals was killed, stopped or cut off."""
         self._router_up = True
         self._books = self._new_journal()
         self._number = 0
@@ -266,6 +279,7 @@ class World:
     def kill(self, name: str) -> None:
         process = self.running.pop(name, None)
         if process is not None:
+            self._note_absence(process)
             self.network.kill(process.bus)
             self.fallen.append(process)
             if name == RESOURCE_MANAGER and not self.plan.journal:
@@ -282,11 +296,13 @@ class World:
 
     def _stop(self, process: Process) -> None:
         process.stopped = True
+        self._note_absence(process)
         self.network.stop(process.bus)
 
     def _wake(self, process: Process) -> None:
         process.stopped = False
         process.ran_since = self.network.now()
+        self._end_absence(process)
         self.network.wake(process.bus)
 
     def _replace(self, name: str, after: float) -> None:
@@ -307,13 +323,24 @@ class World:
 
     def _cut(self, process: Process, *, noticed: bool = False) -> None:
         process.cut = True
+        self._note_absence(process)
         self.network.cut(process.bus, noticed=noticed)
 
     def _fix(self, process: Process) -> None:
         if process.cut:
             process.cut = False
             process.linked_since = self.network.now()
+            self._end_absence(process)
             self.network.reconnect(process.bus)
+
+    def _note_absence(self, process: Process) -> None:
+        if process.name == CLIENTS[0] and not (self.absences and self.absences[-1].end == math.inf):
+            self.absences.append(Absence(self.network.now()))
+
+    def _end_absence(self, process: Process) -> None:
+        """End an absence of the owner, unless it is stopped and cut off at once."""
+        if process.name == CLIENTS[0] and self.absences and not process.stopped and not process.cut:
+            self.absences[-1].end = self.network.now()
 
     def _end_router(self, seconds: float) -> None:
         if not self._router_up:

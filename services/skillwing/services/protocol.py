@@ -25,6 +25,8 @@ ROOM_FOR_THE_REST = 1 << 14
 LONGEST_LABEL = 200
 LONGEST_SENTENCE = 2000
 """Characters of a refusal's sentence that are sent."""
+LONGEST_OWNER_GRACE = 60.0
+"""Longest time in seconds for which a goal may run on after its owner is gone."""
 MAX_NESTING = 32
 """Deepest nesting of a decoded payload; a deeper one is refused before it is walked."""
 
@@ -274,7 +276,8 @@ class StartGoal(Message, frozen=True, kw_only=True):
     """Start a skill. The same `goal_id` again returns that goal's state and never runs it twice.
 
     `deadline` (robot time) makes a delayed request harmless: after it the manager refuses to start. `owner` is the name
-    of a process (`client/...`) whose alive token the goal must not outlive; None for a goal without one.
+    of a process (`client/...`) whose alive token the goal must not outlive; None for a goal without one. `owner_grace`
+    is the wall time in seconds for which the goal runs on without that token, in case that its owner comes back.
     """
 
     goal_id: Label
@@ -284,6 +287,7 @@ class StartGoal(Message, frozen=True, kw_only=True):
     deadline: Time | None = None
     cause: Label | None = None
     owner: Label | None = None
+    owner_grace: Annotated[float, msgspec.Meta(ge=0.0, le=LONGEST_OWNER_GRACE)] = 0.0
 
 
 class InterruptGoal(Message, frozen=True, kw_only=True):

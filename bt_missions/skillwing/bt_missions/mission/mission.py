@@ -62,12 +62,14 @@ class Mission(ABC):
     """Base of missions.
 
     name: as in `skillwing mission run NAME`. summary: one sentence. Options: its options with defaults.
-    needs: for each resource, the states in one of which it has to be before the first tick.
+    needs: for each resource, the states in one of which it has to be before the first tick. owner_grace: wall time in
+    seconds, at most 60, for which goals run on while the link between mission and robot is away.
     """
 
     name: str
     summary: str
     needs: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+    owner_grace: float = 0.0
     Options: type[MissionOptions] = MissionOptions
 
     @property

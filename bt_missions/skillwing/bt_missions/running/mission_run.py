@@ -22,6 +22,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.leaf_errors import mark_raising_leaf
+from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog, Readiness, RescueCheck
@@ -57,6 +58,7 @@ class MissionRun:
         context: MissionContext,
         publisher: MissionPublisher,
         wake: Callable[[], None],
+        link: LinkWait,
     ) -> None:
         self._bus = bus
         self._trees = trees
@@ -64,6 +66,7 @@ class MissionRun:
         self._context = context
         self._publisher = publisher
         self._wake = wake
+        self._link = link
         self._readiness = Readiness(context.interface, mission.needs)
         goal = context.rescue_goal
         self._goal_words = ("safe", "the rescue") if goal is None else (goal.reached, goal.action)
@@ -104,6 +107,8 @@ class MissionRun:
         match self._stage:
             case RunStage.WAITING:
                 self._start_when_ready()
+            case _ if self._link.is_away:
+                return  # what is known of the robot is old: nothing may be started or judged by it
             case RunStage.RUNNING:
                 self._tick_root()
             case RunStage.CHECKING:
@@ -165,7 +170,8 @@ class MissionRun:
             self._has_run = True
             self._safety.begin()
             self._publisher.enter(MissionPhase.RUNNING, "the robot is ready")
-            self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock))
+            self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock, lambda: self._link.is_away))
+            self._at_end.append(self._link.begin(self._wake, self._give_up_for_link))
             self._tick_root()
         elif self._publisher.status.text != missing:
             self._publisher.publish(MissionPhase.IDLE, missing)
@@ -269,6 +275,12 @@ class MissionRun:
         if self._stage in (RunStage.RUNNING, RunStage.CHECKING, RunStage.RESCUING):
             text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
             self.give_up(_joined(self._failure_text(), f"then {text}") if self._context.failure else text)
+
+    def _give_up_for_link(self) -> None:
+        """End at once, when the link was away for the whole grace: nothing can be interrupted or heard."""
+        self._system_is_there = False
+        self._stop_tree(MissionPhase.FAILED, f"the link to the robot was away for {self._link.grace:g} s")
+        self._conclude(*self._outcome)
 
     def stop(self) -> None:
         """Interrupt what still runs and publish the end of the mission, without waiting for replies."""

@@ -103,11 +103,15 @@ class RescueCheck:
 
 
 class ClockWatchdog:
-    """Calls `on_still` once robot time stands still for `CLOCK_TIMEOUT`: then no deadline in robot time would pass."""
+    """Calls `on_still` once robot time stands still for `CLOCK_TIMEOUT`: then no deadline in robot time would pass.
 
-    def __init__(self, bus: Timers, on_still: Callable[[], None]) -> None:
+    is_excused: robot time cannot be heard now, so that its silence means nothing.
+    """
+
+    def __init__(self, bus: Timers, on_still: Callable[[], None], is_excused: Callable[[], bool]) -> None:
         self._bus = bus
         self._on_still = on_still
+        self._is_excused = is_excused
         self._check_later(bus.now())
 
     def cancel(self) -> None:
@@ -118,7 +122,7 @@ class ClockWatchdog:
 
     def _check(self, last: float) -> None:
         now = self._bus.now()
-        if now > last:
+        if now > last or self._is_excused():
             self._check_later(now)
         else:
             self._on_still()

@@ -12,6 +12,7 @@ from skillwing.bt_missions.checking.mission_check import draft_and_check
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
+from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.mission_run import MissionRun
 from skillwing.bt_missions.running.operator_requests import serve_operator_requests
 from skillwing.bt_missions.running.publisher import MissionPublisher
@@ -58,6 +59,9 @@ class MissionNode:
 
     `status` is the latest MissionStatus, which also goes to `on_status`. It is the final one when `over` is True.
     Then every goal has ended, or had its time to end, unless the system was stopped.
+
+    owner_grace: wall time in seconds for which the mission's goals run on without its link to the robot. ends_process:
+    the bus is closed at the end.
     """
 
     name = MISSION
@@ -71,6 +75,8 @@ class MissionNode:
         *,
         rescue_goal: RescueGoal | None = None,
         ready_timeout: float = READY_TIMEOUT,
+        owner_grace: float = 0.0,
+        ends_process: bool = False,
         on_status: Callable[[MissionStatus], None] = lambda status: None,
     ) -> None:
         self.mission = mission
@@ -79,7 +85,10 @@ class MissionNode:
         self._options = options
         self._rescue_goal = rescue_goal
         self._ready_timeout = ready_timeout
-        self._publisher = MissionPublisher(mission.name, self._keys, on_status)
+        self._owner_grace = owner_grace
+        self._ends_process = ends_process
+        self._on_status = on_status
+        self._publisher = MissionPublisher(mission.name, self._keys, self._take_status)
         self._awake = False
 
     @property
@@ -108,10 +117,13 @@ class MissionNode:
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._publisher.attach(bus)
-        interface = SkillsetInterface(bus, self._skillset, client=self.name, owns_goals=True)
+        interface = SkillsetInterface(
+            *(bus, self._skillset), client=self.name, owns_goals=True, owner_grace=self._owner_grace
+        )
         context = MissionContext(interface, self._skillset, bus.now, self._publisher.record, self._rescue_goal)
         trees, problems = draft_and_check(self.mission, context, self._options)
-        self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake)
+        link = LinkWait(bus, self._owner_grace)
+        self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake, link)
         self._run.cancel_at_end(
             # A timer in robot time fires only once that time is known.
             bus.after(0.0, self._run.time_is_known),
@@ -147,6 +159,11 @@ class MissionNode:
     def system_stopped(self) -> None:
         """End at once: the system was stopped, so that nothing can be interrupted."""
         self._run.system_stopped()
+
+    def _take_status(self, status: MissionStatus) -> None:
+        self._on_status(status)
+        if status.phase.over and self._ends_process:
+            self._bus.post(self._bus.close)
 
     def _wake(self) -> None:
         """Tick soon, once for all changes that arrive together."""

@@ -25,7 +25,10 @@ from skillwing.bt_missions.xml.values import read_option
 from skillwing.dsl.model import ArrayType, Skillset
 from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.protocol import LONGEST_OWNER_GRACE
 
+OWNER_GRACE = "owner_grace"
+"""Key of the metadata for `Mission.owner_grace`."""
 NEEDS = "needs"
 """Key of the metadata for the resource states that a mission needs at its start."""
 
@@ -40,9 +43,9 @@ def load_mission(file: Path) -> XmlMission:
 
 class XmlMission(Mission):
     """Mission from a tree file. name: ID of the main tree. Its input ports are the options, and the metadata of its
-    model hold summary and needs.
+    model hold summary, needs and owner_grace.
 
-    problems: those of the file's frame, of the options and of the needs.
+    problems: those of the file's frame, of the options and of the metadata.
     """
 
     def __init__(self, source: TreeFile) -> None:
@@ -51,6 +54,7 @@ class XmlMission(Mission):
         self.name = source.main or source.file.stem
         self.summary = source.main_model.metadata.get("summary", "")
         self.needs = dict(_needs(source, problems))
+        self.owner_grace = _owner_grace(source, problems)
         fields = list(_options(source, problems))
         self.problems = tuple(problems)
         options = msgspec.defstruct("Options", fields, bases=(MissionOptions,), frozen=True, kw_only=True)
@@ -151,6 +155,21 @@ def _own_value(value: object, port: DeclaredPort, skillset: Skillset) -> Any:
         others = f"; it may be {listed(known, limit=30)}, or a list of a skillset's type as `TYPE{LIST}`."
         raise PortError(f"`{port.name}` is of type `{port.kind}`{did_you_mean(name, known, others)}")
     return read_option(value, ArrayType(named[name], None) if port.kind.endswith(LIST) else named[name], port.name)
+
+
+def _owner_grace(source: TreeFile, problems: list[FileProblem]) -> float:
+    """Parse `owner_grace="20"`."""
+    model = source.main_model
+    text = model.metadata.get(OWNER_GRACE, "0")
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if 0.0 <= seconds <= LONGEST_OWNER_GRACE:
+        return seconds
+    sentence = f"`{OWNER_GRACE}` is `{text}`; it takes seconds from 0 to {LONGEST_OWNER_GRACE:g}."
+    problems.append(FileProblem(model.lines[OWNER_GRACE], sentence))
+    return 0.0
 
 
 def _needs(source: TreeFile, problems: list[FileProblem]) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -63,8 +63,9 @@ class SkillsetInterface:
     """A client's live view of one robot.
 
     client: its name in goals and in the timeline; with keys it follows that of the certificate. owns_goals: goals that
-    it starts are interrupted when it is gone, unless their skill has `owner_lost=continue`. new_goal_id: source of goal
-    ids, by default the bus. Raises InvalidOptionError if the client's name cannot be part of a key.
+    it starts are interrupted when it is gone, unless their skill has `owner_lost=continue`. owner_grace: as in
+    `StartGoal`, for these goals. new_goal_id: source of goal ids, by default the bus. Raises InvalidOptionError if the
+    client's name cannot be part of a key.
     """
 
     def __init__(
@@ -74,6 +75,7 @@ class SkillsetInterface:
         *,
         client: str,
         owns_goals: bool = False,
+        owner_grace: float = 0.0,
         new_goal_id: Callable[[], str] | None = None,
     ) -> None:
         self._bus = bus
@@ -91,6 +93,7 @@ class SkillsetInterface:
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
         self._owner = self._new_owner(client) if owns_goals else None
+        self._owner_grace = owner_grace
         if self._owner is not None:
             bus.declare_alive(self._keys.alive(self._owner))
 
@@ -140,6 +143,7 @@ class SkillsetInterface:
                 deadline=self._bus.now() + START_WITHIN,
                 cause=cause,
                 owner=self._owner,
+                owner_grace=self._owner_grace,
             )
         )
         return tracker.handle

@@ -481,7 +481,8 @@ class Finished(GoalState, frozen=True):
 
 @dataclass(slots=True)
 class GoalRun:
-    """A goal with its state. owner: the client process that it must not outlive, None for any.
+    """A goal with its state. owner: the client process that it must not outlive, None for any. owner_grace: wall time
+    in seconds for which it runs on without its owner.
 
     record: its latest timeline record; step: number of the resource manager's step that it follows from; revision:
     number of its modifications; status: as last published.
@@ -497,6 +498,7 @@ class GoalRun:
     step: int = 0
     revision: int = 0
     status: GoalStatus | None = None
+    owner_grace: float = 0.0
 
     @property
     def phase(self) -> State:

@@ -24,6 +24,7 @@ from skillwing.services.core.goal_states import (
 )
 from skillwing.services.core.modifications import Modifications
 from skillwing.services.core.outbox import Outbox
+from skillwing.services.core.owners import stop_without
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, CallHook, Hook
 from skillwing.services.core.skill_events import (
@@ -40,7 +41,6 @@ from skillwing.services.core.skill_events import (
     StopRequested,
     Terminated,
 )
-from skillwing.services.names import CLIENT
 from skillwing.services.protocol import (
     Ending,
     ErrorCode,
@@ -142,6 +142,7 @@ class SkillCore:
         check_timely(self._skillset, self.skill.name, request, now)
         self._delivery.require_room()
         run = GoalRun(request.goal_id, {}, request.client, request.owner, now, IDLE, request.cause)
+        run.owner_grace = request.owner_grace
         terminal = self._obstacle(run, request)
         if terminal is None:
             self._current = run
@@ -184,7 +185,7 @@ class SkillCore:
     def _on_owner_gone(self, event: OwnerGone, now: float) -> None:
         run = self._current
         if run is not None and run.owner == event.owner and self.skill.owner_lost == "interrupt":
-            self._take(run, StopRequested(f"Its owner {event.owner.removeprefix(CLIENT)} is gone."), now)
+            self._take(run, stop_without(event.owner, run), now)
 
     def _on_answer(self, event: QuestionAnswered, now: float) -> None:
         run = self._run_of(event.asked.call.goal_id)

@@ -15,6 +15,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
 from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.events import TimePassed
+from skillwing.services.core.owners import owner_grace
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
@@ -114,7 +115,11 @@ class SkillManagerNode:
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
         self._hooks.setup()
         bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
-        self._owners = LivelinessMonitor(bus, keys, f"{CLIENT}*", self._on_owner_gone, from_outside=True)
+        self._owners = LivelinessMonitor(
+            *(bus, keys, f"{CLIENT}*", self._on_owner_gone),
+            from_outside=True,
+            grace=lambda owner: owner_grace(self._core.current, owner),
+        )
         serve(bus, keys.start(skill), StartGoal, self._answer_start)
         serve(bus, keys.interrupt(skill), InterruptGoal, self._answer_interrupt)
         serve(bus, keys.modify(skill), ModifyGoal, self._answer_modify)
@@ -140,9 +145,10 @@ class SkillManagerNode:
 
     def _answer_start(self, request: StartGoal, key: str) -> GoalStatus:
         del key
-        if request.owner is not None:
-            self._owners.expect(request.owner)
         self._step(request)
+        if request.owner is not None:
+            # After the step, for the goal's grace counts.
+            self._owners.expect(request.owner)
         return self._core.status(request.goal_id)
 
     def _answer_interrupt(self, request: InterruptGoal, key: str) -> GoalStatus:
