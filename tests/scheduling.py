@@ -24,6 +24,7 @@ PROCESSES = (
     "integration/test_leases_zenoh.py",
     "integration/test_lockstep_flight.py",
     "integration/test_m600_fault_command.py",
+    "integration/test_mission_on_board.py",
     "integration/test_mock_command.py",
     "integration/test_operations.py",
     "integration/test_plain_client.py",

@@ -42,6 +42,11 @@ larger, although it held none of them any more.
 """
 ANSWER_WITHIN = 10.0
 """Wall seconds after which an unanswered question counts as silence."""
+OF_ABSENT_PROCESSES = (
+    *(KEYS.mission_abort, KEYS.mission_pause, KEYS.mission_resume, KEYS.mission_start, KEYS.mission_status),
+    KEYS.mocked_world,
+)
+"""Questions to processes that do not run here: mission, launcher and mocks."""
 MANAGERS = ("data_manager", "resource_manager", "skill/takeoff")
 
 
@@ -197,7 +202,7 @@ class Thrower:
         }
         if endpoint.key in servers:
             return servers[endpoint.key] in processes
-        if endpoint.key in (KEYS.mission_abort, KEYS.mission_pause, KEYS.mission_resume, KEYS.mocked_world):
+        if endpoint.key in OF_ABSENT_PROCESSES:
             return False
         parts = endpoint.key.split("/")
         if "mock" in parts:

@@ -24,6 +24,8 @@ from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Nam
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
 from skillwing.services.options import imported
+from skillwing.services.processes.launcher_node import LauncherNode
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import ErrorCode, QueryGoal, QueryStates, ResourceStates, decode, encode
 from skillwing.services.robot import ProcessSpec
 
@@ -38,12 +40,27 @@ def made(spec: ProcessSpec) -> Node:
     return imported({"factory": spec.factory}, "factory")(spec.resolved().options)
 
 
+@dataclass
+class NoLauncher:
+    """A launcher that starts nothing."""
+
+    run_dir: Path
+    states: tuple[ProcessState, ...] = ()
+
+    def launch(self, spec: ProcessSpec, log: str) -> None:
+        del spec, log
+
+    def forget(self, name: str) -> None:
+        del name
+
+
 def nodes_of_the_m600(run_dir: Path) -> list[Node]:
     """All processes of a flying m600, with the recorder, a mission and observers."""
     options = {"run_dir": str(run_dir), "seed": 1}
     specs = (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
     route = MISSION.read_options({"route": ROUTE})
-    return [*(made(spec) for spec in specs), MissionNode(MISSION, SKILLSET, route, rescue_goal=ROBOT.rescue_goal)]
+    mission = MissionNode(MISSION, SKILLSET, route, rescue_goal=ROBOT.rescue_goal)
+    return [*(made(spec) for spec in specs), mission, LauncherNode(NoLauncher(run_dir), ROBOT, SKILLSET.name, {})]
 
 
 def nodes_of_the_mocked_m600() -> list[Node]:

@@ -291,6 +291,12 @@ def test_a_second_mission_is_refused_while_one_is_there(ready: Command, system: 
             assert time.monotonic() < deadline
 
 
+def test_without_a_launcher_no_mission_runs_on_board(ready: Command) -> None:
+    said = ready("mission", "run", "mapping", "--on-board")
+    assert said.code == FAILED
+    assert said.error.startswith("No launcher of this robot runs missions. Start the robot with `skillwing up`")
+
+
 # --- up and down -----------------------------------------------------------------------------------------------------
 
 

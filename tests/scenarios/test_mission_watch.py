@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,17 +12,27 @@ import msgspec
 from flights import KEYS, M600, Flight
 from rich.console import Console
 
+from faulty_network import FaultyNetwork
 from skillwing.bt_missions.cli.watch import MissionWatch
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus import Bus
 from skillwing.services.history.files import TIMELINE_FILE, JsonLines
 from skillwing.services.history.history import History
 from skillwing.services.history.report import make_report
+from skillwing.services.processes.launcher_node import LauncherNode
+from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.report.rendering import write_report
+from skillwing.services.robot import ProcessSpec
 
 
 def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:
-    target = SimpleNamespace(run_dir=run_dir)
-    system: Any = SimpleNamespace(bus=flight.network.bus("watcher"), keys=KEYS, skillset=M600, target=target)
+    return watch_on(flight.network.bus("watcher"), run_dir)
+
+
+def watch_on(bus: Bus, run_dir: Path | None = None) -> MissionWatch:
+    target = SimpleNamespace(run_dir=run_dir, endpoint="tcp/elsewhere:7447", without_goals="It holds its position.")
+    system: Any = SimpleNamespace(bus=bus, keys=KEYS, skillset=M600, target=target)
     return MissionWatch(system)
 
 
@@ -116,3 +127,40 @@ def report(folder: Path, mission: str, result: str) -> None:
 
 def last_one(run_dir: Path) -> str:
     return " ".join(seen(watched(Flight(), run_dir)).split())
+
+
+@dataclass
+class NoLauncher:
+    """A launcher that starts nothing."""
+
+    run_dir: Path = Path("run")
+    states: tuple[ProcessState, ...] = ()
+
+    def launch(self, spec: ProcessSpec, log: str) -> None:
+        raise AssertionError(f"{spec.name} is not to be started, with the log {log}")
+
+    def forget(self, name: str) -> None:
+        raise AssertionError(f"{name} is not to be forgotten")
+
+
+def test_a_watcher_whose_link_was_away_learns_of_the_end_from_the_launcher() -> None:
+    network = FaultyNetwork()
+    flight = Flight(network=network)
+    network.attach(LauncherNode(NoLauncher(), ROBOT, M600.name, {}))
+    bus = network.join("watcher")
+    watch = watch_on(bus)
+    network.run_for(10.0)
+    assert watch.status is not None
+    network.cut(bus)
+    network.run_for(3.0)
+    assert "tcp/elsewhere:7447 has not answered since " in seen(watch)
+    assert "A mission on board goes on. It holds its position." in seen(watch)
+    flight.until(lambda: flight.node.over)
+    network.run_for(1.0)
+    flight.buses["mission"].close()
+    assert not watch.over
+    network.reconnect(bus)
+    network.run_for(5.0)
+    assert watch.over
+    assert watch.status == flight.node.status
+    assert "has not answered" not in seen(watch)

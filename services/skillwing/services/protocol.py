@@ -355,11 +355,11 @@ class RobotDescription(Message, frozen=True, kw_only=True):
     schema: Label
     clock: Literal["robot", "wall"]
     rescue_goal: dict[str, Any] | None = None
+    without_goals: str = ""
 
 
 class QueryReady(Message, frozen=True, kw_only=True):
     """Ask whether a skill may start now, or with an empty `skill` whether each one may. Nothing is started.
-    without_goals: str = ""
 
     `inputs` are those of the start. None asks without them: defaults count, and a precondition that needs another
     input is not checked. `schema` as in `FireExtern`.
@@ -742,6 +742,24 @@ class MissionStatus(Message, frozen=True, kw_only=True):
     goal: tuple[float, float, float] | None = None
 
 
+class StartMission(Message, frozen=True, kw_only=True):
+    """Run a mission on board: the robot's launcher starts its process. The reply comes once that runs.
+
+    `mission` is the name of a mission that is installed on the robot. With `tree`, the text of a tree file, it is a
+    name for that file. `options` are the mission's. The same `request_id` again starts nothing and gets the same reply.
+    """
+
+    request_id: Label
+    mission: Label
+    client: Label
+    options: dict[str, Any] = {}
+    tree: str = ""
+
+
+class QueryMission(Message, frozen=True, kw_only=True):
+    """Ask for the latest status of the mission that runs, or ran last."""
+
+
 class AbortMission(Message, frozen=True, kw_only=True):
     """Interrupt everything, rescue the robot, and end the mission as ABORTED. Idempotent."""
 
@@ -976,6 +994,11 @@ class Keys:
     @property
     def mission_status(self) -> str:
         return f"{self.skillset}/mission/status"
+
+    @property
+    def mission_start(self) -> str:
+        """Query that starts a mission on board."""
+        return f"{self.skillset}/mission/start"
 
     @property
     def mission_abort(self) -> str:

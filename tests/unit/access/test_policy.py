@@ -27,9 +27,11 @@ M600 = robot_access(ROBOT)
 SKILLSET = ROBOT.load_skillset()
 READS = {
     *("m600/skill/*/goal", "m600/resource/state", "m600/resource/ready", "m600/resource/robot", "m600/data/*"),
+    "m600/mission/status",
 }
 STARTS = {"m600/skill/*/start", "m600/skill/*/interrupt", "m600/skill/*/modify"}
 MISSIONS = {"m600/mission/abort", "m600/mission/pause", "m600/mission/resume"}
+ON_BOARD = {"m600/mission/start"}
 CHANGES = {"m600/resource/extern", "m600/event/*"}
 MOCKS = {"m600/mock/skill/*", "m600/mock/world"}
 TRIALS = {"fl/fault", "fl/fault/all", "fl/link/fault", "fl/pilot"}
@@ -43,8 +45,8 @@ def offered(grants: Grants) -> set[str]:
     ("role", "asks"),
     [
         (Role.VIEWER, READS),
-        (Role.CLIENT, READS | STARTS | MISSIONS),
-        (Role.OPERATOR, READS | STARTS | MISSIONS | CHANGES | MOCKS | TRIALS),
+        (Role.CLIENT, READS | STARTS | MISSIONS | ON_BOARD),
+        (Role.OPERATOR, READS | STARTS | MISSIONS | ON_BOARD | CHANGES | MOCKS | TRIALS),
     ],
 )
 def test_a_person_may_ask_what_the_role_says(role: Role, asks: set[str]) -> None:

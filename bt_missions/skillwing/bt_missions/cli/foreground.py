@@ -6,7 +6,9 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
+import typer
 from rich.console import Console, RenderableType
+from rich.text import Text
 
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.services.bus import Timers
@@ -78,6 +80,20 @@ def print_if_open(console: Console | None, text: RenderableType) -> None:
     except OSError:
         with suppress(SystemExit):
             console.on_broken_pipe()
+
+
+def print_link(console: Console | None, sentence: str) -> None:
+    """Print a sentence about the link to the robot, beside JSON on standard error."""
+    if console is None:
+        typer.echo(sentence, err=True)
+    else:
+        print_if_open(console, Text(sentence, "bold red"))
+
+
+def without_link(grace: float, target: Target) -> str:
+    """A sentence on the goals of a mission on the ground while its link is away. grace: of the mission [wall s]."""
+    goals = f"The goals run on for {grace:g} s, then they end" if grace else "The goals end after some seconds"
+    return f"{goals}. {target.without_goals}".rstrip()
 
 
 def call_when_stopped(bus: Timers, target: Target, act: Callable[[], None]) -> None:

@@ -13,7 +13,8 @@ from rich.console import Console
 
 from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
 from skillwing.bt_missions.cli.draft import write_draft
-from skillwing.bt_missions.cli.foreground import print_if_open, run_in_foreground
+from skillwing.bt_missions.cli.foreground import print_if_open, print_link, run_in_foreground, without_link
+from skillwing.bt_missions.cli.on_board import make_request, require_tree_fit, run_on_board
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
@@ -35,7 +36,9 @@ from skillwing.services.errors import (
     RefusedError,
     SkillwingError,
 )
+from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
+    LONGEST_OWNER_GRACE,
     AbortMission,
     ErrorCode,
     Keys,
@@ -47,6 +50,7 @@ from skillwing.services.protocol import (
 from skillwing.services.terminal.completion import missions
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect, mission_context
 from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.link_monitor import follow_link
 from skillwing.services.terminal.output import make_console, print_json, print_table
 
 MissionName = Annotated[
@@ -134,6 +138,18 @@ def run(
     name: MissionName,
     options: OptionWords = None,
     robot: RobotOption = None,
+    on_board: Annotated[
+        bool, typer.Option("--on-board", help="Run it on the robot: this command may come and go.")
+    ] = False,
+    owner_grace: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            min=0.0,
+            max=LONGEST_OWNER_GRACE,
+            help="Time for which goals run on while the link to the robot is away, by default the mission's own.",
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Run a mission on the running system, and show its progress until it is over. See docs/missions.md.
@@ -141,14 +157,19 @@ def run(
     Ctrl-C, `kill` and a closed terminal abort the mission: its goals are interrupted, and its tree `rescue` runs. A
     second Ctrl-C ends the command at once, without the rescue.
 
+    With --on-board the robot's launcher runs the mission, and a broken link to the robot does not matter to it. Ctrl-C
+    then ends this view only; `skillwing mission abort` aborts. See docs/ground_station.md.
+
     If the system runs in a chosen world (`up --world KIND`), options of the site are set as a planner would set them.
     Options on the command line have priority.
 
     Exit codes: 0 it succeeded; 1 it failed or was aborted; 2 it did not run (unknown name, malformed value, or it
     does not fit the robot); 3 no system is running; 4 another mission runs, or your keys do not allow it.
     """
-    chosen = _find(name, robot)
     asked = parse_options(options or [])
+    if on_board:
+        raise typer.Exit(_run_on_board(name, asked, robot, owner_grace, as_json=as_json))
+    chosen = _find(name, robot)
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot) as system:
@@ -161,8 +182,10 @@ def run(
             print_if_open(console, status_line(status))
 
         goal = system.target.rescue_goal
-        node = MissionNode(chosen, system.skillset, given, rescue_goal=goal, on_status=show)
+        grace = chosen.owner_grace if owner_grace is None else owner_grace
+        node = MissionNode(chosen, system.skillset, given, rescue_goal=goal, owner_grace=grace, on_status=show)
         require_allowed(system.bus, system.keys.start("*"))
+        follow_link(system, lambda text: print_link(console, text), without_link(grace, system.target))
         run_in_foreground(system, node, console)
     if console is None:
         print_json(node.status)
@@ -308,6 +331,18 @@ def export(
 def nodes(output: OutputOption = None, robot: RobotTableOption = None, skillset: SkillsetOption = None) -> None:
     """Write the models of all nodes of tree files: the palette that Groot2 imports. See docs/own_mission.md."""
     _put(write_models(choose_robot(robot, skillset).skillset), output)
+
+
+def _run_on_board(
+    name: str, asked: dict[str, Any], robot: str | None, owner_grace: float | None, *, as_json: bool
+) -> int:
+    if owner_grace is not None:
+        text = "A mission on board needs no --owner-grace: it is not cut off from its goals. Leave it out."
+        raise InvalidOptionError("owner-grace", text)
+    request = make_request(name, asked, new_goal_id())
+    with connect(robot) as system:
+        require_tree_fit(name, asked, system.skillset, system.target)
+        return run_on_board(system, request, None if as_json else make_console())
 
 
 def _send(

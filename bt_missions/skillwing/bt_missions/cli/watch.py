@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from rich.console import Console, Group, RenderableType
@@ -9,8 +10,10 @@ from rich.live import Live
 from rich.text import Text
 
 from skillwing.bt_missions.running.tree_snapshot import render_tree
+from skillwing.services.bus import Answered, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
+from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.history.files import read_records
 from skillwing.services.history.history import GoalOutcome, History, SkillBar
 from skillwing.services.history.mission_intervals import mission_intervals
@@ -22,16 +25,22 @@ from skillwing.services.protocol import (
     GoalStatus,
     MissionPhase,
     MissionStatus,
+    QueryMission,
     Record,
     RecordKind,
     TreeNode,
     TreeSnapshot,
+    decode,
+    encode,
 )
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.keyboard import when_pressed
+from skillwing.services.terminal.link_monitor import follow_link
 from skillwing.services.terminal.live_state import LiveState
 from skillwing.services.terminal.output import make_table, relative_path, value_text
 
+SILENCES = 6
+"""Silences in a row after which no launcher serves missions."""
 PERIOD = 0.25
 """Time between two updates of the view, in seconds of wall time."""
 QUIT = "q"
@@ -59,15 +68,20 @@ _BAR_COLOURS = {
 
 
 class MissionWatch:
-    """Latest messages of the mission of a system. They arrive while the bus of the connection runs."""
+    """Latest messages of the mission of a system. They arrive while the bus of the connection runs.
 
-    def __init__(self, system: System) -> None:
+    on_link: gets a sentence when the link to the robot is lost, and when it is back. The view shows it, too.
+    """
+
+    def __init__(self, system: System, on_link: Callable[[str], None] = lambda sentence: None) -> None:
         self.status: MissionStatus | None = None
         self.tree: TreeSnapshot | None = None
         self._system = system
         self._present = LiveState()
         self._history = History(system.skillset)
         self._since = 0.0
+        self._on_link = on_link
+        self.link = follow_link(system, self._take_link)
         bus, keys = system.bus, system.keys
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_status), events=True)
         bus.subscribe(keys.mission_tree, message_reader(TreeSnapshot, self._on_tree), events=True)
@@ -92,6 +106,8 @@ class MissionWatch:
         if self.status is None:
             return Text(_last_mission(self._system.target.run_dir), overflow="fold")
         parts: list[RenderableType] = [status_line(self.status), Text()]
+        if self.link.warning:
+            parts.insert(0, Text(self.link.warning, "bold red"))
         if self.tree is not None:
             parts += [_tree_text(self.tree, height), Text()]
         bars = self._latest_bars()
@@ -124,6 +140,12 @@ class MissionWatch:
         now = self._present.skill(bar.skill)
         return Text(value_text(now.feedback) if now.feedback and now.goal_id == bar.goal_id else "running", "blue")
 
+    def _take_link(self, sentence: str) -> None:
+        """Pass a sentence on. When the link is back, the mission may have ended meanwhile: its launcher knows."""
+        self._on_link(sentence)
+        if self._system.bus.connected:
+            ask_latest_status(self._system, self._on_status)
+
     def _on_status(self, status: MissionStatus) -> None:
         self.status = status
 
@@ -142,6 +164,19 @@ class MissionWatch:
     def _on_goal(self, status: GoalStatus) -> None:
         self._history.add_status(status)
         self._present.add_status(status)
+
+
+def ask_latest_status(system: System, take: Callable[[MissionStatus], None]) -> None:
+    """Ask the robot's launcher for the latest status of a mission. Without either, `take` is not called."""
+
+    def on_answer(answer: Answered | Refused) -> None:
+        if isinstance(answer, Answered):
+            take(decode(answer.payload, MissionStatus))
+
+    ask_until_answered(
+        *(system.bus, system.keys.mission_status, encode(QueryMission()), on_answer),
+        keep_retrying=lambda silences: silences < SILENCES,
+    )
 
 
 def show_live(system: System, watch: MissionWatch, console: Console) -> None:

@@ -25,6 +25,7 @@ from skillwing.services.protocol import (
     PauseMission,
     ResumeMission,
     StartGoal,
+    StartMission,
 )
 from skillwing.services.wire.channel import PEOPLE, Channel, Each, Kind, Role
 from skillwing.services.wire.channels import CHANNELS, COMMANDERS
@@ -39,6 +40,7 @@ DEEDS: dict[object, str] = {
     ModifyGoal: "modify goals",
     FireExtern: "change resources",
     FireEvent: "fire events",
+    StartMission: "start missions",
     AbortMission: "abort missions",
     PauseMission: "pause missions",
     ResumeMission: "resume missions",

@@ -231,7 +231,7 @@ class Node(Protocol):
     Process tables name the factory as `"package.module:factory"`. `owns_clock` is True for the one node that advances
     robot time, the simulator. A node inside a control loop also has `closes_loop` = True: robot time never runs ahead
     of it. A node that is not ready when it is attached has `tells_when_ready` = True, and declares the liveliness token
-    of its process itself.
+    of its process itself. A node whose work comes to an end closes its bus then, and has `over` = True.
     """
 
     @property

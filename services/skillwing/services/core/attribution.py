@@ -23,6 +23,7 @@ from skillwing.services.protocol import (
     RecordOutcome,
     RenewGoal,
     StartGoal,
+    StartMission,
 )
 
 M = TypeVar("M", bound=Message)
@@ -41,7 +42,7 @@ def attributed(request: M, asker: str | None) -> M:
         case StartGoal():
             _require_own_owner(request, asker)
             return msgspec.structs.replace(request, client=named(asker, request.client))
-        case InterruptGoal() | ModifyGoal():
+        case InterruptGoal() | ModifyGoal() | StartMission():
             return msgspec.structs.replace(request, client=named(asker, request.client))
         case FireExtern() | FireEvent():
             return msgspec.structs.replace(request, source=named(asker, request.source))

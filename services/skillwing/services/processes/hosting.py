@@ -138,7 +138,7 @@ def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartb
         logger.info("%s runs", bus.name)
         bus.run_until(lambda: lifetime.over)
         if bus.closed:
-            return EXIT_REPLACED
+            return EXIT_OK if getattr(hosted.node, "over", False) else EXIT_REPLACED
         hosted.node.detach()
     except (WrongSkillsetError, _UnusableNodeError, PassingError) as error:
         code = EXIT_PASSING if isinstance(error, PassingError) else EXIT_CONFIGURATION

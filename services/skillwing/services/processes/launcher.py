@@ -17,7 +17,7 @@ from skillwing.services.access.exposure import local_endpoint
 from skillwing.services.access.handshake import explained
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus import Topology
-from skillwing.services.bus.clock import unix_offset
+from skillwing.services.bus.clock import Clock, unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import SkillwingError
@@ -151,13 +151,13 @@ class Launcher:
         self._watch(child)
         return self.endpoint
 
-    def open_bus(self, name: str) -> ZenohBus:
+    def open_bus(self, name: str, clock: Clock | None = None) -> ZenohBus:
         """A bus of this process under a name. Raises KeysError, RouterUnreachableError and NotKnownError."""
         identity = None
         if self._key_folder is not None:
             identity = process_identity(self._key_folder, self.robot, LAUNCHER)
         try:
-            return ZenohBus(name, self.robot, self.endpoint, identity=identity)
+            return ZenohBus(name, self.robot, self.endpoint, clock, identity=identity)
         except RouterUnreachableError as error:
             reason = explained(error, identity)
             if reason is error:
@@ -211,6 +211,21 @@ class Launcher:
         if awaited():
             raise self._start_error(awaited(), exits())
 
+    def launch(self, spec: ProcessSpec, log: str) -> None:
+        """Start one more process and return at once; `on_exit` tells of its end. log: name of its log file.
+
+        Raises InvalidOptionError, and OSError if the system cannot start a process.
+        """
+        (group,) = process_groups([spec])
+        self._watch(self._launch(group, self._command(group), log=log))
+
+    def forget(self, name: str) -> None:
+        """Leave a process that has ended out of `states`."""
+        with self._lock:
+            if (child := self._children.pop(name, None)) is not None:
+                child.kill()
+        self.on_change()
+
     def stop(self) -> None:
         """Stop the processes, then the router. A process that does not end in time is killed. Idempotent.
 
@@ -242,11 +257,13 @@ class Launcher:
         words += [] if self._key_folder is None else ["--keys", str(self._key_folder)]
         return [*words, "--clock", self._clock, "--unix-offset", repr(self._unix_offset), "--parent-pipe"]
 
-    def _launch(self, group: ProcessGroup, command: Sequence[str], stdout: int | None = None) -> Child:
+    def _launch(
+        self, group: ProcessGroup, command: Sequence[str], stdout: int | None = None, log: str | None = None
+    ) -> Child:
         child = Child(
             group.name,
             command,
-            self.run_dir / "logs" / f"{group.name}.log",
+            self.run_dir / "logs" / f"{log or group.name}.log",
             restart=group.restart if self._restarts else "never",
             essential=group.essential,
             talks=group.name != ROUTER,

@@ -13,13 +13,16 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.launcher_node import LauncherNode
 from skillwing.services.processes.process_monitor import ProcessMonitor, process_statuses
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import Announcement
 from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Keys
+from skillwing.services.robot import ClockKind
 from skillwing.services.terminal.active_work import ActiveWork
 from skillwing.services.terminal.exit_codes import FAILED
 from skillwing.services.terminal.mission_reporter import MissionReporter
@@ -32,25 +35,30 @@ PERIOD = 0.5
 class ForegroundSupervisor:
     """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
-    exits: filled by the launcher. stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system.
-    active_work: goals and mission under way. objection: sentence against an end by Ctrl-C, or empty; a second Ctrl-C
-    ends it all the same. Use it as a context manager, in which the table is shown.
+    node: the launcher's own, on the bus of this supervisor; clock: owner of robot time. exits: filled by the launcher.
+    stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission
+    under way. objection: sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. Use it as a
+    context manager, in which the table is shown.
     """
 
     def __init__(
         self,
         console: Console,
         launcher: Launcher,
+        node: LauncherNode,
         announcement: Announcement,
         exits: SimpleQueue[ProcessExit],
         skillset: str,
         stop: StopSignal,
+        clock: ClockKind,
         reporter: MissionReporter | None = None,
         active_work: ActiveWork | None = None,
         objection: Callable[[], str] = lambda: "",
     ) -> None:
         self._console = console
         self._launcher = launcher
+        self._node = node
+        self._clock: ClockKind = clock
         self._announcement = announcement
         self._exits = exits
         self._stop = stop
@@ -65,8 +73,10 @@ class ForegroundSupervisor:
     def __enter__(self) -> Self:
         # A second Ctrl-C may come before this returns. Then `__exit__` is not called.
         with ExitStack() as stack:
-            bus = self._launcher.open_bus("supervisor")
+            clock = FollowedClock() if self._clock == "robot" else WallClock()
+            bus = self._launcher.open_bus(self._node.name, clock)
             self._bus = stack.enter_context(closing(bus))
+            self._node.attach(bus)
             bus.watch_alive(f"{self._prefix}**", self._on_alive)
             if self._reporter is not None:
                 self._reporter.attach(bus, self._print)
@@ -109,6 +119,8 @@ class ForegroundSupervisor:
             self._stop.wait(self._bus, lambda: not self._exits.empty(), PERIOD)
             while not self._exits.empty():
                 ended = self._exits.get()
+                if not self._node.take_exit(ended):
+                    continue
                 self._print(f"{ended} {ended.outlook}", "red")
                 if ended.final and self._is_essential(ended.process):
                     self._print("The system cannot go on without it.", "bold red")

@@ -24,6 +24,7 @@ from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Launcher
+from skillwing.services.processes.launcher_node import LauncherNode
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import announced, read_run_state, reserved, running_systems
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
@@ -139,13 +140,9 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                     f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
                 )
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
+                node = LauncherNode(launcher, robot, skillset.name, settings.mission_context)
                 supervisor = ForegroundSupervisor(
-                    console,
-                    launcher,
-                    announcement,
-                    exits,
-                    skillset.name,
-                    stop,
+                    *(console, launcher, node, announcement, exits, skillset.name, stop, settings.clock),
                     reporter,
                     active_work,
                     objection=lambda: objection(robot.name, guests()),

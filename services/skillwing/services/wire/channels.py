@@ -37,6 +37,7 @@ from skillwing.services.protocol import (
     PauseMission,
     QueryData,
     QueryGoal,
+    QueryMission,
     QueryReady,
     QueryRobot,
     QueryStates,
@@ -47,6 +48,7 @@ from skillwing.services.protocol import (
     ResumeMission,
     RobotDescription,
     StartGoal,
+    StartMission,
     TreeSnapshot,
     Violated,
 )
@@ -59,6 +61,8 @@ COMMANDERS = (Role.CLIENT, Role.OPERATOR, Role.MISSION, Role.SKILL_MANAGER)
 """Roles that start skills. A skill manager does if its skill is a behavior tree of others."""
 MISSIONS = (Role.MISSION, Role.CLIENT, Role.OPERATOR)
 """A mission on board has its own role. One on the ground has that of its client."""
+LAUNCHER = (Role.LAUNCHER,)
+"""The launcher also publishes the end of a mission whose process it has seen die."""
 PERSONS, OPERATORS = (Role.CLIENT, Role.OPERATOR), (Role.OPERATOR,)
 CHANGERS = (*BRIDGE, *OPERATORS)
 
@@ -69,6 +73,8 @@ MODIFICATIONS = (
     *(ErrorCode.NOT_ALLOWED, ErrorCode.TOO_LATE, ErrorCode.UNAVAILABLE),
 )
 UNDECIDED = (ErrorCode.UNAVAILABLE,)
+NO_MISSION = (ErrorCode.NOT_ALLOWED,)
+ON_BOARD = (ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE)
 ASKED = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.UNAVAILABLE)
 CHANGES = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.UNKNOWN_NAME, ErrorCode.NOT_ALLOWED, ErrorCode.UNAVAILABLE)
 ATTACHMENTS = (ErrorCode.SCHEMA_MISMATCH, ErrorCode.REPLACED, ErrorCode.UNAVAILABLE)
@@ -99,7 +105,11 @@ PUBLIC = (
     Channel(Keys.alive, Kind.TOKEN, (*PROCESSES, *PERSONS), EVERYBODY, each=Each.PROCESS),
     Channel(lambda keys, _: keys.timeline, Kind.EVENTS, (*PROCESSES, *PERSONS), EVERYBODY, Record),
     Channel(CLOCK_KEY, Kind.STREAM, (Role.FUNCTIONAL_LAYER,), EVERYBODY, ClockTick),
-    Channel(lambda keys, _: keys.mission_status, Kind.EVENTS, MISSIONS, EVERYBODY, MissionStatus),
+    Channel(lambda keys, _: keys.mission_status, Kind.EVENTS, (*MISSIONS, *LAUNCHER), EVERYBODY, MissionStatus),
+    Channel(
+        lambda keys, _: keys.mission_status, Kind.QUERY, LAUNCHER, EVERYBODY, QueryMission, MissionStatus, NO_MISSION
+    ),
+    Channel(lambda keys, _: keys.mission_start, Kind.QUERY, LAUNCHER, PERSONS, StartMission, MissionStatus, ON_BOARD),
     Channel(lambda keys, _: keys.mission_tree, Kind.EVENTS, MISSIONS, EVERYBODY, TreeSnapshot),
     Channel(lambda keys, _: keys.mission_abort, Kind.QUERY, MISSIONS, PERSONS, AbortMission, MissionStatus),
     Channel(lambda keys, _: keys.mission_pause, Kind.QUERY, MISSIONS, PERSONS, PauseMission, MissionStatus),

@@ -1,0 +1,173 @@
+"""Node of a launcher: it runs missions on board, and puts the exits of processes on the timeline."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+import msgspec
+
+from skillwing.services.bus import Bus, Request
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.core.attribution import attributed
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.errors import SkillwingError
+from skillwing.services.names import EXITED, KILLED, LAUNCHER, MISSION, NODES, STARTED
+from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
+from skillwing.services.processes.mission_slot import MissionSlot, being_started
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.protocol import (
+    ErrorCode,
+    ErrorReply,
+    Keys,
+    M,
+    MissionStatus,
+    ProtocolError,
+    QueryMission,
+    RecordKind,
+    StartMission,
+    decode,
+    encode,
+)
+from skillwing.services.robot import ProcessSpec, Robot
+from skillwing.services.timeline import Timeline
+
+FACTORY = "skillwing.bt_missions.running.on_board:make_mission_on_board"
+TREES = "trees"
+"""Folder of the tree files that were sent to this robot, in the directory of its run."""
+
+log = logging.getLogger(__name__)
+
+
+class ProcessLauncher(Protocol):
+    """The part of a `Launcher` that its node needs."""
+
+    @property
+    def run_dir(self) -> Path: ...
+    @property
+    def states(self) -> tuple[ProcessState, ...]: ...
+    def launch(self, spec: ProcessSpec, log: str) -> None: ...
+    def forget(self, name: str) -> None: ...
+
+
+class LauncherNode:
+    """Serves `mission/start` for the processes of a launcher. sites: options of missions by the site, by mission."""
+
+    name = LAUNCHER
+    owns_clock = False
+
+    def __init__(
+        self, launcher: ProcessLauncher, robot: Robot, skillset: str, sites: Mapping[str, Mapping[str, Any]]
+    ) -> None:
+        self._launcher = launcher
+        self._robot = robot
+        self._keys = Keys(skillset)
+        self._sites = sites
+        self._slot = MissionSlot()
+        self._started = 0
+
+    def attach(self, bus: Bus) -> None:
+        self._bus = bus
+        keys = self._keys
+        self._timeline = Timeline(bus, keys)
+        # No events: their history would show the end of an earlier mission to those who come later.
+        self._status = bus.advertise(keys.mission_status)
+        bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._slot.note), events=True)
+        bus.watch_alive(keys.alive(MISSION), self._on_alive)
+        _serve(bus, keys.mission_start, StartMission, self._start_on_request)
+        _serve(bus, keys.mission_status, QueryMission, self._latest_status)
+
+    def detach(self) -> None:
+        """Do nothing: the processes end with their launcher."""
+
+    def take_exit(self, ended: ProcessExit) -> bool:
+        """Put the exit of a process on the timeline. Returns False for one of no interest: a mission that is over."""
+        if ended.process == MISSION and self._end_mission(ended):
+            return False
+        after = EXITED if ended.signal is None else KILLED
+        nodes = [node for state in self._launcher.states if state.name == ended.process for node in state.nodes]
+        detail = {NODES: nodes} if nodes else {}
+        self._timeline.record(RecordKind.PROCESS, ended.process, None, after, text=str(ended), detail=detail)
+        return True
+
+    # --- missions ----------------------------------------------------------------------------------------------------
+
+    def _start_on_request(self, message: StartMission) -> MissionStatus:
+        status = self._slot.request(message, self._bus.now())
+        if status is None:
+            self._start(message)
+            raise being_started(message)
+        return status
+
+    def _latest_status(self, query: QueryMission) -> MissionStatus:
+        del query
+        if self._slot.status is None:
+            text, help_ = "No mission has run here yet.", "Start one with `skillwing mission run`."
+            raise RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
+        return self._slot.status
+
+    def _start(self, message: StartMission) -> None:
+        """Start the process of a mission. Its node checks that the mission fits; if not, the process ends at once."""
+        self._started += 1
+        number = "" if self._started == 1 else f"-{self._started}"
+        try:
+            self._launcher.launch(self._process(message, number), f"{MISSION}{number}")
+            text = f"{message.client} starts `{message.mission}` on board"
+            self._timeline.record(RecordKind.PROCESS, MISSION, None, STARTED, text=text)
+        except (SkillwingError, OSError) as error:
+            log.exception("the mission %s could not be started", message.mission)
+            self._slot.exited(f"{error}.", ())
+
+    def _process(self, message: StartMission, number: str) -> ProcessSpec:
+        mission = message.mission
+        if message.tree:
+            file = self._launcher.run_dir / TREES / f"{mission}{number}.xml"
+            _write(file, message.tree)
+            mission = str(file)
+        options = {
+            "mission": mission,
+            "skillset": str(self._robot.skillset),
+            "rescue_goal": msgspec.to_builtins(self._robot.rescue_goal),
+            "options": message.options,
+            "sites": {name: dict(site) for name, site in self._sites.items()},
+        }
+        return ProcessSpec(MISSION, FACTORY, options, essential=False, extra="missions", restart="never")
+
+    def _on_alive(self, _key: str, alive: bool) -> None:
+        if alive:
+            self._slot.appeared()
+        else:
+            self._slot.vanished()
+
+    def _end_mission(self, ended: ProcessExit) -> bool:
+        """Take the end of the mission's process. Returns True if the mission was over, or had not begun."""
+        does_not_fit = ended.exit_code == EXIT_CONFIGURATION
+        refused = self._slot.exited("" if does_not_fit else str(ended), ended.log)
+        self._launcher.forget(MISSION)
+        if refused or ended.exit_code == 0:
+            return True
+        cut_short = self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
+        if cut_short is not None:
+            self._status.put(encode(cut_short))
+        return False
+
+
+def _serve(bus: Bus, key: str, kind: type[M], answer: Callable[[M], MissionStatus]) -> None:
+    def on_request(request: Request) -> None:
+        try:
+            request.reply(encode(answer(attributed(decode(request.payload, kind), request.asker))))
+        except ProtocolError as error:
+            help_ = f"Send the message `{kind.__name__}`."
+            request.refuse(ErrorReply(code=ErrorCode.BAD_REQUEST, message=f"{error}.", help=help_))
+        except RefusedError as error:
+            request.refuse(error.reply)
+
+    bus.serve(key, on_request)
+
+
+def _write(file: Path, text: str) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")

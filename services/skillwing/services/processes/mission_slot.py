@@ -1,0 +1,129 @@
+"""The one mission of a robot: which mission runs, which is being started on board, and the replies to its requests.
+
+Pure: `LauncherNode` starts and watches the processes.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+
+from skillwing.services.core.bounded_dict import BoundedDict
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, StartMission
+
+OUTCOMES_REMEMBERED = 100
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+"""Name of a mission, which is also the begin of a file's name on the robot."""
+FILE = re.compile(r"\.(py|xml)$")
+MOST_OPTIONS = 1 << 16
+"""Bytes of a mission's options as JSON. They are part of a command line."""
+WAIT = "Wait until it has ended, or abort it with `skillwing mission abort`."
+ON_BOARD = "it runs on board"
+
+
+Outcome = MissionStatus | RefusedError
+"""Reply to a request."""
+
+
+class MissionSlot:
+    """Place of a robot's only mission. status: the latest one of any mission; None before the first."""
+
+    def __init__(self) -> None:
+        self.status: MissionStatus | None = None
+        self._starting: StartMission | None = None
+        """The request whose mission has not appeared yet."""
+        self._before: MissionStatus | None = None
+        """Status of the mission before that one."""
+        self._on_board: str | None = None
+        """Name of the mission whose process the launcher runs."""
+        self._present = False
+        self._outcomes: BoundedDict[str, Outcome] = BoundedDict(OUTCOMES_REMEMBERED)
+
+    def request(self, request: StartMission, t: float) -> MissionStatus | None:
+        """Reply to a request at robot time `t`; None if its mission has to be started now.
+
+        Raises RefusedError for a mission that cannot run now, with `UNAVAILABLE` for one that is being started.
+        """
+        known = self._outcomes.get(request.request_id)
+        if isinstance(known, RefusedError):
+            raise known
+        if known is not None:
+            return known
+        if self._starting is not None and self._starting.request_id == request.request_id:
+            raise being_started(request)
+        _check(request)
+        if self._present or self._on_board is not None:
+            raise RefusedError(ErrorCode.NOT_ALLOWED, f"{self._name} runs here already.", help=WAIT)
+        self._starting, self._on_board, self._before = request, request.mission, self.status
+        # From now on the status is one of this mission, which may be over before its token is seen.
+        self.status = MissionStatus(mission=request.mission, phase=MissionPhase.IDLE, t=t, text=ON_BOARD)
+        return None
+
+    def appeared(self) -> None:
+        """Note the alive token of a mission. It answers the request."""
+        self._present = True
+        starting, self._starting = self._starting, None
+        if starting is not None and self.status is not None:
+            self._outcomes[starting.request_id] = self.status
+
+    def vanished(self) -> None:
+        """Note that no mission holds its alive token."""
+        self._present = False
+
+    def note(self, status: MissionStatus) -> None:
+        """Note a status of a mission."""
+        self.status = status
+
+    def exited(self, sentence: str, lines: Sequence[str]) -> bool:
+        """Note the end of the mission's process. Returns True if it did not get to its begin: the request is refused.
+
+        sentence: how it ended, empty for a mission that does not fit. lines: what it logged, such as its problems.
+        """
+        self._on_board = None
+        starting, self._starting = self._starting, None
+        if starting is not None:
+            text = "\n".join([f"Mission `{starting.mission}` did not start. {sentence}".rstrip(), *lines])
+            help_ = "`skillwing mission check` lists all problems of a mission."
+            self._outcomes[starting.request_id] = RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
+            self.status = self._before
+        return starting is not None
+
+    def cut_short(self, sentence: str, t: float) -> MissionStatus | None:
+        """The last status of a mission whose process died before its end; None if it had ended, or never begun."""
+        status = self.status
+        if status is None or status.phase.over:
+            return None
+        self.status = MissionStatus(mission=status.mission, phase=MissionPhase.ABORTED, t=t, text=sentence)
+        return self.status
+
+    @property
+    def _name(self) -> str:
+        if self._on_board is not None:
+            return f"Mission {self._on_board}"
+        running = self.status is not None and not self.status.phase.over
+        return f"Mission {self.status.mission}" if self.status is not None and running else "A mission"
+
+
+def being_started(request: StartMission) -> RefusedError:
+    """The refusal of a request whose mission's process is starting."""
+    return RefusedError(ErrorCode.UNAVAILABLE, f"Mission `{request.mission}` is being started.", help="Ask again.")
+
+
+def _check(request: StartMission) -> None:
+    """Refuse a request that no robot could carry out."""
+    if FILE.search(request.mission) or NAME.fullmatch(request.mission) is None:
+        raise RefusedError(
+            ErrorCode.BAD_REQUEST,
+            f"`{request.mission}` is no name of a mission.",
+            help="Install a mission in Python on the robot, and give its name. Send a tree file as text.",
+        )
+    try:
+        too_long = len(json.dumps(request.options)) > MOST_OPTIONS
+    except (TypeError, ValueError):
+        text = f"The options of `{request.mission}` cannot be written as JSON."
+        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give texts, numbers and lists.") from None
+    if too_long:
+        text = f"The options of `{request.mission}` have more than {MOST_OPTIONS} bytes."
+        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Put them into the mission.")

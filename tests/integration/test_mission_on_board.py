@@ -1,0 +1,231 @@
+"""Missions on board, with real processes: the command that has started one may end, and the mission goes on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from command_line import Command
+
+from skillwing.bt_missions.cli.watch import ask_latest_status
+from skillwing.services.history.files import read_records
+from skillwing.services.history.history import History
+from skillwing.services.history.wording import headline
+from skillwing.services.processes.run_state import read_run_state
+from skillwing.services.protocol import Ending, MissionStatus, Record, State
+from skillwing.services.terminal.connection import connect
+from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, USAGE
+
+pytestmark = pytest.mark.slow
+
+PATIENCE = 40.0
+CLI = (sys.executable, "-m", "skillwing.services.terminal.cli")
+ROBOT = "m600"
+SCRIPT = """
+[skill.takeoff]
+delay = 1.0
+[skill.hover]
+delay = 600.0
+[skill.land]
+delay = 1.0
+"""
+TREE = """
+<root BTCPP_format="4" main_tree_to_execute="hop">
+  <BehaviorTree ID="hop">
+    <Fallback>
+      <Sequence><takeoff height="5" speed="1"/>{middle}<land/></Sequence>
+      <land/>
+    </Fallback>
+  </BehaviorTree>
+  <BehaviorTree ID="rescue"><land/></BehaviorTree>
+</root>
+"""
+
+
+@pytest.fixture(scope="module")
+def run_dir(runtime: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A mocked m600 whose `hover` lasts until it is interrupted."""
+    del runtime
+    folder = tmp_path_factory.mktemp("on-board")
+    script = folder / "slow.mock.toml"
+    script.write_text(SCRIPT, encoding="utf-8")
+    words = ("up", "--mock", "--script", str(script), "--run-dir", str(folder / "run"))
+    process = subprocess.Popen([*CLI, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    try:
+        said = next((line for line in process.stdout if "Start a skill" in line or "did not start" in line), "")
+        assert "Start a skill" in said
+        yield folder / "run"
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=PATIENCE)
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Callable[[str], str]:
+    def write(middle: str = '<hover duration="500"/>', name: str = "patrol") -> str:
+        file = tmp_path / f"{name}.xml"
+        file.write_text(TREE.format(middle=middle), encoding="utf-8")
+        return str(file)
+
+    return write
+
+
+def follow(*words: str) -> subprocess.Popen[str]:
+    environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+    return subprocess.Popen(
+        [*CLI, "mission", "run", *words, "--on-board"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=environment,
+    )
+
+
+def read_until(process: subprocess.Popen[str], text: str) -> str:
+    assert process.stdout is not None
+    lines: list[str] = []
+    for line in process.stdout:
+        lines.append(line)
+        if text in line:
+            break
+    assert text in lines[-1], "".join(lines)
+    return "".join(lines)
+
+
+def until(found: Callable[[], Any], what: str) -> Any:
+    deadline = time.monotonic() + PATIENCE
+    while not (seen := found()):
+        assert time.monotonic() < deadline, what
+        time.sleep(0.05)
+    return seen
+
+
+def pid_of(name: str) -> int | None:
+    state = read_run_state(ROBOT)
+    return None if state is None else next((each.pid for each in state.processes if each.name == name), None)
+
+
+def goal_runs(skillwing: Command, skill: str) -> bool:
+    goals = skillwing("status", "--json").json["goals"]
+    return any((each["skill"], each["state"]) == (skill, State.RUNNING) for each in goals)
+
+
+def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
+    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+) -> None:
+    command = follow(tree())
+    read_until(command, "hover")
+    command.send_signal(signal.SIGINT)
+    said, _ = command.communicate(timeout=PATIENCE)
+    assert command.returncode == INTERRUPTED
+    assert "The mission goes on on board. `skillwing mission abort` ends it." in said
+    second = skillwing("mission", "run", "mapping", "--on-board")
+    assert second.code == REFUSED
+    assert second.error.startswith("Mission patrol runs here already.")
+    on_the_ground = skillwing("mission", "run", "mapping")
+    assert on_the_ground.code == REFUSED
+    shown = skillwing("status", "--json").json
+    assert shown["processes"]["mission"]["state"] == "runs"
+    assert shown["mission"]["mission"] == "hop"
+    assert "it can be aborted" in skillwing("mission", "pause").error, "the mission itself answers"
+    mission = psutil.Process(pid_of("mission"))
+    assert skillwing("mission", "abort").code == OK
+    psutil.wait_procs([mission], timeout=PATIENCE)
+    until(lambda: pid_of("mission") is None, "the launcher to forget the mission")
+    assert "mission" not in skillwing("status", "--json").json["processes"]
+    assert (run_dir / "trees" / "patrol.xml").is_file()
+
+
+def test_a_mission_that_does_not_fit_is_refused_with_its_problems_and_starts_nothing(
+    run_dir: Path, skillwing: Command, tree: Callable[..., str]
+) -> None:
+    before = len(read_records(run_dir))
+    here = skillwing("mission", "run", tree("<hoover/>", "wrong"), "--on-board")
+    assert here.code == USAGE
+    assert "did you mean `hover`?" in here.error
+    there = skillwing("mission", "run", "mapping", "--on-board", "rout=1")
+    assert there.code == REFUSED
+    assert "There is no option `rout` of `mapping`; did you mean `route`?" in there.error
+    assert "Traceback" not in there.error
+    unknown = skillwing("mission", "run", "nosuch", "--on-board")
+    assert unknown.code == REFUSED
+    assert "There is no mission `nosuch`." in unknown.error
+    news = read_records(run_dir)[before:]
+    assert not [record for record in news if record.kind == "goal"]
+
+
+def test_a_python_file_is_refused_before_anything_is_asked(skillwing: Command) -> None:
+    said = skillwing("mission", "run", "my_mission.py", "--on-board")
+    assert said.code == USAGE
+    assert "Its mission has to be installed on the robot." in said.error
+
+
+def test_a_mission_on_board_ends_its_command_with_its_result(run_dir: Path, tree: Callable[[str], str]) -> None:
+    del run_dir
+    command = follow(tree(""))
+    said, _ = command.communicate(timeout=PATIENCE)
+    assert command.returncode == OK, said
+    assert "SUCCEEDED" in said
+
+
+def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goals_end(
+    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+) -> None:
+    command = follow(tree())
+    read_until(command, "hover")
+    os.kill(until(lambda: pid_of("mission"), "the mission's process"), signal.SIGKILL)
+    said, _ = command.communicate(timeout=PATIENCE)
+    assert command.returncode == FAILED
+    assert "its process has ended: mission was killed by SIGKILL." in said
+
+    def end() -> Record | None:
+        records = reversed(read_records(run_dir))
+        return next((each for each in records if each.subject == "hover" and "is gone" in each.text), None)
+
+    until(end, "the goals of the mission to end")
+    killed = [headline(record) for record in read_records(run_dir) if record.source == "launcher"]
+    assert "mission KILLED" in killed
+    assert skillwing("start", "land", "--follow").code == OK, "for those who come next"
+
+
+def test_the_loss_of_a_killed_manager_names_its_exit_as_its_cause(
+    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+) -> None:
+    command = follow(tree())
+    read_until(command, "hover")
+    # A mission shows a skill before its goal has a grant, which alone can be lost.
+    until(lambda: goal_runs(skillwing, "hover"), "the goal to run")
+    os.kill(until(lambda: pid_of("skill/hover"), "the manager"), signal.SIGKILL)
+    said, _ = command.communicate(timeout=PATIENCE)
+    assert command.returncode == OK, "the tree lands after the loss of `hover`: " + said
+
+    def lost() -> Record | None:
+        records = reversed(read_records(run_dir))
+        source, label = "resource_manager", Ending.LOST
+        return next((each for each in records if each.source == source and each.after == label), None)
+
+    record = until(lost, "the loss")
+    chain = History.of(read_records(run_dir)).chain(record.id)
+    exits = [each for each in read_records(run_dir) if each.source == "launcher"]
+    assert headline(chain[0]) == "skill/hover KILLED", (record, exits)
+    assert chain[0].text == "skill/hover was killed by SIGKILL."
+    until(lambda: skillwing("status").code == OK, "the manager to run again")
+
+
+def test_the_launcher_tells_the_last_status_to_those_who_missed_it(run_dir: Path, tree: Callable[[str], str]) -> None:
+    del run_dir
+    follow(tree("")).communicate(timeout=PATIENCE)
+    statuses: list[MissionStatus] = []
+    with connect(ROBOT, wait_for_clock=False) as system:
+        ask_latest_status(system, statuses.append)
+        assert system.bus.run_until(lambda: bool(statuses), PATIENCE)
+    assert (statuses[0].mission, statuses[0].phase) == ("hop", "SUCCEEDED")
