@@ -8,7 +8,7 @@ import pytest
 from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
-from skillwing.services.core.events import GoalSilent, ManagerGone, TimePassed
+from skillwing.services.core.events import GoalSilent, ManagerExited, ManagerGone, TimePassed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.core.snapshot import FinishedGoal
@@ -191,6 +191,31 @@ def two() -> Bench:
 def test_what_is_lost_has_an_effect_of_its_own_if_the_skillset_says_so(two: Bench) -> None:
     two.perform(two.core.step(ManagerGone("skill/hold"), two.now))
     assert two.core.states["arm"] == "SAFE"
+
+
+def test_a_loss_has_the_exit_of_its_manager_as_its_cause(two: Bench) -> None:
+    two.perform(two.core.step(ManagerExited("skill/hold", "launcher#1", two.now), two.now))
+    assert two.core.grants, "the goal is lost only when the manager's token is gone"
+    two.perform(two.core.step(ManagerGone("skill/hold"), two.now))
+    [lost] = two.of(Lost)
+    assert two.chain(lost.record)[0] == "launcher#1"
+
+
+def test_a_successor_that_attaches_first_leaves_the_cause_as_it_is(two: Bench) -> None:
+    two.perform(two.core.step(ManagerExited("skill/hold", "launcher#1", two.now), two.now))
+    two.attach("skill/hold", "next")
+    [lost] = two.of(Lost)
+    assert two.chain(lost.record)[0] == "launcher#1"
+
+
+@pytest.mark.parametrize(("manager", "before"), [("skill/hold", 0.1), ("skill/other", 0.0)])
+def test_the_exit_of_a_predecessor_or_of_another_process_causes_no_loss(
+    two: Bench, manager: str, before: float
+) -> None:
+    two.perform(two.core.step(ManagerExited(manager, "launcher#1", two.now - before), two.now))
+    two.perform(two.core.step(ManagerGone("skill/hold"), two.now))
+    [lost] = two.of(Lost)
+    assert "launcher#1" not in two.chain(lost.record)
 
 
 def test_what_is_lost_without_one_has_the_effect_of_an_interrupt() -> None:

@@ -28,6 +28,14 @@ class ManagerGone(msgspec.Struct, frozen=True, tag="manager_gone"):
     reason: str = "its alive token is gone"
 
 
+class ManagerExited(msgspec.Struct, frozen=True, tag="manager_exited"):
+    """A process that its launcher has seen end. record: the launcher's timeline record of that, of robot time `t`."""
+
+    manager: str
+    record: str
+    t: float
+
+
 class GoalSilent(msgspec.Struct, frozen=True, tag="goal_silent"):
     """A goal whose grant was not renewed within its lease."""
 
@@ -56,6 +64,7 @@ Event: TypeAlias = (
     | FireEvent
     | DataSample
     | ManagerGone
+    | ManagerExited
     | GoalSilent
     | TimePassed
     | Resumed

@@ -35,7 +35,7 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
     state.apply_effect(skill, skill.preconditions.success, record, request.goal_id, now)
     token = state.ledger.next_token(now)
     granted = Granted(goal_id=request.goal_id, token=token, step=state.step, record=record)
-    state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted, request.owner))
+    state.ledger.open(Grant(skill, inputs, request.manager, request.incarnation, granted, request.owner, now))
     enforce_invariants(state, now)
     # An invariant may be false from the start, for instance without data: then the goal is finished already.
     return state.ledger.verdict(request.goal_id, skill.name) or granted

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from skillwing.dsl.model import Skill
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
@@ -17,7 +18,8 @@ class Grant:
     """Grant of a goal.
 
     inputs: defaults filled in. manager, incarnation: name of the process that runs it, and which one of that name.
-    owner: client that started the goal; not in the journal, so empty for a grant from before a restart.
+    owner: client that started the goal; granted_at: robot time. Both are not in the journal: the first is empty for a
+    grant from before a restart, the second infinite. exit_record: timeline record of the exit of that process.
     """
 
     skill: Skill
@@ -26,6 +28,8 @@ class Grant:
     incarnation: str
     granted: Granted
     owner: str = field(default="", compare=False)
+    granted_at: float = field(default=math.inf, compare=False)
+    exit_record: str | None = field(default=None, compare=False)
 
     @property
     def goal_id(self) -> str:
@@ -75,6 +79,12 @@ class Ledger:
         """Add an active grant."""
         self._active[grant.goal_id] = grant
         self._on_entry(GrantEntry(grant.skill.name, grant.inputs, grant.manager, grant.incarnation, grant.granted))
+
+    def note_exit(self, manager: str, record: str, t: float) -> None:
+        """Note that the process which holds the grants of a manager has ended. Grants after `t` are its successor's."""
+        for goal_id, grant in self._active.items():
+            if grant.manager == manager and grant.granted_at <= t:
+                self._active[goal_id] = replace(grant, exit_record=record)
 
     def close(self, grant: Grant, verdict: GoalVerdict) -> None:
         """End an active grant; `verdict` answers every later question about the goal."""

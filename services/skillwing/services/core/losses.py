@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from skillwing.dsl.model import Skill
 from skillwing.services.core.checks import check_schema
-from skillwing.services.core.events import GoalSilent, ManagerGone
+from skillwing.services.core.events import GoalSilent, ManagerExited, ManagerGone
 from skillwing.services.core.invariants import enforce_invariants
 from skillwing.services.core.ledger import Grant
 from skillwing.services.core.manager_state import ManagerState
@@ -25,6 +25,12 @@ def attach_manager(state: ManagerState, request: AttachManager, now: float) -> R
 def lose_manager(state: ManagerState, event: ManagerGone, now: float) -> None:
     """End all goals of a manager, the oldest first."""
     _lose_all(state, [grant for grant in state.ledger.grants if grant.manager == event.manager], event.reason, now)
+
+
+def note_exit(state: ManagerState, event: ManagerExited, now: float) -> None:
+    """Note why a manager will be found gone. Its goals are lost only when that is certain, by its alive token."""
+    del now
+    state.ledger.note_exit(event.manager, event.record, event.t)
 
 
 def lose_goal(state: ManagerState, event: GoalSilent, now: float) -> None:
@@ -57,8 +63,8 @@ def _lose_all(state: ManagerState, grants: Iterable[Grant], reason: str, now: fl
 
 def _lose(state: ManagerState, grant: Grant, reason: str, now: float) -> None:
     skill = grant.skill
-    # The loss is a root: nothing on record made it happen, least of all the grant.
-    record = state.record_goal(skill, "LOST", now, grant.goal_id, None, reason)
+    # Without a record of the process's exit the loss is a root: least of all did the grant make it happen.
+    record = state.record_goal(skill, "LOST", now, grant.goal_id, grant.exit_record, reason)
     unapplied = state.apply_effect(skill, lost_effect(skill), record, grant.goal_id, now)
     lost = Lost(
         goal_id=grant.goal_id,

@@ -16,14 +16,14 @@ import msgspec
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import data_in_guards
 from skillwing.services.core.ends import end, record_outcome
-from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
+from skillwing.services.core.events import Event, GoalSilent, ManagerExited, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.externs_and_events import fire_event, fire_extern, take_sample
 from skillwing.services.core.grants import begin, renew
 from skillwing.services.core.incarnations import Incarnations
 from skillwing.services.core.invariants import pass_time
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.ledger import Grant, Ledger
-from skillwing.services.core.losses import attach_manager, lose_goal, lose_manager
+from skillwing.services.core.losses import attach_manager, lose_goal, lose_manager, note_exit
 from skillwing.services.core.manager_state import ManagerState, Publication
 from skillwing.services.core.outbox import RecordOutbox
 from skillwing.services.core.ready_report import ready_report
@@ -188,6 +188,7 @@ RULES: Mapping[type[Event], Callable[[ManagerState, Any, float], StepReply]] = M
         FireEvent: fire_event,
         DataSample: take_sample,
         ManagerGone: lose_manager,
+        ManagerExited: note_exit,
         GoalSilent: lose_goal,
         TimePassed: pass_time,
         Resumed: resume,

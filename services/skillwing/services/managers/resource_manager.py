@@ -13,7 +13,8 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.source import to_source
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
-from skillwing.services.core.events import Event, GoalSilent, ManagerGone, Resumed, TimePassed
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.core.events import Event, GoalSilent, ManagerExited, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
 from skillwing.services.core.refusal import RefusedError
@@ -28,7 +29,7 @@ from skillwing.services.managers.leader_election import LeaderElection
 from skillwing.services.managers.leased_core import LeasedCore
 from skillwing.services.managers.liveliness_monitor import LivelinessMonitor
 from skillwing.services.managers.serving import serve
-from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
+from skillwing.services.names import EXITED, KILLED, LAUNCHER, NODES, RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
     AttachManager,
@@ -48,6 +49,7 @@ from skillwing.services.protocol import (
     QueryStates,
     ReadyReport,
     Record,
+    RecordKind,
     ResourceStates,
     ResourceStep,
     RobotDescription,
@@ -88,12 +90,12 @@ class ResourceManagerNode:
         *,
         contended: bool = False,
         rescue_goal: Mapping[str, Any] | None = None,
+        without_goals: str = "",
     ) -> None:
         self._rescue_goal = rescue_goal
-        without_goals: str = "",
+        self._without_goals = without_goals
         self._skillset = skillset
         self._found = found
-        self._without_goals = without_goals
         self._keys = Keys(skillset.name)
         self._journal = journal or Journal(None, Identity("", skillset.name, skillset.schema_hash))
         self._steps = steps
@@ -174,6 +176,8 @@ class ResourceManagerNode:
         self._liveliness = LivelinessMonitor(bus, keys, "**", self._on_gone)
         for each in self._core.data.names:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
+        # No events: an old exit says nothing about the goals of today.
+        bus.subscribe(keys.timeline, message_reader(Record, self._on_record))
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_ready, QueryReady, self._answer_ready)
         serve(bus, keys.resource_robot, QueryRobot, self._answer_robot)
@@ -233,11 +237,11 @@ class ResourceManagerNode:
             schema=self._skillset.schema_hash,
             clock="robot" if self._bus.follows_time else "wall",
             rescue_goal=None if self._rescue_goal is None else dict(self._rescue_goal),
+            without_goals=self._without_goals,
         )
 
     def _answer_ready(self, query: QueryReady, key: str) -> ReadyReport:
         del key
-            without_goals=self._without_goals,
         self._guard(self._journaled.check_hold)
         return self._core.ready_report(query, self._bus.now())
 
@@ -257,6 +261,15 @@ class ResourceManagerNode:
                 self._perform(DataSample(name=reading.name, value=reading.value, t=reading.t))
         except (ProtocolError, RefusedError) as error:
             log.debug("dropped a reading of the data manager: %s", error)
+
+    def _on_record(self, record: Record) -> None:
+        """Note the exit of a process, for the causes of losses."""
+        if record.kind is not RecordKind.PROCESS or record.source != LAUNCHER or record.after not in (KILLED, EXITED):
+            return
+        nodes = record.detail.get(NODES)
+        for name in nodes if isinstance(nodes, list) else [record.subject]:
+            with suppress(RefusedError):
+                self._perform(ManagerExited(str(name), record.id, record.t))
 
     def _on_gone(self, process: str) -> None:
         try:
@@ -373,5 +386,5 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
         steps=steps,
         contended=options.get("contended", True),
         rescue_goal=options.get("rescue_goal"),
-    )
         without_goals=options.get("without_goals", ""),
+    )
