@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -133,6 +133,12 @@ fuzz: setup
 CHAOS_ARGS ?=
 chaos: setup
 	PYTHONPATH=tests $(BIN)/python tests/chaos/chaos_run.py --write docs/reliability.md $(CHAOS_ARGS)
+
+# The link between a flying robot and its station, cut at every moment, in network namespaces: root, and an hour. What was
+# flown is not flown again.
+LINKS_ARGS ?=
+links: setup
+	$(BIN)/python tests/links/links_run.py --results runs/links.jsonl --write docs/reliability.md $(LINKS_ARGS)
 
 # All the tables in docs/missions.md, a campaign each: hours. A broken promise does not keep the others from being flown,
 # and what was interrupted goes on. The flights lie beside the page that tells them. Other code begins again, with the

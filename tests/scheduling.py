@@ -33,6 +33,7 @@ PROCESSES = (
     "integration/test_skillset_processes.py",
     "integration/test_system_ends.py",
     "integration/test_typed_clients_zenoh.py",
+    "links/test_links.py",
     "unit/recording/test_viewer.py",
 )
 

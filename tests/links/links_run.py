@@ -1,0 +1,89 @@
+"""Flights with a cut link between robot and station, with a table of the outcomes.
+
+    python tests/links/links_run.py --results runs/links.jsonl --write docs/reliability.md
+    python tests/links/links_run.py --only "on board / cruise"
+
+Flights that are in the file of results already are not flown again. Exit code 1 for a broken promise: a collision, or
+a drone that does not land. An operator who does not know after 3 s is one as well, and so is a mission that fails
+although it could go on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import msgspec
+from link_cells import LinkResult, cells, link_table
+from link_flight import FlightError, fly
+from namespaces import obstacle
+
+from skillwing.services.terminal.doc_sections import Marks, page_with
+
+PLACE = Marks.named("links, cuts")
+TRIES = 2
+"""Starts of a flight that did not get to its cut, on a busy machine."""
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Fly what is asked for and was not flown yet; returns the exit code."""
+    parser = argparse.ArgumentParser(description="Flights with a cut link between robot and station.")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only cells that have this in their name")
+    parser.add_argument("--results", type=Path, metavar="FILE", help="file of results, one a line; it is continued")
+    parser.add_argument("--speed", type=float, default=1.0, metavar="FACTOR", help="of the simulated robot")
+    parser.add_argument("--list", action="store_true", help="print the names of all cells")
+    parser.add_argument("--write", type=page_with(PLACE), metavar="FILE", help="document that gets the table")
+    wanted = parser.parse_args(arguments)
+    if wanted.list:
+        _say("\n".join(cell.name for cell in cells()))
+        return 0
+    if (reason := obstacle()) is not None:
+        _say(f"Nothing is flown: {reason}.")
+        return 0
+    results = {result.cell: result for result in _read(wanted.results)}
+    for cell in cells():
+        if wanted.only in cell.name and cell not in results:
+            results[cell] = result = _fly_again(lambda cell=cell: fly(cell, wanted.speed))
+            _append(wanted.results, result)
+            _say(f"{cell.name}: {'as promised' if result.kept else ', '.join(result.problems)}; {result}")
+    chosen = [result for cell, result in results.items() if wanted.only in cell.name]
+    table = "\n".join(link_table(chosen))
+    _say(table)
+    if wanted.write and results:
+        PLACE.replace(wanted.write, "\n".join(link_table(list(results.values()))))
+    return 0 if all(result.kept for result in chosen) else 1
+
+
+def _fly_again(flight: object) -> LinkResult:
+    assert callable(flight)
+    for attempt in range(1, TRIES + 1):
+        try:
+            return flight()
+        except FlightError as error:
+            _say(f"not flown: {error}")
+            if attempt == TRIES:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _read(file: Path | None) -> list[LinkResult]:
+    if file is None or not file.exists():
+        return []
+    return [msgspec.json.decode(line, type=LinkResult) for line in file.read_text(encoding="utf-8").splitlines()]
+
+
+def _append(file: Path | None, result: LinkResult) -> None:
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("a", encoding="utf-8") as lines:
+            lines.write(f"{msgspec.json.encode(result).decode()}\n")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
