@@ -17,7 +17,7 @@ from skillwing.services.access.exposure import local_endpoint
 from skillwing.services.access.handshake import explained
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus import Topology
-from skillwing.services.bus.clock import Clock, unix_offset
+from skillwing.services.bus.clock import FollowedClock, WallClock, unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import SkillwingError
@@ -151,11 +151,12 @@ class Launcher:
         self._watch(child)
         return self.endpoint
 
-    def open_bus(self, name: str, clock: Clock | None = None) -> ZenohBus:
-        """A bus of this process under a name. Raises KeysError, RouterUnreachableError and NotKnownError."""
+    def open_bus(self, name: str) -> ZenohBus:
+        """A bus of this process under a name, in robot time. Raises KeysError, RouterUnreachableError and NotKnownError."""
         identity = None
         if self._key_folder is not None:
             identity = process_identity(self._key_folder, self.robot, LAUNCHER)
+        clock = FollowedClock() if self._clock == "robot" else WallClock(offset=self._unix_offset)
         try:
             return ZenohBus(name, self.robot, self.endpoint, clock, identity=identity)
         except RouterUnreachableError as error:

@@ -13,7 +13,6 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
@@ -22,7 +21,6 @@ from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_state import Announcement
 from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Keys
-from skillwing.services.robot import ClockKind
 from skillwing.services.terminal.active_work import ActiveWork
 from skillwing.services.terminal.exit_codes import FAILED
 from skillwing.services.terminal.mission_reporter import MissionReporter
@@ -35,10 +33,10 @@ PERIOD = 0.5
 class ForegroundSupervisor:
     """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
-    node: the launcher's own, on the bus of this supervisor; clock: owner of robot time. exits: filled by the launcher.
-    stop: ends `follow` with KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission
-    under way. objection: sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. Use it as a
-    context manager, in which the table is shown.
+    node: the launcher's own, on the bus of this supervisor. exits: filled by the launcher. stop: ends `follow` with
+    KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission under way. objection:
+    sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. Use it as a context manager, in
+    which the table is shown.
     """
 
     def __init__(
@@ -50,7 +48,6 @@ class ForegroundSupervisor:
         exits: SimpleQueue[ProcessExit],
         skillset: str,
         stop: StopSignal,
-        clock: ClockKind,
         reporter: MissionReporter | None = None,
         active_work: ActiveWork | None = None,
         objection: Callable[[], str] = lambda: "",
@@ -58,7 +55,6 @@ class ForegroundSupervisor:
         self._console = console
         self._launcher = launcher
         self._node = node
-        self._clock: ClockKind = clock
         self._announcement = announcement
         self._exits = exits
         self._stop = stop
@@ -73,8 +69,7 @@ class ForegroundSupervisor:
     def __enter__(self) -> Self:
         # A second Ctrl-C may come before this returns. Then `__exit__` is not called.
         with ExitStack() as stack:
-            clock = FollowedClock() if self._clock == "robot" else WallClock()
-            bus = self._launcher.open_bus(self._node.name, clock)
+            bus = self._launcher.open_bus(self._node.name)
             self._bus = stack.enter_context(closing(bus))
             self._node.attach(bus)
             bus.watch_alive(f"{self._prefix}**", self._on_alive)

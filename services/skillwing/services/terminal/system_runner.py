@@ -142,7 +142,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
                 node = LauncherNode(launcher, robot, skillset.name, settings.mission_context)
                 supervisor = ForegroundSupervisor(
-                    *(console, launcher, node, announcement, exits, skillset.name, stop, settings.clock),
+                    *(console, launcher, node, announcement, exits, skillset.name, stop),
                     reporter,
                     active_work,
                     objection=lambda: objection(robot.name, guests()),
