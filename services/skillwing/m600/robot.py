@@ -24,7 +24,7 @@ TO_DRONE = {name: to for name, to in TO_SIM.items() if name not in TO_WORLD}
 TO_GUIDANCE = {"watch": "watch", **FENCE}
 TO_LINK = {"seed": "seed", "scenario": "scenario"}
 TO_MAPPING = {"poses": "poses", "scenario": "scenario"}
-OF_THE_RUN = ("run_dir", "durable", "viewer", "viewer_url")
+OF_THE_RUN = ("run_dir", "durable", "keep", "viewer", "viewer_url")
 """Options of managers and recorder (`services/robot.py`)."""
 SHARING = ("robots", "world_of")
 """Options of robots that share a simulated world."""

@@ -128,7 +128,8 @@ class Robot:
         """The data manager, the resource manager, and one skill manager for each skill with hooks.
 
         run: options of the run. `run_dir` is the directory of the resource manager's journal; without it there is no
-        journal. `durable` makes the journal safe from power loss. The system can go on without a skill manager: that
+        journal. `durable` makes the journal safe from power loss. `keep` is the size in bytes that the recorded steps
+        may have without a recorder, which deletes old ones earlier. The system can go on without a skill manager: that
         skill's goals end LOST, and it cannot be started.
         """
         options = {"skillset": str(self.skillset)}
@@ -139,6 +140,8 @@ class Robot:
             journal["without_goals"] = self.without_goals
         if run.get("run_dir") is not None:
             journal["journal"] = str(Path(run["run_dir"]) / JOURNAL_FILE)
+        if run.get("keep") is not None:
+            journal["steps_bytes"] = int(run["keep"])
         return (
             ProcessSpec(DATA_MANAGER, f"{MANAGERS}.data_manager:make_data_manager", options, essential=False),
             ProcessSpec(RESOURCE_MANAGER, f"{MANAGERS}.resource_manager:make_resource_manager", options | journal),
@@ -156,12 +159,14 @@ class Robot:
     def observers(self, run: dict[str, Any]) -> tuple[ProcessSpec, ...]:
         """The recorder, for a run with a directory.
 
-        run: options of the run. `run_dir` is the directory. `viewer_url` names a Rerun viewer or server that shows the
+        run: options of the run. `run_dir` is the directory. `keep` is the size in bytes that the files of the run may
+        have. `viewer_url` names a Rerun viewer or server that shows the
         run, too, and `viewer` another way to show it (`spawn`, `serve`).
         """
         if run.get("run_dir") is None:
             return ()
         options = {"run_dir": str(run["run_dir"]), "skillset": str(self.skillset), **self.recorder(run)}
+        options |= {} if run.get("keep") is None else {"keep": int(run["keep"])}
         if run.get("viewer_url") is not None:
             options |= {"viewer": "connect", "url": run["viewer_url"]}
         elif run.get("viewer") is not None:

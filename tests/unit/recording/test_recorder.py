@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
 import sys
+from itertools import count
 from pathlib import Path
+from unittest.mock import patch
 
+import msgspec
 import pytest
 import rerun as rr
 from hypothesis import given
@@ -13,13 +18,15 @@ from hypothesis import strategies as st
 from rerun.chunk import RrdReader
 from synthetic_mission import MISSION, SKILLSET, Story, Teller, tell
 
+from held_objects import items_held
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.errors import (
-    BadRecordingError,
-    PassingError,
-)
-from skillwing.services.history.files import TIMELINE_FILE, JsonLines, read_goals, read_records
-from skillwing.services.history.history import History
+from skillwing.services.errors import BadRecordingError
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
+from skillwing.services.history.history import PHASES, History
+from skillwing.services.history.mission_intervals import read_phases
+from skillwing.services.history.parts import part_paths
+from skillwing.services.history.recent_history import RecentHistory
+from skillwing.services.history.recording_state import read_state
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
     PROTOCOL_VERSION,
@@ -32,10 +39,12 @@ from skillwing.services.protocol import (
     RecordKind,
     State,
     Terminal,
+    encode,
 )
 from skillwing.services.recording.mission_view import causes_in_words, in_lines
 from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
+from skillwing.services.recording.retention import KEEP
 
 
 def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Recorder:
@@ -279,6 +288,110 @@ def test_a_lost_goal_of_which_nothing_else_was_recorded_is_no_refused_one(tmp_pa
     assert (bar.terminal, bar.refused) == ("LOST", False)
 
 
-def test_a_full_disk_is_reported_in_a_sentence() -> None:
-    with JsonLines[Record](Path("/dev/full")) as file, pytest.raises(PassingError, match="No space left on device"):
-        file.write(tell().records[0])
+@pytest.mark.parametrize("keep", [KEEP, 0])
+def test_parts_tell_the_same_story_as_one_file(tmp_path: Path, keep: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    story = tell()
+    if not keep:
+        monkeypatch.setattr("skillwing.services.recording.recorder.part_bytes", lambda keep: 1500)
+    record(story, tmp_path)
+    parts = part_paths(tmp_path, TIMELINE_FILE)
+    assert (len(parts) > 3) == (keep == 0)
+    read = History.of(read_records(tmp_path), read_goals(tmp_path), SKILLSET)
+    whole = History.of(story.records, story.statuses, SKILLSET)
+    assert (read.bars, read.lanes, read.switches) == (whole.bars, whole.lanes, whole.switches)
+    phases = [each for each in story.records if each.kind is RecordKind.MISSION and each.after in PHASES]
+    assert list(read_phases(tmp_path).records) == phases
+
+
+def test_the_last_part_alone_has_the_present_states(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("skillwing.services.recording.recorder.part_bytes", lambda keep: 1500)
+    story = tell()
+    record(story, tmp_path)
+    for path in (*part_paths(tmp_path, TIMELINE_FILE)[:-1], *part_paths(tmp_path, GOALS_FILE)[:-1]):
+        path.unlink()
+    left = History.of(read_records(tmp_path), read_goals(tmp_path), SKILLSET)
+    whole = History.of(story.records, story.statuses, SKILLSET)
+    assert {name: spans[-1].state for name, spans in left.lanes.items()} == {
+        name: spans[-1].state for name, spans in whole.lanes.items()
+    }
+    latest = {bar.skill: bar for bar in whole.bars}
+    assert latest.items() <= {bar.skill: bar for bar in left.bars}.items()
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")
+def test_parts_of_a_recording_are_one_recording_and_can_be_opened_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skillwing.services.recording.rerun_stream.FILE_TICK", 0.01)
+    monkeypatch.setattr("skillwing.services.recording.recorder.part_bytes", lambda keep: 2000)
+    record(tell(), tmp_path)
+    parts = part_paths(tmp_path, RECORDING_FILE)
+    assert len(parts) > 2
+    bars: dict[float, str] = {}
+    for path in parts:
+        stores = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
+        assert stores, "each can be read alone"
+        bars |= states_of(tmp_path, "/skills/02_zed_depthmap", file=path.name)
+    assert bars == {6.2: "RI", 20.53: ""}
+
+
+def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: Path) -> None:
+    story, room = tell(), [True]
+    write = os.write
+
+    def full_at_times(file: int, data: bytes) -> int:
+        if not room[0] and data:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data)
+
+    network = InProcessNetwork()
+    recorder = Recorder(RecorderOptions(run_dir=str(tmp_path), skillset="m600.skillset"), SKILLSET)
+    with (
+        patch("skillwing.services.history.parts.os.write", full_at_times),
+        patch("skillwing.services.recording.recorder.has_room", lambda folder: room[0]),
+    ):
+        network.attach(recorder)
+        network.attach(Teller(story))
+        for seconds, has_room in ((10.0, True), (10.0, False), (20.0, True)):
+            room[0] = has_room
+            network.run_for(seconds)
+        recorder.detach()
+    kept = read_records(tmp_path)
+    own = [each for each in kept if each.subject == "recorder"]
+    assert [(each.before, each.after) for each in own][-1] == ("FAILED", "RECORDING")
+    assert "No space left on device. Missing:" in own[-1].text
+    missing = [each for each in story.records if each not in kept]
+    assert missing
+    assert all(9.0 <= each.t <= 22.0 for each in missing)
+    (gap,) = read_state(tmp_path).gaps
+    assert gap.end is not None
+    assert gap.lost[TIMELINE_FILE] >= len(missing)
+    lanes = History.of(kept, read_goals(tmp_path), SKILLSET).lanes
+    whole = History.of(story.records, story.statuses, SKILLSET).lanes
+    assert {name: spans[-1].state for name, spans in lanes.items()} == {
+        name: spans[-1].state for name, spans in whole.items()
+    }, "states that changed meanwhile are known again"
+
+
+def test_the_memory_of_a_recorder_does_not_grow_with_the_run(tmp_path: Path) -> None:
+    network = InProcessNetwork()
+    recorder = Recorder(RecorderOptions(run_dir=str(tmp_path), skillset="m600.skillset"), SKILLSET)
+    recorder.history = RecentHistory(SKILLSET, records=500, goals=100)
+    network.attach(recorder)
+    bus, keys, number = network.bus("skill/goto"), Keys(SKILLSET.name), count()
+    publisher = bus.advertise(keys.status("goto"), events=True)
+
+    def run(goals: int) -> int:
+        for goal_id in (f"g{next(number)}" for _ in range(goals)):
+            for state, end in ((State.RUNNING, None), (State.TERMINATED, DONE)):
+                status = msgspec.structs.replace(
+                    goal(state, bus.now(), end), goal_id=goal_id, record=f"x#{goal_id}{state}"
+                )
+                publisher.put(encode(status))
+            network.run_for(0.01)
+        return items_held([recorder.history, recorder._records, recorder._goals, recorder._upkeep, recorder._recording])
+
+    run(2500)
+    held = run(500)
+    assert run(1000) <= held + 200
+    recorder.detach()

@@ -34,6 +34,7 @@ KEYS = {
     "switches",
     "skills",
     "processes",
+    "missing",
 }
 
 

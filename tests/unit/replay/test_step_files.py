@@ -105,7 +105,7 @@ def test_two_processes_never_share_a_file(tmp_path: Path) -> None:
     assert [len(file.lines) for file in files if file is not None] == [2, 2, 2]
 
 
-def test_a_full_disk_is_reported_once_and_harms_nobody(
+def test_a_full_disk_costs_the_steps_of_its_time(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     life = RecordedLife(tmp_path)
@@ -118,13 +118,20 @@ def test_a_full_disk_is_reported_once_and_harms_nobody(
         def close(self) -> None:
             pass
 
+    room = [False]
     monkeypatch.setattr(life.writer, "_file", FullDisk())
+    monkeypatch.setattr("skillwing.services.replay.files.has_room", lambda folder: room[0])
     with caplog.at_level(logging.WARNING):
         life.take([(TimePassed(), 1.0), (TimePassed(), 1.0)])
+        assert replay_folder(tmp_path).steps == 1
+        room[0] = True
+        life.take([(TimePassed(), 1.0), (TimePassed(), 1.0), (TimePassed(), 1.0)])
     assert [record.message for record in caplog.records] == [
-        "steps cannot be recorded any more, and end here: [Errno 28] No space left on device"
+        "steps cannot be recorded now: [Errno 28] No space left on device",
+        "steps are recorded again",
     ]
-    assert replay_folder(tmp_path).steps == 1
+    replayed = replay_folder(tmp_path)
+    assert (replayed.files, replayed.steps, replayed.divergence) == (2, 4, None)
 
 
 def test_a_disk_with_room_for_half_a_line_gets_none_of_it(

@@ -14,9 +14,9 @@ from skillwing.services.bus import Answered, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.retry import ask_until_answered
-from skillwing.services.history.files import read_records
-from skillwing.services.history.history import GoalOutcome, History, SkillBar
-from skillwing.services.history.mission_intervals import mission_intervals
+from skillwing.services.history.history import GoalOutcome, SkillBar
+from skillwing.services.history.mission_intervals import mission_intervals, read_phases
+from skillwing.services.history.recent_history import RecentHistory
 from skillwing.services.history.report import REPORT_FILE, read_report
 from skillwing.services.history.report import RESULTS as PHASE_RESULTS
 from skillwing.services.history.wording import chain_text, clock_text
@@ -78,7 +78,7 @@ class MissionWatch:
         self.tree: TreeSnapshot | None = None
         self._system = system
         self._present = LiveState()
-        self._history = History(system.skillset)
+        self._history = RecentHistory(system.skillset)
         self._since = 0.0
         self._on_link = on_link
         self.link = follow_link(system, self._take_link)
@@ -198,7 +198,7 @@ def _last_mission(run_dir: Path | None) -> str:
     Both are taken from the recording, as the report is written seconds after the end. Without a record of the end, the
     report may know it.
     """
-    missions = () if run_dir is None else mission_intervals(History.of(read_records(run_dir)).records)
+    missions = () if run_dir is None else mission_intervals(read_phases(run_dir).records)
     if run_dir is None or not missions:
         return "No mission runs now, and none has run here. Start one with `skillwing mission run`."
     last, folder = missions[-1], run_dir / missions[-1].name

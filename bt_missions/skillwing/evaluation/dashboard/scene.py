@@ -104,12 +104,7 @@ class Dashboard:
         self._recording.send_blueprint(self._arrangement.blueprint(front))
 
     def attach(self, bus: Bus) -> None:
-        self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        draw_drone(self._recording, "world/drone")
-        for name, colour in SERIES.items():
-            label = name.rpartition("/")[2].replace("_", " ")
-            lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
-            self._recording.log(f"plots/{name}", lines, static=True)
+        self._draw_static()
         attach_companions(self._recording, bus, self._others, self._site.ceiling)
         _follow(bus, navigation.NAVIGATION, navigation.Navigation, self._on_navigation)
         bus.subscribe(
@@ -129,8 +124,24 @@ class Dashboard:
         follow_records(bus, self._keys, self._on_record)
         bus.subscribe(self._keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
 
+    def restate(self) -> None:
+        """Draw again what does not change, and the whole map. The camera follows with its next picture."""
+        self._draw_static()
+        self._pixels = None
+        if self._pose is not None and self._voxels is not None:
+            at(self._recording, self._pose.t)
+            self._draw_voxels("map", self._voxels, self._voxels.pieces)
+
     def close(self) -> None:
         """Do nothing: the scene ends with its recording."""
+
+    def _draw_static(self) -> None:
+        self._recording.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        draw_drone(self._recording, "world/drone")
+        for name, colour in SERIES.items():
+            label = name.rpartition("/")[2].replace("_", " ")
+            lines = rr.SeriesLines(colors=[palette.rgba(colour)], names=[label], widths=[1.8])
+            self._recording.log(f"plots/{name}", lines, static=True)
 
     # --- position and target -------------------------------------------------------------------------------
 

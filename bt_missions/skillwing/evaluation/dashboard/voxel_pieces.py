@@ -28,6 +28,11 @@ class VoxelPieces:
         """Voxels in all pieces."""
         return len(self._known)
 
+    @property
+    def pieces(self) -> set[int]:
+        """Numbers of all pieces."""
+        return set(range(len(self._pieces)))
+
     def add(self, centres: NDArray[np.float32]) -> set[int]:
         """Add voxels by points in them (n, 3), known ones or new; returns the numbers of the pieces that changed."""
         return self._add(self._cells(centres))

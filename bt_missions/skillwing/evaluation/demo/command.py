@@ -27,8 +27,10 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.disk import require_room
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.history.parts import part_paths
 from skillwing.services.history.report import REPORT_FILE, ProcessEntry
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.colocation import colocated, process_groups
@@ -37,13 +39,20 @@ from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.processes.run_state import announced, reserved
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
 from skillwing.services.protocol import Keys
+from skillwing.services.recording.retention import KEEP
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.report.rendering import summary_table
 from skillwing.services.robot import RECORDER, ProcessSpec
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.terminal.mission_reporter import LAST_WORDS
 from skillwing.services.terminal.output import make_console, relative_path
-from skillwing.services.terminal.system_options import VIEWER_HELP, ColocateOption, SpeedOption, TopologyOption
+from skillwing.services.terminal.system_options import (
+    VIEWER_HELP,
+    ColocateOption,
+    KeepOption,
+    SpeedOption,
+    TopologyOption,
+)
 from skillwing.services.terminal.system_runner import opened_viewer
 from skillwing.services.viewer.viewer import Viewer, ViewerKind, has_screen
 
@@ -140,6 +149,7 @@ def demo(
     ] = None,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
+    keep: KeepOption = KEEP,
 ) -> None:
     """Run a mission in simulation. Mapping: the depth camera fails on the way, and the LiDAR takes over. Inspection:
     the radio link narrows until the video stops, and the drone lands. See docs/missions.md.
@@ -156,7 +166,7 @@ def demo(
     title = f"Mission {mission}, world {seed}, {story.happens}"
     with reserved(ROBOT.name):
         directory = _make_run_dir(run_dir or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{mission}")
-        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), **story.robot}
+        options: dict[str, Any] = {"seed": seed, "speed": speed, "run_dir": str(directory), "keep": keep, **story.robot}
         write_facts(directory, _facts(story, seed))
         kind: ViewerKind = viewer or ("native" if has_screen() else "none")
         try:
@@ -185,9 +195,11 @@ def demo(
 
 
 def _make_run_dir(path: Path) -> Path:
-    """Make the directory of one run; return its absolute path. Raises InvalidOptionError."""
+    """Make the directory of one run; return its absolute path. Raises InvalidOptionError, and SkillwingError for a full
+    disk."""
     directory = path.absolute()
-    if any((directory / name).exists() for name in (TIMELINE_FILE, REPORT_FILE)):
+    require_room(directory)
+    if part_paths(directory, TIMELINE_FILE) or (directory / REPORT_FILE).exists():
         raise InvalidOptionError("run_dir", f"{path} holds a run already. Choose another directory with --run-dir.")
     try:
         directory.mkdir(parents=True, exist_ok=True)

@@ -179,12 +179,10 @@ def _lines_of(chips: Sequence[Text], width: int) -> list[Text]:
 
 
 def _complete(path: Path, recorded: Sequence[M], seen: Iterable[M]) -> None:
-    """Add missing messages to a journal's file. The whole file is rewritten, as its last line may be incomplete."""
+    """Append missing messages to a file of the recorder."""
     missing = [message for message in seen if message not in recorded]
     if not missing:
         return
-    unfinished = path.with_suffix(".part")
-    with JsonLines[Message](unfinished) as file:
-        for message in (*recorded, *missing):
+    with JsonLines[Message](path) as file:
+        for message in missing:
             file.write(message)
-    unfinished.replace(path)

@@ -77,7 +77,7 @@ def judge(flown: ReportedMission, history: History, title: str) -> Verdict:
     scene = make_world(flown.options.get("seed", 1), flown.options.get("world") or COURTYARD)
     planned = tuple(flown.options.get("route") or planned_way(scene.site, flown.mission))
     has_plan = flown.options.get("route") is not None or flown.mission in PLANNED
-    flight = _since(flown.begin, flown.end, read_flight(flown.run_dir))
+    flight = _since(flown.begin, flown.end, read_flight(flown.run_dir, flown.begin, flown.end))
     was_mapped = flown.mission == MAPPING or any(bar.skill == MAPPER for bar in history.bars)
     saved = read_map(flown.run_dir) if was_mapped else None
     seen_to_the_end = bool(flight) and flight[-1].t > history.end - TRUTH_GAP

@@ -7,6 +7,8 @@ flight that ends badly can be judged up to its end.
 from __future__ import annotations
 
 import logging
+import math
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +19,8 @@ from skillwing.onboard.topics.mapping import MAP, MAP_SNAPSHOT, MAPPING_STATUS, 
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Answer, Answered, Bus
 from skillwing.services.bus.reading import message_reader, stream_reader
-from skillwing.services.errors import PassingError
-from skillwing.services.history.files import JsonLines, read_lines, repair
+from skillwing.services.history.files import JsonLines, iterate
+from skillwing.services.history.parts import PART_BYTES
 from skillwing.services.protocol import Keys, MissionStatus, ProtocolError, decode, encode
 
 FLIGHT_FILE = "flight.jsonl"
@@ -29,17 +31,20 @@ _log = logging.getLogger("skillwing.recorder")
 
 
 class FlightLog:
-    """A collector of the recorder."""
+    """A collector of the recorder. part_bytes: size at which a part of `flight.jsonl` is full."""
 
-    def __init__(self, run_dir: Path, *, skillset: str = "m600") -> None:
+    def __init__(self, run_dir: Path, part_bytes: int = PART_BYTES, *, skillset: str = "m600") -> None:
         self._map_path = run_dir / MAP_FILE
-        repair(run_dir / FLIGHT_FILE)
-        self._flight = JsonLines[Truth](run_dir / FLIGHT_FILE)
+        self._flight = JsonLines[Truth](run_dir / FLIGHT_FILE, part_bytes=part_bytes)
         self._keys = Keys(skillset)
         self._centres: dict[bytes, None] = {}
         self._voxel_size = 0.0
         self._pose_source = ""
         self._saved = True
+
+    @property
+    def files(self) -> tuple[JsonLines[Truth], ...]:
+        return (self._flight,)
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -86,26 +91,29 @@ class FlightLog:
         self._save()
 
     def _save(self) -> None:
+        """Save the map. On a full disk the next call tries again; the map of before stays."""
         if self._saved:
             return
-        self._saved = True
         centres = np.frombuffer(b"".join(self._centres), np.float32).reshape(-1, 3)
         unfinished = self._map_path.with_suffix(".part")
         try:
             with unfinished.open("wb") as file:
                 np.savez_compressed(file, centres=centres, voxel_size=self._voxel_size, pose_source=self._pose_source)
+            unfinished.replace(self._map_path)
+            self._saved = True
         except OSError as error:
-            raise PassingError(f"{unfinished} cannot be written: {error.strerror}.") from error
-        unfinished.replace(self._map_path)
+            _log.warning("%s cannot be written now: %s.", unfinished, error.strerror)
+            with suppress(OSError):
+                unfinished.unlink()
 
 
-def make_flight_log(run_dir: Path) -> FlightLog:
-    return FlightLog(run_dir)
+def make_flight_log(run_dir: Path, part_bytes: int) -> FlightLog:
+    return FlightLog(run_dir, part_bytes)
 
 
-def read_flight(run_dir: Path) -> list[Truth]:
-    """The ground truth of a run; empty if there is none."""
-    return read_lines(run_dir / FLIGHT_FILE, Truth)
+def read_flight(run_dir: Path, begin: float = -math.inf, end: float = math.inf) -> list[Truth]:
+    """The ground truth of a run, of at least the time from `begin` to `end`; empty if there is none."""
+    return list(iterate(run_dir, FLIGHT_FILE, Truth, begin, end))
 
 
 def read_map(run_dir: Path) -> SavedMap | None:

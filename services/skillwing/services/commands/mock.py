@@ -11,6 +11,7 @@ from skillwing.dsl import load
 from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.mocking.system import mock_processes, scripts_for
 from skillwing.services.processes.router import LOOPBACK
+from skillwing.services.recording.retention import KEEP
 from skillwing.services.robot import Robot
 from skillwing.services.terminal.output import make_console
 from skillwing.services.terminal.system_options import (
@@ -19,6 +20,7 @@ from skillwing.services.terminal.system_options import (
     DurableOption,
     InsecureOption,
     KeysOption,
+    KeepOption,
     ListenOption,
     RecordOption,
     ResumeOption,
@@ -52,6 +54,7 @@ def mock(
     resume: ResumeOption = False,
     durable: DurableOption = False,
     record: RecordOption = True,
+    keep: KeepOption = KEEP,
     viewer: ViewerOption = "none",
 ) -> None:
     """Run any skillset file without a robot: a process for each manager, with mocks for its skills and its world.
@@ -77,6 +80,7 @@ def mock(
         resume=resume,
         durable=durable,
         record=record,
+        keep=keep,
         viewer=viewer,
         keys=keys,
         insecure=insecure,
@@ -91,5 +95,6 @@ def mock(
     robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
-    specs = mock_processes(robot, scripts=scripts, seed=seed, run={"run_dir": str(directory), "durable": durable})
+    run = {"run_dir": str(directory), "durable": durable, "keep": keep}
+    specs = mock_processes(robot, scripts=scripts, seed=seed, run=run)
     raise typer.Exit(run_system(robot, specs, directory, settings))

@@ -16,6 +16,7 @@ from skillwing.services.client.connection import Target
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
 from skillwing.services.errors import NoReplyError, RefusedError
 from skillwing.services.history.goal_ends import recorded_goals
+from skillwing.services.history.recording_state import gap_sentence, read_state
 from skillwing.services.names import MISSION, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
@@ -47,7 +48,8 @@ class SystemOverview:
     goals: of each skill the running one, else the latest. silent: skills whose manager is alive and does not answer.
     unmanaged: skills with an unfinished goal, whose manager holds no alive token. blocked: managers' reports on hooks
     that block them, by skill. states: None if unknown. unattended: set if the robot is away from its rescue goal, and
-    nobody commands it. mission: latest status of the running one.
+    nobody commands it. mission: latest status of the running one. recording: a sentence while the run cannot be
+    recorded, else empty.
     """
 
     target: Target
@@ -59,6 +61,7 @@ class SystemOverview:
     states: ResourceStates | None
     unattended: Unattended | None
     mission: MissionStatus | None = None
+    recording: str = ""
 
     @property
     def is_whole(self) -> bool:
@@ -130,7 +133,14 @@ def _overview(system: System) -> SystemOverview:
         states=states,
         unattended=unattended_state(system.target, system.skillset, states.states if states else {}, alive, running),
         mission=missions[-1] if MISSION in alive and missions else None,
+        recording=_recording_problem(system.target),
     )
+
+
+def _recording_problem(target: Target) -> str:
+    """A sentence while the disk of the run takes nothing, else empty."""
+    failing = None if target.run_dir is None else read_state(target.run_dir).failing
+    return "" if failing is None else f"The run is not recorded. {gap_sentence(failing)}"
 
 
 def _states(system: System) -> ResourceStates | None:
@@ -158,6 +168,7 @@ def _facts(seen: SystemOverview) -> dict[str, Any]:
         "mission": None if seen.mission is None else _mission_facts(seen.mission),
         "troubles": seen.troubles,
         "unattended": seen.unattended,
+        "recording": seen.recording or None,
         "resources": {} if states is None else states.states,
     }
 
@@ -179,6 +190,8 @@ def _print(console: Console, seen: SystemOverview) -> None:
             console.print(Text(entry.state.last_words, style="red"))
     if seen.mission is not None:
         console.print(f"Mission {seen.mission.mission}: {seen.mission.phase}  {seen.mission.text}", markup=False)
+    if seen.recording:
+        console.print(Text(seen.recording, style="red"))
     if seen.unattended is not None:
         console.print(Text(f"{seen.unattended.what} {seen.unattended.remedy}", style="red"))
     console.print()

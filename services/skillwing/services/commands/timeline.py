@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -11,9 +12,11 @@ import typer
 from skillwing.dsl import SkillsetError, UnknownNameError, load
 from skillwing.dsl.model import Resource, Skillset
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.history.files import TIMELINE_FILE, read_goals, read_records
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, iterate
 from skillwing.services.history.history import History
-from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.history.recent_history import RecentHistory
+from skillwing.services.history.recording_state import missing_sentences, read_state
+from skillwing.services.protocol import GoalStatus, Record, RecordKind
 from skillwing.services.recording.run_facts import missing_run_file, read_facts, version_note
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json, print_records
@@ -25,6 +28,8 @@ LONGEST_RUN = 1e8
 DEFAULT_KINDS = tuple(kind for kind in KINDS if kind != RecordKind.DATA)
 """Kinds of records by default. Data become stale and fresh by the dozen when a process starts."""
 PICTURE = ".png"
+MOST_RECORDS, MOST_GOALS = 100_000, 20_000
+"""Records and goals that are shown of a long run: the last ones."""
 
 
 def timeline(
@@ -49,7 +54,7 @@ def timeline(
     if png is not None and png.suffix.lower() != PICTURE:
         raise typer.BadParameter(f"`{png}` is no picture that can be drawn. End it with {PICTURE}.")
     skillset = None if png is None else _skillset_of(run)
-    history = History.of(read_records(run), read_goals(run), skillset)
+    history = _history_of(run, skillset)
     records = history.records
     if not records:
         raise missing_run_file(run, TIMELINE_FILE)
@@ -66,6 +71,22 @@ def timeline(
         print_json(shown)
     else:
         print_records(make_console(), shown, known)
+
+
+def _history_of(run: Path, skillset: Skillset | None) -> History:
+    """The history of a run; of a long one the last part, with a sentence on standard error."""
+    history = RecentHistory(skillset, records=MOST_RECORDS, goals=MOST_GOALS, longest_chain=MOST_RECORDS)
+    for record in iterate(run, TIMELINE_FILE, Record):
+        history.add_record(record)
+    for status in iterate(run, GOALS_FILE, GoalStatus):
+        history.add_status(status)
+    for sentence in missing_sentences(read_state(run), -math.inf, math.inf):
+        typer.echo(sentence, err=True)
+    if history.forgotten_until is not None:
+        typer.echo(
+            f"The run is long: its last {MOST_RECORDS} records are shown. {run}/timeline*.jsonl has all.", err=True
+        )
+    return history
 
 
 def _chosen(records: Sequence[Record], about: list[str], kinds: list[str]) -> list[Record]:

@@ -13,6 +13,7 @@ from skillwing.services.mocking.script_file import load_scripts
 from skillwing.services.mocking.system import mock_processes, scripts_for, without_layer
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.run_options import LARGEST_SEED
+from skillwing.services.recording.retention import KEEP
 from skillwing.services.robot import Robot, find_robot
 from skillwing.services.terminal.completion import robots, skills
 from skillwing.services.terminal.system_options import (
@@ -21,6 +22,7 @@ from skillwing.services.terminal.system_options import (
     DurableOption,
     InsecureOption,
     KeysOption,
+    KeepOption,
     ListenOption,
     RecordOption,
     ResumeOption,
@@ -99,6 +101,7 @@ def up(
     resume: ResumeOption = False,
     durable: DurableOption = False,
     record: RecordOption = True,
+    keep: KeepOption = KEEP,
     viewer: ViewerOption = "none",
 ) -> None:
     """Start a robot's processes and stay with them until Ctrl-C.
@@ -145,6 +148,7 @@ def up(
         resume=resume,
         durable=durable,
         record=record,
+        keep=keep,
         options={} if everything else run,
         viewer=viewer,
         keys=keys,
@@ -164,7 +168,7 @@ def up(
         words += [word for name in beside or () for word in ("--with", name)]
         words += [] if world_of is None else ["--world-of", world_of]
         raise typer.Exit(run_detached(table.name, words, directory))
-    run["run_dir"] = str(directory)
+    run |= {"run_dir": str(directory), "keep": keep}
     layer = () if everything else table.functional_layer(run)
     managers = (
         mock_processes(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Generic, TypeVar
 
 K = TypeVar("K")
@@ -38,6 +39,10 @@ class BoundedDict(Generic[K, V]):
     def pop(self, key: K) -> V | None:
         """Remove an entry and return its value; None if there is none."""
         return self._entries.pop(key, None)
+
+    def values(self) -> Collection[V]:
+        """Live view, the oldest entry first."""
+        return self._entries.values()
 
     def newest(self) -> V | None:
         """The entry written last."""

@@ -1,11 +1,16 @@
-"""Files of a run's history: JSON lines, one message each, flushed at once.
+"""Files of a run's history: JSON lines, one message each, handed to the operating system at once.
 
-`timeline.jsonl` holds every timeline record and `goals.jsonl` every change of a goal. They are readable up to the last
-line after every kind of crash, so pictures and reports are made from them.
+`timeline.jsonl` holds every timeline record, `goals.jsonl` every change of a goal, and `missions.jsonl` the phases of
+missions. They are readable up to the last line after every kind of crash, so pictures and reports are made from them.
+The first two have numbered parts. The head of a part repeats older messages; a history does not count them twice.
 """
 
 from __future__ import annotations
 
+import math
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -13,33 +18,56 @@ from typing import Generic, Self, TypeVar
 
 import msgspec
 
-from skillwing.services.errors import BadRecordingError, PassingError
+from skillwing.services.errors import BadRecordingError
+from skillwing.services.history.parts import PART_BYTES, PartWriter, part_paths
 from skillwing.services.protocol import PROTOCOL_VERSION, GoalStatus, Message, Record
 
 TIMELINE_FILE = "timeline.jsonl"
 GOALS_FILE = "goals.jsonl"
+MISSIONS_FILE = "missions.jsonl"
+UNBOUNDED = sys.maxsize
+"""Size of the parts of a file that stays small."""
+DISORDER = 10.0
+"""Seconds by which messages in neighbouring parts may be out of order."""
+_LAST_LINES = 1 << 20
+"""Bytes at the end of a file within which its last line begins."""
 
 M = TypeVar("M", bound=Message)
 
 
-class JsonLines(Generic[M]):
-    """An append-only file of messages, one JSON object a line, written when `write` returns.
+class Timed(msgspec.Struct):
+    """The time of a line."""
 
-    `write` raises PassingError if it fails, as on a full disk.
+    t: float
+
+
+def _nothing() -> Iterable[Message]:
+    return ()
+
+
+class JsonLines(Generic[M]):
+    """A file of messages in numbered parts, one JSON object a line, written when `write` returns.
+
+    path: of the first part. An existing last part is continued, without an incomplete last line. part_bytes: size at
+    which a part is full. head: messages that a new part begins with. A full disk costs messages and raises nothing
+    (`PartWriter`).
     """
 
-    def __init__(self, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = path.open("ab", buffering=0)
+    def __init__(
+        self, path: Path, *, part_bytes: int = PART_BYTES, head: Callable[[], Iterable[Message]] = _nothing
+    ) -> None:
+        for part in part_paths(path.parent, path.name)[-1:]:
+            repair(part)
+        self.parts = PartWriter(
+            path.parent, path.name, part_bytes=part_bytes, head=lambda: b"".join(map(_line, head()))
+        )
 
-    def write(self, message: M) -> None:
-        try:
-            self._file.write(msgspec.json.encode(message) + b"\n")
-        except OSError as error:
-            raise PassingError(f"{self._file.name} cannot be written: {error.strerror}.") from error
+    def write(self, message: M) -> bool:
+        """Append a message. Returns False if it is lost."""
+        return self.parts.write(_line(message))
 
     def close(self) -> None:
-        self._file.close()
+        self.parts.close()
 
     def __enter__(self) -> Self:
         return self
@@ -48,37 +76,99 @@ class JsonLines(Generic[M]):
         self.close()
 
 
+def _line(message: Message) -> bytes:
+    return msgspec.json.encode(message) + b"\n"
+
+
 def repair(path: Path) -> None:
     """Remove an incomplete last line, so that another writer can continue."""
-    if path.exists() and not (content := path.read_bytes()).endswith(b"\n"):
-        with path.open("r+b") as file:
-            file.truncate(content.rfind(b"\n") + 1)
+    last = _end_of(path)
+    if last and not last.endswith(b"\n"):
+        with suppress(OSError):
+            os.truncate(path, path.stat().st_size - len(last) + last.rfind(b"\n") + 1)
 
 
 def read_records(run_dir: Path) -> list[Record]:
     """The timeline records of a run in order of their arrival; empty without a recording."""
-    return read_lines(run_dir / TIMELINE_FILE, Record)
+    return list({record.id: record for record in iterate(run_dir, TIMELINE_FILE, Record)}.values())
 
 
 def read_goals(run_dir: Path) -> list[GoalStatus]:
     """The goal changes of a run in order of their arrival; empty without a recording."""
-    return read_lines(run_dir / GOALS_FILE, GoalStatus)
+    found: dict[tuple[object, ...], GoalStatus] = {}
+    for status in iterate(run_dir, GOALS_FILE, GoalStatus):
+        found.setdefault((status.goal_id, status.t, status.label, status.revision, status.record), status)
+    return list(found.values())
+
+
+def iterate(run_dir: Path, name: str, kind: type[M], begin: float = -math.inf, end: float = math.inf) -> Iterator[M]:
+    """The messages of a file of a run, read line by line. Messages of heads come more than once.
+
+    begin, end: robot times. Parts that hold nothing of that interval are left out; others are read whole. Raises
+    BadRecordingError for messages of another protocol version.
+    """
+    parts = part_paths(run_dir, name)
+    bounded = begin > -math.inf or end < math.inf
+    ends = [last_time(path) if bounded else None for path in parts]
+    for number, path in enumerate(parts):
+        before, last = ends[number - 1] if number else None, ends[number]
+        if last is not None and last < begin - DISORDER and number < len(parts) - 1:
+            continue
+        if before is not None and before > end + DISORDER:
+            return
+        yield from iterate_lines(path, kind)
+
+
+def last_parts(run_dir: Path, name: str, kind: type[M], parts: int = 2) -> list[M]:
+    """The messages of the last parts of a file. The head of a part holds what is still true of the parts before."""
+    return [message for path in part_paths(run_dir, name)[-parts:] for message in iterate_lines(path, kind)]
 
 
 def read_lines(path: Path, kind: type[M]) -> list[M]:
-    """All messages of the file, without an incomplete last line.
+    """All messages of the file at that path, and of its further parts, without incomplete lines.
 
     Raises BadRecordingError for messages of another protocol version.
     """
-    if not path.exists():
-        return []
-    *lines, unfinished = path.read_bytes().split(b"\n")
-    messages = [msgspec.json.decode(line, type=kind) for line in lines]
-    if unfinished:
-        with suppress(msgspec.DecodeError):
-            messages.append(msgspec.json.decode(unfinished, type=kind))
-    other = next((message.v for message in messages if message.v != PROTOCOL_VERSION), None)
-    if other is not None:
-        text = f"{path} was recorded with protocol {other}, and this Skillwing reads protocol {PROTOCOL_VERSION}."
-        raise BadRecordingError(f"{text} Read it with the version that recorded it.")
-    return messages
+    return list(iterate(path.parent, path.name, kind))
+
+
+def iterate_lines(path: Path, kind: type[M]) -> Iterator[M]:
+    """The messages of one file, without an incomplete last line. A file that was deleted meanwhile has none.
+
+    Raises BadRecordingError for messages of another protocol version.
+    """
+    decoder = msgspec.json.Decoder(kind)
+    try:
+        file = path.open("rb")
+    except FileNotFoundError:
+        return
+    with file:
+        for line in file:
+            try:
+                message = decoder.decode(line)
+            except msgspec.DecodeError:
+                if line.endswith(b"\n"):
+                    raise
+                return
+            if message.v != PROTOCOL_VERSION:
+                text = f"{path} was recorded with protocol {message.v}, and this Skillwing reads protocol"
+                raise BadRecordingError(f"{text} {PROTOCOL_VERSION}. Read it with the version that recorded it.")
+            yield message
+
+
+def last_time(path: Path) -> float | None:
+    """Robot time of the last whole line of a file; None if it has none."""
+    lines = _end_of(path).split(b"\n")
+    for line in reversed(lines[:-1]):
+        with suppress(msgspec.DecodeError, msgspec.ValidationError):
+            return msgspec.json.decode(line, type=Timed).t
+    return None
+
+
+def _end_of(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - _LAST_LINES))
+            return file.read()
+    except OSError:
+        return b""

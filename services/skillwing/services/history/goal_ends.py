@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from skillwing.services.errors import BadRecordingError
-from skillwing.services.history.files import read_goals
+from skillwing.services.history.files import GOALS_FILE, last_parts
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
 
@@ -42,8 +42,11 @@ def latest_goals(statuses: Iterable[GoalStatus]) -> dict[str, GoalStatus]:
 
 
 def recorded_goals(run_dir: Path | None) -> dict[str, GoalStatus]:
-    """The same from the recording of a run; empty without a run directory or a readable recording."""
+    """The same from the recording of a run; empty without a run directory or a readable recording.
+
+    The last part is enough: its head has the latest goal of each skill.
+    """
     try:
-        return {} if run_dir is None else latest_goals(read_goals(run_dir))
+        return {} if run_dir is None else latest_goals(last_parts(run_dir, GOALS_FILE, GoalStatus))
     except (OSError, BadRecordingError, msgspec.DecodeError):
         return {}

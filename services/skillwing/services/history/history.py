@@ -7,6 +7,7 @@ seconds.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -88,10 +89,12 @@ def is_switch(record: Record) -> bool:
 class History:
     """Folds records and goal statuses.
 
-    skillset: gives the resources' initial states. Without it a history holds just what was recorded.
+    skillset: gives the resources' initial states. Without it a history holds just what was recorded. longest_chain:
+    number of records at which a chain of causes is cut.
     """
 
-    def __init__(self, skillset: Skillset | None = None) -> None:
+    def __init__(self, skillset: Skillset | None = None, *, longest_chain: int = sys.maxsize) -> None:
+        self._longest_chain = longest_chain
         self._skillset = skillset or Skillset("")
         self._initial = {resource.name: resource.initial for resource in self._skillset.resources}
         self._records: dict[str, Record] = {}
@@ -154,7 +157,7 @@ class History:
     def part(self, begin: float, end: float = math.inf) -> History:
         """The history from `begin` to `end`, in seconds since `begin`. Older causes have negative times."""
         states = {name: _state_at(spans, begin) for name, spans in self.lanes.items()}
-        part = History(self._skillset)
+        part = History(self._skillset, longest_chain=self._longest_chain)
         part._initial = {name: state for name, state in states.items() if state is not None}
         for record in self._records.values():
             shifted = replaced(record, t=record.t - begin)
@@ -236,7 +239,7 @@ class History:
         """The causes of a record, from the root to the record itself. An unknown record cuts the chain short."""
         chain: list[Record] = []
         seen: set[str] = set()
-        while record_id is not None and record_id not in seen:
+        while record_id is not None and record_id not in seen and len(chain) < self._longest_chain:
             record = self._records.get(record_id) or self._earlier.get(record_id)
             if record is None:
                 break

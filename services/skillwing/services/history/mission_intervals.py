@@ -1,12 +1,15 @@
-"""Missions of a run, from the records of their phases: when each ran, and how it ended. Pure."""
+"""Missions of a run, from the records of their phases: when each ran, and how it ended."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from skillwing.services.history.history import PHASES
+from skillwing.services.history.files import MISSIONS_FILE, TIMELINE_FILE, iterate
+from skillwing.services.history.history import PHASES, History
+from skillwing.services.history.parts import part_paths
 from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
 
@@ -55,3 +58,10 @@ def _intervals(phases: Iterable[Record]) -> Iterator[MissionInterval]:
             current = None
     if current is not None:
         yield current
+
+
+def read_phases(run_dir: Path) -> History:
+    """The phases of all missions of a run. A run of an earlier version has them in its timeline only."""
+    name = MISSIONS_FILE if part_paths(run_dir, MISSIONS_FILE) else TIMELINE_FILE
+    records = iterate(run_dir, name, Record)
+    return History.of(each for each in records if each.kind is RecordKind.MISSION and each.after in PHASES)

@@ -71,7 +71,8 @@ class OperatorFacts(msgspec.Struct, frozen=True, kw_only=True):
 class MissionReport(msgspec.Struct, frozen=True, kw_only=True):
     """The report. result: success, failure, aborted or unfinished.
 
-    judged: figures of the robot's judge; none for a robot without one.
+    judged: figures of the robot's judge; none for a robot without one. missing: sentences on what was not recorded, or
+    was deleted.
     """
 
     mission: str
@@ -84,6 +85,7 @@ class MissionReport(msgspec.Struct, frozen=True, kw_only=True):
     switches: tuple[SwitchEntry, ...]
     skills: tuple[SkillEntry, ...]
     processes: tuple[ProcessEntry, ...]
+    missing: tuple[str, ...] = ()
 
     def judged_value(self, key: str) -> float | None:
         """The value of a judged figure; None if it is unknown."""

@@ -57,7 +57,7 @@ from skillwing.services.protocol import (
     decode,
     encode,
 )
-from skillwing.services.replay.files import StepWriter
+from skillwing.services.replay.files import FILE_BYTES, FILES_KEPT, StepWriter
 from skillwing.services.replay.recorded_core import RecordedCore
 from skillwing.services.replay.steps import Made, head_of
 from skillwing.services.timeline import Timeline
@@ -366,7 +366,8 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
 
     `skillset`: path of the .skillset file. `robot`: its name. `journal`: path of the journal, beside which all steps
     are recorded; in memory and without a record by default. `durable`: makes the journal safe from power loss.
-    `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`, `without_goals`: as there.
+    `steps_bytes`: their largest size. `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`,
+    `without_goals`: as there.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
@@ -379,7 +380,10 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     journal = Journal(None if path is None else Path(path), identity, durable=bool(options.get("durable")))
     # A journal that cannot be read is to be refused here, with a sentence, before anything runs.
     journal.snapshot()
-    steps = None if path is None else StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source))
+    steps = None
+    if path is not None:
+        kept = max(FILES_KEPT, int(options.get("steps_bytes", 0)) // FILE_BYTES)
+        steps = StepWriter(Path(path).with_name(STEPS_FOLDER), head_of(identity, source), files_kept=kept)
     return ResourceManagerNode(
         skillset,
         journal=journal,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
+from io import FileIO
 from pathlib import Path
 
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
@@ -19,6 +21,8 @@ from skillwing.services.processes.restart_policy import RestartPolicy
 from skillwing.services.robot import Restart
 
 LOG_LINES = 8
+LOG_BYTES = 8_000_000
+"""Size at which a log is moved to `NAME.log.1`; a process has twice as much at most."""
 RESTARTED = "--- restarted"
 """Begin of the log line that divides two lives of a process."""
 STAMP = "%H:%M:%S"
@@ -89,11 +93,10 @@ class Child:
         self._nodes = nodes
 
     def start(self, now: float, stdout: int | None = None) -> None:
-        """Begin a life at second `now`; a line in the log marks the restart."""
-        self.log.parent.mkdir(parents=True, exist_ok=True)
+        """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log."""
         if self._lives:
             self._close_pipes()
-        with self.log.open("ab", buffering=0) as file:
+        with self._opened_log() as file:
             if self._lives:
                 line = f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n"
                 with suppress(OSError):  # a full disk must not prevent the restart
@@ -109,6 +112,23 @@ class Child:
         self._lives += 1
         self._started = now
         self._last_exit = None
+
+    def _opened_log(self) -> FileIO:
+        try:
+            self.log.parent.mkdir(parents=True, exist_ok=True)
+            return self.log.open("ab", buffering=0)
+        except OSError:  # a full disk must not prevent the start
+            return Path(os.devnull).open("ab", buffering=0)
+
+    def shorten_log(self) -> None:
+        """Move a long log aside. The process goes on in the same file, which is empty then."""
+        try:
+            if self.log.stat().st_size < LOG_BYTES:
+                return
+            shutil.copyfile(self.log, self.log.with_name(f"{self.log.name}.1"))
+            os.truncate(self.log, 0)
+        except OSError:  # it is tried again
+            return
 
     def exited(self, now: float) -> ProcessExit:
         """Record the end of a life; the process has ended already."""

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -84,7 +85,8 @@ class Heartbeat:
         with self._lock:
             self._awaited.discard(bus.name)
             if not self._awaited:
-                self._file.touch()
+                with suppress(OSError):  # a full disk: the file is older than the next look at it
+                    self._file.touch()
                 self._awaited.update(self._nodes)
         bus.after(HEARTBEAT_PERIOD, lambda: self.keep(bus), wall=True)
 
@@ -198,5 +200,6 @@ def appear(node: Node, bus: Bus, alive: str) -> None:
 
 def give_up(error: Exception, code: int, who: str = "") -> int:
     """Print why the process cannot go on, with the node's name if it is one of several; returns the exit code."""
-    sys.stderr.write(f"{who}: {error}\n" if who else f"{error}\n")
+    with suppress(OSError):  # the log may be on a full disk
+        sys.stderr.write(f"{who}: {error}\n" if who else f"{error}\n")
     return code

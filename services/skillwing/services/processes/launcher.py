@@ -127,6 +127,12 @@ class Launcher:
         with self._lock:
             return tuple(child.state() for child in self._children.values())
 
+    def shorten_logs(self) -> None:
+        """Move long logs aside."""
+        with self._lock:
+            for child in self._children.values():
+                child.shorten_log()
+
     def running(self, name: str) -> bool:
         """True for a process that was started and has not ended."""
         child = self._children.get(name)

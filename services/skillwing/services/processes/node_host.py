@@ -27,6 +27,7 @@ from typing import Any, cast, get_args
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.bus import Node, Topology
 from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
+from skillwing.services.disk import discard_unwritten
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
 from skillwing.services.processes.hosting import Heartbeat, HostedNode, NetworkAddress, give_up, live, live_together
@@ -190,4 +191,6 @@ def _json_object(text: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    ended_with = main()
+    discard_unwritten()
+    sys.exit(ended_with)

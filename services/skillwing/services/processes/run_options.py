@@ -1,7 +1,8 @@
 """Options of a run from the environment, for processes without a command line: containers.
 
 SKILLWING_SEED, SKILLWING_WORLD, SKILLWING_SPEED, SKILLWING_FAULTS and SKILLWING_LINK (both JSON), SKILLWING_SCENARIO (a
-file), SKILLWING_RUN_DIR, SKILLWING_DURABLE (1 or 0), SKILLWING_VIEWER_URL. An empty variable has no effect.
+file), SKILLWING_RUN_DIR, SKILLWING_KEEP (such as 10GB), SKILLWING_DURABLE (1 or 0), SKILLWING_VIEWER_URL. An empty
+variable has no effect.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.sizes import read_size, size_text
 
 MAX_SPEED = "max"
 AS_FAST_AS_POSSIBLE = 0.0
 SLOWEST = 0.05
+LEAST_KEEP = 100_000_000
+"""Least size of a run's files that can be asked for [bytes]."""
 LARGEST_SEED = 2**32 - 1
 """Largest seed of a simulated world; the smallest is 0."""
 
@@ -40,6 +44,14 @@ def seed(text: str) -> int:
     return int(text)
 
 
+def keep(text: str) -> int:
+    """The bytes that the files of a run may have. Raises ValueError with the accepted values."""
+    size = read_size(text)
+    if size < LEAST_KEEP:
+        raise ValueError(f"give at least {size_text(LEAST_KEEP)}: the parts that are being written need some of it")
+    return size
+
+
 RUN_OPTIONS = {
     "seed": seed,
     "world": str,
@@ -48,6 +60,7 @@ RUN_OPTIONS = {
     "link": json.loads,
     "scenario": str,
     "run_dir": str,
+    "keep": keep,
     "durable": int,
     "viewer_url": str,
 }

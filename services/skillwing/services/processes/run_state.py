@@ -20,6 +20,7 @@ from typing import Any
 import msgspec
 
 from skillwing.services.bus import Topology
+from skillwing.services.disk import UnwritableError, write_whole
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.proc_files import started
 from skillwing.services.processes.process_state import ProcessState
@@ -67,11 +68,8 @@ def runtime_dir() -> Path:
 
 
 def write_run_state(state: RunState) -> None:
-    """Announce a system."""
-    path = _path(state.robot)
-    fresh = path.with_suffix(".new")
-    fresh.write_bytes(msgspec.json.format(msgspec.json.encode(state)))
-    fresh.replace(path)
+    """Announce a system. Raises OSError; then the announcement of before stays."""
+    write_whole(_path(state.robot), msgspec.json.format(msgspec.json.encode(state)))
 
 
 def read_run_state(robot: str) -> RunState | None:
@@ -112,10 +110,14 @@ class Announcement:
     """The run state of a system that this process runs. `update` may be called on any thread."""
 
     def __init__(self, state: RunState) -> None:
+        """Announce the system. Raises UnwritableError."""
         self._state = state
         self._over = False
         self._lock = threading.Lock()
-        write_run_state(state)
+        try:
+            write_run_state(state)
+        except OSError as error:
+            raise UnwritableError(_path(state.robot), error) from error
 
     def update(self, processes: Iterable[ProcessState], active_work: str = "") -> None:
         """Announce the state of the processes and the active work; a missing file is written again."""

@@ -16,7 +16,9 @@ import rerun.blueprint as rrb
 
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.services.bus import Bus
+from skillwing.services.core.bounded_dict import BoundedDict
 from skillwing.services.history.history import GoalOutcome, History, SkillBar, is_switch
+from skillwing.services.history.recent_history import GOALS_KEPT
 from skillwing.services.history.wording import abridge, brief, headlines
 from skillwing.services.protocol import Ending, MissionStatus, Record, RecordKind, State, TreeNode, TreeSnapshot
 from skillwing.services.recording import palette
@@ -65,6 +67,10 @@ class Scene(Protocol):
 
     def attach(self, bus: Bus) -> None: ...
 
+    def restate(self) -> None:
+        """Log all static data again, and what else is still to be seen: a new file lacks what came before it."""
+        ...
+
     def close(self) -> None: ...
 
 
@@ -97,7 +103,10 @@ class MissionView:
         self._recording = recording
         self._skills = {skill.name: skill for skill in skillset.skills}
         self._lanes: dict[str, str] = {}
-        self._drawn: dict[str, SkillBar] = {}
+        self._looks: dict[str, rr.StateConfiguration] = {}
+        self._states: dict[str, tuple[float, str]] = {}
+        """Latest state of each lane, and its time."""
+        self._drawn = BoundedDict[str, SkillBar](GOALS_KEPT)
         self._shape: tuple[tuple[int, int | None, str], ...] = ()
         self._layout = TreeLayout((), ())
         self._outline = Outline()
@@ -156,13 +165,22 @@ class MissionView:
         number = 1 + sum(lane.startswith(group) for lane in self._lanes.values())
         lane = self._lanes[name] = f"{group}/{number:02}_{name}"
         names = list(colours)
-        look = rr.StateConfiguration(values=names, labels=names, colors=_rgba(colours.values()))
-        self._recording.log(lane, look, static=True)
+        self._looks[lane] = rr.StateConfiguration(values=names, labels=names, colors=_rgba(colours.values()))
+        self._recording.log(lane, self._looks[lane], static=True)
         return lane
 
     def _state(self, lane: str, t: float, state: str) -> None:
+        self._states[lane] = t, str(state)
         at(self._recording, t)
         self._recording.log(lane, rr.StateChange(state=str(state)))
+
+    def restate(self) -> None:
+        """Log lanes and their latest states again, and the tree when it comes next: a new file begins."""
+        for lane, look in self._looks.items():
+            self._recording.log(lane, look, static=True)
+        for lane, (t, state) in self._states.items():
+            self._state(lane, t, state)
+        self._shape = ()
 
     # --- causes --------------------------------------------------------------------------------------------
 
@@ -173,8 +191,8 @@ class MissionView:
             self._show_resource(record)
         level = _level(record)
         text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
-        causes = headlines(history.chain(record.id))[:-1]
-        if causes and level != rr.TextLogLevel.INFO:
+        causes = [] if level == rr.TextLogLevel.INFO else headlines(history.chain(record.id))[:-1]
+        if causes:
             text += "\n" + causes_in_words(causes)
         self._log(record.kind, record.t, text, level)
 

@@ -9,6 +9,7 @@ import msgspec
 
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.options import imported
+from skillwing.services.recording.retention import KEEP
 
 
 class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -16,7 +17,8 @@ class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 
     scene: `"module:factory"` of the robot's part of the dashboard. collectors: `"module:factory"` of each further
     writer into the run directory. viewer: `none`; `spawn` a window on this machine; `serve` the run to viewers that
-    connect to `bind`:`port`; `connect` to the viewer or server at `url`.
+    connect to `bind`:`port`; `connect` to the viewer or server at `url`. keep: bytes that the files of the run may
+    have; older parts are deleted.
     """
 
     run_dir: str
@@ -30,6 +32,7 @@ class RecorderOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     port: int = 9876
     url: str = "rerun+http://127.0.0.1:9876/proxy"
     recording_id: str | None = None
+    keep: int = KEEP
 
 
 def read_options(options: dict[str, Any]) -> RecorderOptions:

@@ -1,4 +1,4 @@
-"""`recording.rrd`: one Rerun stream with a file as its first sink and, if asked for, a viewer as its second."""
+"""`recording.rrd`: one Rerun stream with files as its first sink and, if asked for, a viewer as its second."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.recording.mission_view import TIMELINE, MissionPanels, MissionView, Scene
 from skillwing.services.recording.options import RecorderOptions, part
+from skillwing.services.recording.recording_file import RecordingFile
 
 APPLICATION = "skillwing"
 FILE_TICK, LIVE_TICK = 1.0, 0.1
@@ -23,10 +24,12 @@ log = logging.getLogger("skillwing.recorder")
 
 
 class Recording:
-    """The open recording: the mission's view, and the robot's scene where the options name one."""
+    """The open recording: the mission's view, and the robot's scene where the options name one.
 
-    def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    path: of the first part. part_bytes: size at which a part is full.
+    """
+
+    def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path, part_bytes: int) -> None:
         batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
         # With the same name, a viewer shows all recordings of a run as one.
         name = options.recording_id or path.parent.name
@@ -35,24 +38,38 @@ class Recording:
         from_zero = self._scene is not None
         panels = MissionView.panels(from_zero=from_zero)
         blueprint = self._scene.blueprint(panels) if self._scene else plain_blueprint(panels)
-        sinks = [rr.FileSink(path), *_live_sinks(options)]
-        self.stream.set_sinks(*sinks, default_blueprint=blueprint)
+        self.file = RecordingFile(path.parent, path.name, part_bytes)
+        self.stream.set_sinks(rr.FileSink(self.file.sink), *_live_sinks(options), default_blueprint=blueprint)
+        self.file.opened()
         self.stream.send_blueprint(blueprint)
+        self._flush()
+        self.file.end_prefix()
         self.mission = MissionView(self.stream, skillset, from_zero=from_zero)
 
     def attach(self, bus: Bus) -> None:
         if self._scene:
             self._scene.attach(bus)
 
+    def restate(self) -> None:
+        """Log again what a part that has begun needs from the parts before. Call it every few seconds."""
+        if self.file.take_restate():
+            self.mission.restate()
+            if self._scene:
+                self._scene.restate()
+
     def close(self) -> None:
         if self._scene:
             self._scene.close()
+        self._flush()
+        self.stream.disconnect()
+        self.file.close()
+
+    def _flush(self) -> None:
         try:
             self.stream.flush(timeout_sec=FLUSH_TIMEOUT)
         except RuntimeError as error:
             # The viewer or the server is gone; the file is complete anyway.
             log.warning("The viewer did not receive the end of the recording: %s.", error)
-        self.stream.disconnect()
 
 
 def plain_blueprint(panels: MissionPanels) -> rrb.Blueprint:

@@ -10,6 +10,7 @@ import msgspec
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
+from skillwing.services.disk import write_whole
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import UnknownRobotError, find_robot
 
@@ -36,7 +37,7 @@ def write_facts(run_dir: Path, facts: RunFacts) -> None:
     with suppress(SkillsetError, OSError):  # the processes of the run report it
         facts = msgspec.structs.replace(facts, schema=load(Path(facts.skillset)).schema_hash)
     run_dir.mkdir(parents=True, exist_ok=True)
-    (run_dir / RUN_FILE).write_bytes(msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
+    write_whole(run_dir / RUN_FILE, msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
 
 
 def missing_run_file(run: Path, file: str) -> InvalidOptionError:

@@ -16,6 +16,7 @@ from typing import BinaryIO
 
 import msgspec
 
+from skillwing.services.disk import has_room
 from skillwing.services.errors import BadRecordingError
 from skillwing.services.replay.steps import FORMAT, Head, Line, Made, decoded_head, decoded_line, encoded
 
@@ -29,9 +30,10 @@ log = logging.getLogger(__name__)
 
 
 class StepWriter:
-    """Writes the steps of one process. It must never stop the process: if it cannot write, it logs that once and ends.
+    """Writes the steps of one process. It must never stop the process.
 
-    folder: of the files; it is not created before the first line.
+    On a full disk steps are lost, and the log has a line. Another file begins when the disk has room again, with the
+    state of that time. folder: of the files; it is not created before the first line.
     """
 
     def __init__(self, folder: Path, head: Head, *, file_bytes: int = FILE_BYTES, files_kept: int = FILES_KEPT) -> None:
@@ -42,30 +44,38 @@ class StepWriter:
         self._file: BinaryIO | None = None
         self._size = 0
         self._ended = False
+        self._failing = False
 
     @property
     def full(self) -> bool:
         """True when another file is due, which `begin_file` begins."""
-        return self._size >= self._file_bytes
+        return self._size >= self._file_bytes or (self._failing and has_room(self._folder))
 
     def begin_file(self, made: Made) -> None:
         """Continue in another file. made: arguments for a core that equals the present one."""
         self.close()
+        failed, self._failing = self._failing, False
         self.write(lambda: made)
+        if failed and not self._failing:
+            log.warning("steps are recorded again")
 
     def write(self, make_line: Callable[[], Line]) -> None:
         """Write a line. The operating system has it when this returns, so that a killed process loses nothing.
 
         make_line: may raise for values without a form in MessagePack.
         """
-        if self._ended:
+        if self._ended or self._failing:
             return
         try:
             if self._file is None:
                 self._file = self._next_file()
                 self._put(self._file, self._head)
             self._put(self._file, make_line())
-        except (OSError, TypeError, ValueError, OverflowError) as error:
+        except OSError as error:
+            log.warning("steps cannot be recorded now: %s", error)
+            self.close()
+            self._failing = True
+        except (TypeError, ValueError, OverflowError) as error:
             log.warning("steps cannot be recorded any more, and end here: %s", error)
             self.close()
             self._ended = True

@@ -15,14 +15,21 @@ from typing import Any, TypeAlias
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.services.history.files import read_goals, read_records
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, iterate
 from skillwing.services.history.history import History
+from skillwing.services.history.recent_history import RecentHistory
+from skillwing.services.history.recording_state import missing_sentences, read_state
 from skillwing.services.history.report import JudgedFigure, MissionReport, ProcessEntry, make_report
+from skillwing.services.protocol import GoalStatus, Record
 from skillwing.services.report.rendering import write_report
 from skillwing.services.report.timeline_picture import MISSION_TIME, ROBOT_TIME, draw_timeline
 from skillwing.services.robot import RECORDER
 
 TIMELINE_PICTURE = "timeline.png"
+MOST_RECORDS, MOST_GOALS = 50_000, 10_000
+"""Records and goals that a report is made of: the last ones of its mission, so that its memory is bounded."""
+LONGEST_CHAIN = 1_000
+"""Records at which a chain of causes in a report is cut."""
 UNRECORDED = "The recorder died: the record is incomplete from then on."
 
 
@@ -57,9 +64,19 @@ Judge: TypeAlias = Callable[[ReportedMission, History, str], Verdict]
 """Judge of a mission. Arguments: the mission, its history from the begin on, a title for pictures in the folder."""
 
 
-def read_history(run_dir: Path, skillset: Skillset) -> History:
-    """The history in the recorder's files."""
-    return History.of(read_records(run_dir), read_goals(run_dir), skillset)
+def read_history(
+    run_dir: Path, skillset: Skillset | None, begin: float = -math.inf, end: float = math.inf
+) -> RecentHistory:
+    """The history in the recorder's files until `end`, with at least the time from `begin` on. Of a long time it holds
+    the last part."""
+    history = RecentHistory(skillset, records=MOST_RECORDS, goals=MOST_GOALS, longest_chain=LONGEST_CHAIN)
+    for record in iterate(run_dir, TIMELINE_FILE, Record, begin, end):
+        if record.t <= end:
+            history.add_record(record)
+    for status in iterate(run_dir, GOALS_FILE, GoalStatus, begin, end):
+        if status.t <= end:
+            history.add_status(status)
+    return history
 
 
 def report_mission(
@@ -67,9 +84,10 @@ def report_mission(
 ) -> MissionReport:
     """Write `report.json`, `report.md` and `timeline.png`, with the judge's verdict.
 
-    history: of the whole run; without it, it is read. Raises OSError for a folder that is not writable.
+    history: of at least the time of the mission; without it, it is read. Raises OSError for a folder that is not
+    writable.
     """
-    history = history or read_history(reported.run_dir, skillset)
+    whole = history = history or read_history(reported.run_dir, skillset, reported.begin, reported.end)
     if reported.begin > 0.0 or reported.end < math.inf:
         history = history.part(reported.begin, reported.end)
     seed = reported.options.get("seed")
@@ -81,11 +99,22 @@ def report_mission(
     )
     reported.folder.mkdir(parents=True, exist_ok=True)
     verdict = judge(reported, history, title) if judge is not None else Verdict()
-    report = replaced(report, judged=verdict.figures)
-    write_report(report, history, reported.folder, [*reported.notes, *_warnings(reported.processes), *verdict.notes])
+    report = replaced(report, judged=verdict.figures, missing=tuple(_missing(reported, whole)))
     clock = MISSION_TIME if reported.begin > 0.0 else ROBOT_TIME
     draw_timeline(history, reported.folder / TIMELINE_PICTURE, title=title, resources=skillset.resources, clock=clock)
+    # The report comes last: a mission without one is reported again.
+    write_report(report, history, reported.folder, [*reported.notes, *_warnings(reported.processes), *verdict.notes])
     return report
+
+
+def _missing(reported: ReportedMission, history: History) -> list[str]:
+    """Sentences on what the report lacks: what was not recorded, was deleted, or is too much for a report."""
+    sentences = missing_sentences(read_state(reported.run_dir), reported.begin, reported.end)
+    forgotten = history.forgotten_until if isinstance(history, RecentHistory) else None
+    if forgotten is not None and forgotten >= reported.begin:
+        last = f"This report has the last {MOST_GOALS} goals and {MOST_RECORDS} records of a long mission"
+        sentences.append(f"{last}. `{TIMELINE_FILE}` and `{GOALS_FILE}` have all of them.")
+    return sentences
 
 
 def _warnings(processes: Sequence[ProcessEntry]) -> list[str]:

@@ -8,23 +8,26 @@ from pathlib import Path
 import msgspec
 from rich.table import Table
 
+from skillwing.services.disk import write_whole
 from skillwing.services.history.history import GoalOutcome, History, SkillBar
 from skillwing.services.history.report import REPORT_FILE, RESULTS, MissionReport, ProcessEntry, last_phase
 from skillwing.services.history.wording import abridge, brief, chain_text, ends, headlines
 from skillwing.services.protocol import Ending
 
 REPORT_TEXT_FILE = "report.md"
+MISSING = "not recorded"
+"""Name of the row for what is missing in a recording."""
 
 _FROM_OUTSIDE = frozenset({Ending.NOT_READY, Ending.INVARIANT_VIOLATED, Ending.LOST})
 _AS_USUAL = frozenset({"runs", "stopped"})
 
 
 def write_report(report: MissionReport, history: History, run_dir: Path, notes: Sequence[str] = ()) -> None:
-    """Write `report.json` and `report.md`. notes: sentences for readers of the figures."""
+    """Write `report.md` and `report.json`. notes: sentences for readers of the figures. Raises OSError."""
     run_dir.mkdir(parents=True, exist_ok=True)
+    write_whole(run_dir / REPORT_TEXT_FILE, as_markdown(report, history, notes).encode())
     as_json = msgspec.json.format(msgspec.json.encode(report), indent=2)
-    (run_dir / REPORT_FILE).write_bytes(as_json + b"\n")
-    (run_dir / REPORT_TEXT_FILE).write_text(as_markdown(report, history, notes), encoding="utf-8")
+    write_whole(run_dir / REPORT_FILE, as_json + b"\n")
 
 
 def figures(report: MissionReport) -> list[tuple[str, str]]:
@@ -38,6 +41,7 @@ def figures(report: MissionReport) -> list[tuple[str, str]]:
     ]
     rows += [(f"switch at {switch.t:.1f} s", chain_text(switch.cause)) for switch in report.switches]
     rows += [(f"{process.name} died", process.detail) for process in report.processes if process.state == "died"]
+    rows += [(MISSING, sentence) for sentence in report.missing]
     return rows
 
 
@@ -50,7 +54,7 @@ def summary_table(report: MissionReport) -> Table:
     styles = {"result": "green" if report.result == "success" else "red"}
     styles |= {figure.name: "red" for figure in report.judged if figure.is_problem}
     for name, value in figures(report):
-        style = "red" if name.endswith(" died") else styles.get(name)
+        style = "red" if name == MISSING or name.endswith(" died") else styles.get(name)
         table.add_row(name, value, style=style)
     return table
 

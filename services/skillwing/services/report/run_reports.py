@@ -8,7 +8,7 @@ from pathlib import Path
 
 from skillwing.dsl import load
 from skillwing.services.history.history import History
-from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals
+from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals, read_phases
 from skillwing.services.history.report import REPORT_FILE, RESULTS, MissionReport, OperatorFacts, read_report
 from skillwing.services.history.wording import time_text
 from skillwing.services.names import MISSION
@@ -34,10 +34,10 @@ def write_reports(
     note = version_note(facts, skillset)
     judge = None if facts.judge is None else imported({"judge": facts.judge}, "judge")
     alone = facts.mission is not None
-    history = read_history(run, skillset)
+    phases = read_phases(run)
 
     def missions_begun() -> list[MissionInterval]:
-        return [each for each in mission_intervals(history.records) if each.begin <= until]
+        return [each for each in mission_intervals(phases.records) if each.begin <= until]
 
     def folder_of(mission: MissionInterval) -> Path:
         return run if alone else run / mission.name
@@ -47,17 +47,21 @@ def write_reports(
     if missions and known is not None:
         seen[missions[-1].number] = known
     for each in missions:
-        _add_lost_end(history, each, seen[each.number].end)
+        _add_lost_end(phases, each, seen[each.number].end)
     missions = missions_begun()
     due = missions[-1:] if only_last else missions if known is None else _unreported(run, missions)
     written: list[tuple[Path, MissionReport]] = []
     for each in due:
+        begin, end = (0.0, math.inf) if alone else (each.begin, math.inf if each.end is None else each.end)
+        history = read_history(run, skillset, begin, end)
+        for record in phases.records:
+            history.add_record(record)
         reported = ReportedMission(
             mission=each.mission,
             run_dir=run,
             folder=folder_of(each),
-            begin=0.0 if alone else each.begin,
-            end=math.inf if alone or each.end is None else each.end,
+            begin=begin,
+            end=end,
             options=facts.options,
             wall_time_s=seen[each.number].wall_time_s,
             processes=seen[each.number].processes,

@@ -134,6 +134,7 @@ class ForegroundSupervisor:
     def _check_processes(self) -> None:
         states = self._launcher.states
         self._announce(states)
+        self._launcher.shorten_logs()
         # Without a connection to the router, missing tokens mean nothing.
         statuses = process_statuses(states, self._alive if self._bus.connected else None)
         for sentence in self._monitor.changes(statuses, time.monotonic()):

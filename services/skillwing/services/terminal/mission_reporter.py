@@ -16,6 +16,7 @@ from rich.console import Console
 
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.bus.reading import message_reader
+from skillwing.services.disk import has_room
 from skillwing.services.history.report import OperatorFacts, ProcessEntry
 from skillwing.services.names import MISSION
 from skillwing.services.processes.process_state import ProcessState
@@ -25,6 +26,8 @@ from skillwing.services.terminal.output import relative_path
 
 LAST_WORDS = 5.0
 """Wall seconds in which the recorder receives the map and the last records."""
+LOOK_FOR_ROOM = 5.0
+"""Wall seconds between two looks at a full disk on which a report is to be written."""
 LATE_STATUS = 1.0
 """Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
 Print = Callable[[str, str], None]
@@ -53,6 +56,8 @@ class MissionReporter:
         self._waiting: Handle | None = None
         self._writing: threading.Thread | None = None
         self._writer: subprocess.Popen[bytes] | None = None
+        self._failed = False
+        """True if the latest report could not be written."""
 
     def attach(self, bus: Bus, print_: Print) -> None:
         self._bus, self._print = bus, print_
@@ -117,16 +122,28 @@ class MissionReporter:
 
     def _start(self) -> None:
         self._waiting = None
-        before, facts, until = self._writing, self._facts(), self._over_at
+        self._report(self._facts(), self._over_at)
+
+    def _report(self, facts: bytes, until: float) -> None:
+        """Have a report written. On a full disk it is tried again until there is room."""
+        before = self._writing
 
         def write() -> None:
             if before is not None:
                 before.join()
             text = self._write(facts, until)
             self._bus.post(lambda: self._print(text, ""))
+            if self._failed and not has_room(self._run_dir):
+                self._bus.post(lambda: self._report_later(facts, until))
 
         self._writing = threading.Thread(target=write, name="report", daemon=True)
         self._writing.start()
+
+    def _report_later(self, facts: bytes, until: float) -> None:
+        if has_room(self._run_dir):
+            self._report(facts, until)
+        else:
+            self._bus.after(LOOK_FOR_ROOM, lambda: self._report_later(facts, until), wall=True)
 
     def _facts(self) -> bytes:
         processes = tuple(map(_entry, self._states()))
@@ -143,7 +160,8 @@ class MissionReporter:
             start_new_session=True,
         )
         out, error = self._writer.communicate(facts)
-        if self._writer.returncode != OK:
+        self._failed = self._writer.returncode != OK
+        if self._failed:
             return f"There is no report of the mission. {error.decode(errors='replace').strip()}"
         return "\n".join(_sentence(each["report"], Path(each["folder"])) for each in json.loads(out))
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import sys
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO, cast
 
 import msgspec
 import typer
@@ -12,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from skillwing.services.disk import FULL
 from skillwing.services.history.wording import time_text
 from skillwing.services.protocol import Ending, Record, RecordKind, Terminal
 
@@ -20,15 +23,52 @@ NO_MANAGER = "its manager does not run; the resource manager ends the goal as LO
 DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or it is stopped"
 
 
-def make_console() -> Console:
-    """Standard output; in a pipe without colours and line breaks of our own.
+class LossyOutput:
+    """Output that loses what a full disk does not take. A system must not end because of its log."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    @property
+    def encoding(self) -> str:
+        return self._stream.encoding
+
+    def isatty(self) -> bool:
+        return self._stream.isatty()
+
+    def fileno(self) -> int:
+        return self._stream.fileno()
+
+    def write(self, text: str) -> int:
+        with _lossy():
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with _lossy():
+            self._stream.flush()
+
+
+@contextmanager
+def _lossy() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+
+
+def make_console(*, lossy: bool = False) -> Console:
+    """Standard output; in a pipe without colours and line breaks of our own. lossy: it survives a full disk.
 
     Emoji codes stay text: `:100:` is a place in a file.
     """
     console = Console(highlight=False, emoji=False)
-    if console.is_terminal:
-        return console
-    return Console(highlight=False, emoji=False, width=PIPE_WIDTH, no_color=True)
+    if not console.is_terminal:
+        console = Console(highlight=False, emoji=False, width=PIPE_WIDTH, no_color=True)
+    if lossy:
+        console.file = cast(TextIO, LossyOutput(sys.stdout))
+    return console
 
 
 def print_json(value: Any) -> None:

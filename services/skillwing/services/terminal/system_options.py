@@ -14,8 +14,10 @@ from skillwing.services.bus import Topology
 from skillwing.services.bus.identity import needs_identity
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS
-from skillwing.services.processes.run_options import MAX_SPEED, speed
+from skillwing.services.processes.run_options import MAX_SPEED, keep, speed
+from skillwing.services.recording.retention import KEEP
 from skillwing.services.robot import ClockKind
+from skillwing.services.sizes import size_words
 from skillwing.services.viewer.viewer import ViewerKind
 
 DetachOption = Annotated[bool, typer.Option("--detach", "-d", help="Return once it runs; `down` stops it.")]
@@ -57,6 +59,25 @@ DurableOption = Annotated[
 RecordOption = Annotated[
     bool, typer.Option("--record/--no-record", help="Record the run, and write a report of each mission.")
 ]
+
+
+def read_keep(text: str | int) -> int:
+    """Bytes that the files of a run may have. Raises BadParameter."""
+    try:
+        return text if isinstance(text, int) else keep(text)
+    except ValueError as error:
+        raise typer.BadParameter(f"`{text}` is no size of a run: {error}.") from error
+
+
+KeepOption: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        "--keep",
+        metavar="SIZE",
+        parser=read_keep,
+        help="Size that the files of the run may have, such as 10GB; older parts are deleted.",
+    ),
+]
 VIEWER_HELP = "Show the run in the Rerun viewer: in its window, or in a browser."
 ViewerOption = Annotated[ViewerKind, typer.Option("--viewer", help=VIEWER_HELP)]
 
@@ -97,8 +118,8 @@ class RunSettings:
 
     topology: way in which processes meet. colocate: managers share a process. router: address of another system's
     router. mission_context: facts about the site for missions, by mission. resume, durable: of the journal.
-    record: the run is recorded, with these options. viewer: way to show it. keys: folder with certificates, None for
-    none. insecure: strangers may reach a router without keys.
+    record: the run is recorded, with these options. keep: bytes that its files may have. viewer: way to show it. keys:
+    folder with certificates, None for none. insecure: strangers may reach a router without keys.
     """
 
     clock: ClockKind
@@ -111,6 +132,7 @@ class RunSettings:
     resume: bool = False
     durable: bool = False
     record: bool = False
+    keep: int = KEEP
     options: dict[str, Any] = field(default_factory=dict[str, Any])
     viewer: ViewerKind = "none"
     keys: Path | None = None
@@ -142,6 +164,7 @@ class RunSettings:
     def words(self) -> list[str]:
         """The options of a command line that give the same settings."""
         words = ["--listen", self.listen, "--topology", self.topology, "--viewer", self.viewer]
+        words += ["--keep", size_words(self.keep)]
         words += [] if self.router is None else ["--router", self.router]
         words += [] if self.keys is None else ["--keys", str(self.keys.absolute())]
         flags = {

@@ -11,14 +11,17 @@ from contextlib import ExitStack, contextmanager
 from datetime import datetime
 from pathlib import Path
 from queue import SimpleQueue
+from typing import BinaryIO
 
 import typer
 from rich.console import Console
 
 from skillwing.services.access.exposure import EXPOSED, exposed
 from skillwing.services.access.identity_files import require_certificates
+from skillwing.services.disk import UnwritableError, discard_unwritten, require_room
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.history.parts import part_paths
 from skillwing.services.journal.journal import set_aside
 from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.processes.child import ProcessExit
@@ -56,10 +59,12 @@ def require_not_running(robot: str, otherwise: str = "") -> None:
 def prepare_run(robot: str, run_dir: Path, settings: RunSettings, *, detach: bool) -> None:
     """Check that a system can run in a directory, and set the journal of an earlier run there aside.
 
-    detach: another process runs it, and moves the journal. Raises SkillwingError and InvalidOptionError.
+    detach: another process runs it, and moves the journal. Raises SkillwingError, for a full disk too, and
+    InvalidOptionError.
     """
     require_not_running(robot, ", or give this one a name of its own with `--robot-name`")
-    if settings.record and not settings.resume and (run_dir / TIMELINE_FILE).exists():
+    require_room(run_dir)
+    if settings.record and not settings.resume and part_paths(run_dir, TIMELINE_FILE):
         text = f"{relative_path(run_dir)} holds the recording of a run. Choose another directory, or `--no-record`."
         raise InvalidOptionError("run-dir", text)
     if detach:
@@ -78,11 +83,14 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
     if settings.keys is not None:
         require_certificates(settings.keys, robot.name, (spec.name for spec in specs))
     with stop_on_signals() as stop, reserved(robot.name):
-        return _run(robot, laid_out, run_dir, settings, stop)
+        try:
+            return _run(robot, laid_out, run_dir, settings, stop)
+        finally:
+            discard_unwritten()
 
 
 def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: RunSettings, stop: StopSignal) -> int:
-    console = make_console()
+    console = make_console(lossy=True)
     exits: SimpleQueue[ProcessExit] = SimpleQueue()
     skillset = robot.load_skillset()
     active_work = ActiveWork(robot.name, skillset, robot.rescue_goal, simulated=settings.clock == "robot")
@@ -187,8 +195,12 @@ def _observers(robot: Robot, run_dir: Path, settings: RunSettings, viewer_url: s
     if not settings.record:
         return ()
     facts = RunFacts(robot=robot.name, skillset=str(robot.skillset), judge=robot.judge, options=settings.options)
-    write_facts(run_dir, facts)
-    return robot.observers({**settings.options, "run_dir": str(run_dir), "viewer_url": viewer_url})
+    try:
+        write_facts(run_dir, facts)
+    except OSError as error:
+        raise UnwritableError(run_dir, error) from error
+    place = {"run_dir": str(run_dir), "keep": settings.keep, "viewer_url": viewer_url}
+    return robot.observers({**settings.options, **place})
 
 
 def robot_words(robot: str) -> str:
@@ -210,8 +222,7 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
     a command that ends before, or with the log file of one that takes too long.
     """
     log = run_dir / "logs" / "up.log"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with log.open("ab") as file:
+    with _opened_log(log) as file:
         process = subprocess.Popen(
             [sys.executable, "-m", "skillwing.services.terminal.cli", *words, "--run-dir", str(run_dir)],
             stdin=subprocess.DEVNULL,
@@ -230,9 +241,23 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
             return _report_failed_processes(state.processes)
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(0.05)
-            raise SkillwingError(log.read_text(encoding="utf-8", errors="replace").strip())
+            require_room(run_dir)  # a full disk has no log
+            raise SkillwingError(log.read_text(encoding="utf-8", errors="replace").strip() or _wordless(process, log))
     process.terminate()
     raise SkillwingError(f"`{robot}` did not come up in time. Look at {log}.")
+
+
+def _opened_log(log: Path) -> BinaryIO:
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        return log.open("ab")
+    except OSError as error:
+        raise UnwritableError(log, error) from error
+
+
+def _wordless(process: subprocess.Popen[bytes], log: Path) -> str:
+    """The message for a command that has logged nothing."""
+    return f"The system did not start: exit code {process.returncode}, and {log} is empty. Run it without --detach."
 
 
 def _report_failed_processes(processes: Sequence[ProcessState]) -> int:
