@@ -1,0 +1,116 @@
+"""Figures of a soak: memory and disk over robot time. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from skillwing.services.sizes import size_text
+
+HOUR = 3600.0
+GROWTH_ALLOWED = 1.0
+"""Megabytes in a robot hour by which a process may grow after the settling time: noise of the allocator."""
+SHARE_ALLOWED = 0.01
+"""The same, as a share of the process's memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Memory of each process in bytes, and bytes of the run's files, at robot time `t`."""
+
+    t: float
+    memory: dict[str, int]
+    disk: int
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Memory of one process in megabytes: after the settling time, at the end, most, and growth in a robot hour."""
+
+    process: str
+    settled: float
+    last: float
+    most: float
+    per_hour: float
+
+    @property
+    def flat(self) -> bool:
+        return self.per_hour <= max(GROWTH_ALLOWED, SHARE_ALLOWED * self.settled)
+
+
+def growths(samples: Sequence[Sample], settle: float, present: Sequence[str]) -> list[Growth]:
+    """Growth of each process that lived from the settling time to the end. settle: robot seconds from the begin."""
+    late = [sample for sample in samples if sample.t >= samples[0].t + settle]
+    found: list[Growth] = []
+    for process in present:
+        points = [(sample.t, sample.memory[process] / 1e6) for sample in late if process in sample.memory]
+        if len(points) > 2:
+            megabytes = [each for _, each in points]
+            found.append(Growth(process, megabytes[0], megabytes[-1], max(megabytes), HOUR * slope(points)))
+    return found
+
+
+def slope(points: Sequence[tuple[float, float]]) -> float:
+    """Slope of the line with the least squares through some points."""
+    n = len(points)
+    x, y = sum(each for each, _ in points) / n, sum(each for _, each in points) / n
+    spread = sum((each - x) ** 2 for each, _ in points)
+    return sum((one - x) * (other - y) for one, other in points) / spread if spread else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Soak:
+    """A soak. rate: starts in a robot second that were asked for. keep: bytes that the run's files may have."""
+
+    hours: float
+    rate: float
+    keep: int
+    settle: float
+    wall: float
+    started: int
+    ended: int
+    succeeded: int
+    missions: int
+    samples: list[Sample]
+    growths: list[Growth]
+    lost_processes: tuple[str, ...] = ()
+
+    @property
+    def disk(self) -> int:
+        """Most bytes that the files of the run had after the settling time."""
+        return max((sample.disk for sample in self.samples), default=0)
+
+    def problems(self) -> list[str]:
+        """A sentence for each broken promise."""
+        found = [f"{each.process} grows by {each.per_hour:.1f} MB an hour." for each in self.growths if not each.flat]
+        found += [f"{name} was restarted or ended." for name in self.lost_processes]
+        if self.ended != self.succeeded:
+            found.append(f"{self.ended - self.succeeded} goals did not succeed.")
+        if self.ended < self.started - 100:
+            found.append(f"{self.started - self.ended} goals did not end.")
+        if self.disk > 1.1 * self.keep:
+            found.append(f"The run has {size_text(self.disk)}, more than {size_text(self.keep)}.")
+        return found
+
+
+def table(soaks: Sequence[Soak], machine: str) -> str:
+    """The page's part: a paragraph and a table for each soak."""
+    return "\n\n".join([*(_one(soak) for soak in soaks), f"{machine}."])
+
+
+def _one(soak: Soak) -> str:
+    achieved = soak.started / (soak.hours * HOUR)
+    sentences = [
+        f"{soak.hours:.1f} robot hours at {achieved:.1f} starts a second: {soak.started:,} goals and {soak.missions} "
+        f"missions in {soak.wall / 60:.0f} minutes.",
+        f"{soak.succeeded:,} of {soak.ended:,} ended goals succeeded.",
+        f"The files had {size_text(soak.disk)} at most, with `--keep {size_text(soak.keep).replace(' ', '')}`.",
+        *(soak.problems() or [f"No process grew after the first {soak.settle / HOUR:.1f} hours."]),
+    ]
+    rows = [
+        f"| {each.process} | {each.settled:.1f} | {each.last:.1f} | {each.most:.1f} | {each.per_hour:+.2f} |"
+        for each in soak.growths
+    ]
+    settled = f"MB after {soak.settle / HOUR:.1f} h"
+    heads = [f"| process | {settled} | MB at the end | MB at most | MB more in an hour |", "|---|---|---|---|---|"]
+    return "\n".join([" ".join(sentences), "", *heads, *rows])
