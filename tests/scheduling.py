@@ -18,6 +18,7 @@ PROCESSES = (
     "integration/test_demo.py",
     "integration/test_forklift_day.py",
     "integration/test_frozen_reader.py",
+    "integration/test_full_disk.py",
     "integration/test_keys_router.py",
     "integration/test_keys_system.py",
     "integration/test_layouts.py",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import struct
 import sys
 from itertools import count
 from pathlib import Path
@@ -45,6 +46,7 @@ from skillwing.services.recording.mission_view import causes_in_words, in_lines
 from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
 from skillwing.services.recording.retention import KEEP
+from skillwing.services.recording.rrd_messages import RrdMessages
 
 
 def record(story: Story, run_dir: Path, *, extra: bytes | None = None) -> Recorder:
@@ -318,21 +320,36 @@ def test_the_last_part_alone_has_the_present_states(tmp_path: Path, monkeypatch:
     assert latest.items() <= {bar.skill: bar for bar in left.bars}.items()
 
 
-@pytest.mark.filterwarnings("ignore:RRD file has no footer")
 def test_parts_of_a_recording_are_one_recording_and_can_be_opened_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("skillwing.services.recording.rerun_stream.FILE_TICK", 0.01)
-    monkeypatch.setattr("skillwing.services.recording.recorder.part_bytes", lambda keep: 2000)
+    monkeypatch.setattr("skillwing.services.recording.recorder.part_bytes", lambda keep: 1)
     record(tell(), tmp_path)
     parts = part_paths(tmp_path, RECORDING_FILE)
     assert len(parts) > 2
     bars: dict[float, str] = {}
+    names: set[str] = set()
     for path in parts:
-        stores = {chunk.entity_path for chunk in RrdReader(str(path)).stream().to_chunks()}
-        assert stores, "each can be read alone"
-        bars |= states_of(tmp_path, "/skills/02_zed_depthmap", file=path.name)
+        reader = RrdReader(str(path))
+        names |= {store.recording_id for store in reader.recordings()}
+        lanes = {chunk.entity_path for chunk in reader.stream().filter(content="/skills/**").to_chunks()}
+        if "/skills/02_zed_depthmap" in lanes:
+            bars |= states_of(tmp_path, "/skills/02_zed_depthmap", file=path.name)
     assert bars == {6.2: "RI", 20.53: ""}
+    assert names == {tmp_path.name}
+
+
+@given(st.binary(max_size=200), st.lists(st.integers(1, 60)))
+def test_a_recording_is_split_at_the_same_places_however_it_comes(tail: bytes, sizes: list[int]) -> None:
+    messages = [b"H" * 12, *(struct.pack("<QQ", kind, 5 * kind) + b"x" * 5 * kind for kind in (1, 3, 2))]
+    end = struct.pack("<QQ", 0, 3) + b"end"
+    stream = b"".join([*messages, end, tail])
+    splitter, got, begin = RrdMessages(), list[bytes](), 0
+    for size in [*sizes, len(stream)]:
+        got += splitter.feed(stream[begin : begin + size])
+        begin += size
+    assert got[:5] == [*messages, end]
+    assert b"".join(got) == stream
 
 
 def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: Path) -> None:

@@ -114,10 +114,6 @@ class PartWriter:
             self.write(b"")
             self.lost -= bool(self.failure)
 
-    def end_head(self) -> None:
-        """All that was written so far is the head of this part."""
-        self._head_size = self._size
-
     def take_lost(self) -> int:
         """The number of lost blocks, which is set back."""
         lost, self.lost = self.lost, 0

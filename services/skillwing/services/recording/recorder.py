@@ -147,7 +147,7 @@ class Recorder:
     def _make_upkeep(self) -> Upkeep:
         further = [file.parts for collector in self._collectors for file in collector.files]
         own = (self._records.parts, self._goals.parts, self._missions.parts)
-        recordings = () if self._recording is None else (self._recording.file,)
+        recordings = () if self._recording is None else (self._recording,)
         retention = Retention(self._run_dir, self._options.keep, [each.name for each in further])
         return Upkeep(self._run_dir, (*own, *further, *recordings), retention, lambda: has_room(self._run_dir))
 
@@ -159,7 +159,7 @@ class Recorder:
             self._lock.hold()
         self._checks += 1
         if self._recording:
-            self._recording.restate()
+            self._recording.begin_part_if_full()
         self._bus.after(CHECK_PERIOD, self._check_files, wall=True)
 
     def _report(self, gap: Gap) -> None:

@@ -26,50 +26,76 @@ log = logging.getLogger("skillwing.recorder")
 class Recording:
     """The open recording: the mission's view, and the robot's scene where the options name one.
 
-    path: of the first part. part_bytes: size at which a part is full.
+    path: of the first part. part_bytes: size at which another part begins. Each part can be opened alone. A server for
+    viewers lives as long as its sinks, so with `serve` there is one part, which a full disk ends.
     """
 
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path, part_bytes: int) -> None:
         batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
         # With the same name, a viewer shows all recordings of a run as one.
-        name = options.recording_id or path.parent.name
-        self.stream = rr.RecordingStream(APPLICATION, recording_id=name, batcher_config=batching)
+        recording_id = options.recording_id or path.parent.name
+        self.name = path.name
+        self.stream = rr.RecordingStream(APPLICATION, recording_id=recording_id, batcher_config=batching)
+        self._path, self._part_bytes = path, part_bytes
+        self._single = options.viewer == "serve"
+        self._lost = 0
         self._scene = _make_scene(options, self.stream)
         from_zero = self._scene is not None
         panels = MissionView.panels(from_zero=from_zero)
-        blueprint = self._scene.blueprint(panels) if self._scene else plain_blueprint(panels)
-        self.file = RecordingFile(path.parent, path.name, part_bytes)
-        self.stream.set_sinks(rr.FileSink(self.file.sink), *_live_sinks(options), default_blueprint=blueprint)
-        self.file.opened()
-        self.stream.send_blueprint(blueprint)
-        self._flush()
-        self.file.end_prefix()
+        self._blueprint = self._scene.blueprint(panels) if self._scene else plain_blueprint(panels)
+        self._live = _live_sinks(options)
+        self._file = self._open_file()
+        self.stream.send_blueprint(self._blueprint)
         self.mission = MissionView(self.stream, skillset, from_zero=from_zero)
+
+    @property
+    def failure(self) -> str:
+        """The reason why the file cannot be written; empty while it can."""
+        return self._file.failure
+
+    def take_lost(self) -> int:
+        """The number of lost messages of Rerun, which is set back."""
+        lost, self._lost = self._lost + self._file.take_lost(), 0
+        return lost
 
     def attach(self, bus: Bus) -> None:
         if self._scene:
             self._scene.attach(bus)
 
-    def restate(self) -> None:
-        """Log again what a part that has begun needs from the parts before. Call it every few seconds."""
-        if self.file.take_restate():
-            self.mission.restate()
-            if self._scene:
-                self._scene.restate()
+    def begin_part_if_full(self) -> None:
+        """Begin another part if this one is full. Call it every few seconds."""
+        if self._file.size >= self._part_bytes:
+            self.retry()
+
+    def retry(self) -> None:
+        """Begin another part, with all that it needs from the parts before."""
+        if self._single:
+            return
+        before = self._file
+        self._file = self._open_file()
+        before.close()
+        self._lost += before.take_lost()
+        self.mission.restate()
+        if self._scene:
+            self._scene.restate()
 
     def close(self) -> None:
         if self._scene:
             self._scene.close()
-        self._flush()
-        self.stream.disconnect()
-        self.file.close()
-
-    def _flush(self) -> None:
         try:
             self.stream.flush(timeout_sec=FLUSH_TIMEOUT)
         except RuntimeError as error:
             # The viewer or the server is gone; the file is complete anyway.
             log.warning("The viewer did not receive the end of the recording: %s.", error)
+        self.stream.disconnect()
+        self._file.close()
+
+    def _open_file(self) -> RecordingFile:
+        """Turn the stream to another part. Rerun remembers an index of what it wrote until then."""
+        file = RecordingFile(self._path.parent, self._path.name)
+        self.stream.set_sinks(rr.FileSink(file.sink), *self._live, default_blueprint=self._blueprint)
+        file.opened()
+        return file
 
 
 def plain_blueprint(panels: MissionPanels) -> rrb.Blueprint:

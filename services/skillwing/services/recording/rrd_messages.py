@@ -7,47 +7,34 @@ endian. The message of kind 0 ends the recording, and what follows it is an inde
 from __future__ import annotations
 
 import struct
-from typing import NamedTuple
 
 HEADER_BYTES = 12
 _HEAD = struct.Struct("<QQ")
 _END = 0
 
 
-class RrdMessage(NamedTuple):
-    """A whole message, or the header. ends: it belongs to the end of the recording."""
-
-    content: bytes
-    ends: bool
-
-
 class RrdMessages:
-    """Splits a stream into its messages. An incomplete message waits for the rest of it."""
+    """Splits a stream into its header and its messages. An incomplete message waits for the rest of it."""
 
     def __init__(self) -> None:
         self._rest = bytearray()
         self._begun = False
         self._ended = False
 
-    @property
-    def whole(self) -> bool:
-        """True if no incomplete message waits."""
-        return not self._rest
-
-    def feed(self, data: bytes) -> list[RrdMessage]:
-        """The messages that are whole now."""
+    def feed(self, data: bytes) -> list[bytes]:
+        """What is whole now. Bytes after the end are handed on as they come."""
         self._rest += data
-        found: list[RrdMessage] = []
+        found: list[bytes] = []
         while (length := self._length()) and length <= len(self._rest):
             content = bytes(self._rest[:length])
             del self._rest[:length]
             self._ended = self._ended or (self._begun and _HEAD.unpack_from(content)[0] == _END)
             self._begun = True
-            found.append(RrdMessage(content, self._ended))
+            found.append(content)
         return found
 
     def _length(self) -> int:
-        """Bytes of the next message; 0 if that is unknown yet."""
+        """Bytes of what comes next; 0 if that is unknown yet."""
         if not self._begun:
             return HEADER_BYTES
         if self._ended:
