@@ -12,6 +12,7 @@ import argparse
 import os
 import platform
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -32,7 +33,7 @@ from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.proc_files import usage
-from skillwing.services.protocol import Keys
+from skillwing.services.protocol import Keys, MissionStatus
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.sizes import read_size
@@ -71,6 +72,11 @@ class _Watch:
     counts: list[SoakCount] = field(default_factory=list[SoakCount])
     samples: list[Sample] = field(default_factory=list[Sample])
     missions: int = 0
+    mission_is_over: bool = False
+
+    def note_mission(self, status: MissionStatus) -> None:
+        """Take a status of the mission that runs."""
+        self.mission_is_over = status.phase.over
 
 
 def soak(hours: float, rate: float, speed: float, keep: int, mission_hours: float, settle: float, folder: Path) -> Soak:
@@ -121,6 +127,8 @@ def soak(hours: float, rate: float, speed: float, keep: int, mission_hours: floa
 def _bus(launcher: Launcher, watch: _Watch) -> Iterator[ZenohBus]:
     with closing(ZenohBus("soak_driver", "soak", launcher.endpoint, FollowedClock())) as bus:
         bus.subscribe(COUNT_KEY, message_reader(SoakCount, watch.counts.append))
+        on_mission = message_reader(MissionStatus, watch.note_mission)
+        bus.subscribe(Keys("soak").mission_status, on_mission, events=True)
         yield bus
 
 
@@ -132,7 +140,11 @@ def _follow(
     progress, moved = 0.0, time.monotonic()
     while bus.now() < end:
         bus.run_until(lambda due=due: bus.now() >= due, 1.0)
+        if watch.mission_is_over and launcher.running(MISSION):
+            os.kill(launcher.pids[MISSION], signal.SIGTERM)
+            bus.run_until(lambda: not launcher.running(MISSION), LONGEST_WAIT)
         if not launcher.running(MISSION):
+            watch.mission_is_over = False
             launcher.start([mission])
             watch.missions += 1
         now = bus.now()

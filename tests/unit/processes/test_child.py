@@ -64,3 +64,21 @@ def test_it_keeps_to_one_core_for_its_matrices(tmp_path: Path, monkeypatch: pyte
     child.process.wait()
     child.kill()
     assert (tmp_path / "log").read_text(encoding="utf-8") == "1 1\n"
+
+
+def test_a_long_log_is_moved_aside_and_the_process_goes_on_in_the_same_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skillwing.services.processes.child.LOG_BYTES", 10)
+    log = tmp_path / "x.log"
+    child = Child("x", ["none"], log, restart="never")
+    child.shorten_log()
+    with log.open("ab", buffering=0) as file:
+        file.write(b"short")
+        child.shorten_log()
+        assert log.read_bytes() == b"short"
+        file.write(b" and long")
+        child.shorten_log()
+        file.write(b"again")
+    assert log.read_bytes() == b"again"
+    assert (tmp_path / "x.log.1").read_bytes() == b"short and long"
