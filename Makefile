@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz soak chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -128,6 +128,11 @@ FUZZ_ARGS ?=
 fuzz: setup
 	$(BIN)/python tests/fuzz/fuzz_run.py --write docs/reliability.md $(FUZZ_ARGS)
 	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
+
+# Mocks for many robot hours, faster than wall time: memory of each process, and disk. Half an hour of two cores.
+SOAK_ARGS ?= --hours 2 --rate 20 --speed 10 --hours 24 --rate 1 --speed 80
+soak: setup
+	$(BIN)/python tests/soak/soak_run.py --write docs/reliability.md --write-rates docs/recordings.md $(SOAK_ARGS)
 
 # kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
 CHAOS_ARGS ?=

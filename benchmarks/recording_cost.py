@@ -22,7 +22,7 @@ from performance_page import machine, spread, spread_said, table, write_section
 
 PAGE = Path(__file__).parents[1] / "docs" / "recordings.md"
 FLIGHTS = {"the depth camera fails": (), "no fault": ("--no-fault",)}
-FILES = ("recording*.rrd", "timeline.jsonl", "goals.jsonl")
+FILES = ("recording*.rrd", "timeline*.jsonl", "goals*.jsonl", "flight*.jsonl", "steps/*", "logs/**/*.log")
 LOOK_EVERY = 0.2
 """Wall seconds between two looks at the recorder; what it uses after the last is not counted."""
 WITHIN = 900.0
@@ -31,7 +31,7 @@ WITHIN = 900.0
 
 @dataclass(frozen=True)
 class Recorded:
-    """One flight. robot, wall: seconds; cpu: of the recorder, percent of one core; megabytes of each file."""
+    """One flight. robot, wall: seconds; cpu: of the recorder, percent of one core; the others: megabytes of a file."""
 
     robot: float
     wall: float
@@ -39,6 +39,15 @@ class Recorded:
     recording: float
     timeline: float
     goals: float
+    flight: float
+    steps: float
+    logs: float
+
+    @property
+    def per_hour(self) -> dict[str, float]:
+        """Megabytes of each file in a robot hour."""
+        sizes = (self.recording, self.timeline, self.goals, self.flight, self.steps, self.logs)
+        return {name: 3600.0 * size / self.robot for name, size in zip(FILES, sizes, strict=True)}
 
 
 def _recorder_of(demo: psutil.Process) -> psutil.Process | None:
@@ -113,9 +122,14 @@ def section(flights: dict[str, list[Recorded]], seeds: range) -> str:
         "`goals.jsonl`, MB",
         "recorder, % of a core",
     )
+    hourly = [
+        (name, *(spread([each.per_hour[file] for each in flown]) for file in FILES)) for name, flown in flights.items()
+    ]
+    files = [f"`{file}`" for file in FILES]
     return (
         f"The mapping demo in the courtyards of seeds {seeds[0]} to {seeds[-1]}, recorded to files only, in "
-        f"real time if the machine can; {spread_said(len(seeds))}. {machine()}.\n\n{table(heads, rows)}"
+        f"real time if the machine can; {spread_said(len(seeds))}. {machine()}.\n\n{table(heads, rows)}\n\n"
+        f"Megabytes in a robot hour of flight:\n\n{table(('demo', *files), hourly)}"
     )
 
 

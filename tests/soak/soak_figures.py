@@ -60,7 +60,10 @@ def slope(points: Sequence[tuple[float, float]]) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Soak:
-    """A soak. rate: starts in a robot second that were asked for. keep: bytes that the run's files may have."""
+    """A soak. rate: starts in a robot second that were asked for. keep: bytes that the run's files may have.
+
+    written: bytes that were written to each file, with its deleted parts.
+    """
 
     hours: float
     rate: float
@@ -73,6 +76,7 @@ class Soak:
     missions: int
     samples: list[Sample]
     growths: list[Growth]
+    written: dict[str, int]
     lost_processes: tuple[str, ...] = ()
 
     @property
@@ -96,6 +100,15 @@ class Soak:
 def table(soaks: Sequence[Soak], machine: str) -> str:
     """The page's part: a paragraph and a table for each soak."""
     return "\n\n".join([*(_one(soak) for soak in soaks), f"{machine}."])
+
+
+def rates_table(soak: Soak, machine: str) -> str:
+    """The size of each file in a robot hour, for the page on recordings."""
+    achieved = soak.started / (soak.hours * HOUR)
+    rows = [f"| `{name}` | {size / soak.hours / 1e6:.0f} |" for name, size in sorted(soak.written.items())]
+    total = sum(soak.written.values()) / soak.hours / 1e6
+    first = f"Mocks, {achieved:.1f} starts a second over {soak.hours:.1f} robot hours. {machine}."
+    return "\n".join([first, "", "| file | MB in a robot hour |", "|---|---|", *rows, f"| all | {total:.0f} |"])
 
 
 def _one(soak: Soak) -> str:

@@ -11,7 +11,7 @@ from skillwing.services.bus import Bus
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, Message, encode
 
-CLOCK_STEP = 0.1
+CLOCK_STEP = 0.15
 """Robot seconds between two ticks: less than followers extrapolate."""
 COUNT_KEY = "soak/count"
 COUNT_PERIOD = 60.0

@@ -22,18 +22,20 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from soak_figures import HOUR, Sample, Soak, growths, table
+from soak_figures import HOUR, Sample, Soak, growths, rates_table, table
 from soak_nodes import COUNT_KEY, SoakCount
 
 from skillwing.bt_missions.running.process import mission_process
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.history.recording_state import add_up, read_state
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.proc_files import usage
 from skillwing.services.protocol import Keys, MissionStatus
+from skillwing.services.recording.retention import FILES, find_parts
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.sizes import read_size
@@ -41,6 +43,7 @@ from skillwing.services.terminal.doc_sections import Marks, page_with
 from skillwing.services.terminal.mission_reporter import MissionReporter
 
 MARKS = Marks.named("soak")
+RATES = Marks.named("sizes in an hour")
 LINES = ("north", "east", "south", "west")
 SKILL = """
     resource belt_{0} {{ initial FREE  FREE -> TAKEN  TAKEN -> FREE }}
@@ -119,6 +122,7 @@ def soak(hours: float, rate: float, speed: float, keep: int, mission_hours: floa
         missions=watch.missions,
         samples=watch.samples,
         growths=growths(watch.samples, settle, [*present, MISSION]),
+        written=_written(run_dir),
         lost_processes=tuple(each.name for each in others if each.restarts or each.life != "lives"),
     )
 
@@ -167,8 +171,13 @@ def _memory(launcher: Launcher) -> dict[str, int]:
 
 def _disk(run_dir: Path) -> int:
     """Bytes of the files that the retention is about."""
-    patterns = ("timeline*.jsonl", "goals*.jsonl", "recording*.rrd", "steps/*.msgpack")
-    return sum(path.stat().st_size for pattern in patterns for path in run_dir.glob(pattern) if path.exists())
+    return sum(part.size for part in find_parts(run_dir, FILES))
+
+
+def _written(run_dir: Path) -> dict[str, int]:
+    """Bytes that were written to each file, with its deleted parts."""
+    there = add_up({part.name: part.size} for part in find_parts(run_dir, FILES))
+    return add_up([there, {name: gone.size for name, gone in read_state(run_dir).deleted.items()}])
 
 
 def _print_progress(watch: _Watch) -> None:
@@ -194,6 +203,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--settle", type=float, default=1.0, help="hours before memory counts (default: %(default)s)")
     parser.add_argument("--keep", type=read_size, default=read_size("1GB"), help="of each run (default: 1GB)")
     parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
+    parser.add_argument("--write-rates", type=page_with(RATES), metavar="FILE", help="document for the sizes of files")
     asked = parser.parse_args(arguments)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(Path(__file__).parent), os.environ.get("PYTHONPATH")]))
     hours = asked.hours or [1.0]
@@ -214,6 +224,8 @@ def main(arguments: list[str] | None = None) -> int:
     sys.stdout.write(f"{figures}\n")
     if asked.write is not None:
         MARKS.replace(asked.write, figures)
+    if asked.write_rates is not None:
+        RATES.replace(asked.write_rates, rates_table(soaks[0], _machine()))
     return 1 if any(each.problems() for each in soaks) else 0
 
 

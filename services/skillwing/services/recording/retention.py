@@ -14,6 +14,8 @@ from skillwing.services.names import STEPS_FOLDER
 from skillwing.services.replay.files import step_files
 
 RECORDING_FILE = "recording.rrd"
+FILES = (TIMELINE_FILE, GOALS_FILE, RECORDING_FILE)
+"""Files in parts of every run; a robot may have more."""
 KEEP = 10_000_000_000
 """Bytes that the files of a run may have by default."""
 _PARTS_OF_ALL = 100
@@ -81,7 +83,7 @@ class Retention:
     def __init__(self, run_dir: Path, keep: int, names: Iterable[str] = ()) -> None:
         self.keep = keep
         self._run_dir = run_dir
-        self._names = (TIMELINE_FILE, GOALS_FILE, RECORDING_FILE, *names)
+        self._names = (*FILES, *names)
 
     def apply(self, state: RecordingState) -> RecordingState:
         """Delete old parts. Returns the state with what was deleted."""
