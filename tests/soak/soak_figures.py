@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from skillwing.services.sizes import size_text
 
 HOUR = 3600.0
-GROWTH_ALLOWED = 1.0
-"""Megabytes in a robot hour by which a process may grow after the settling time: noise of the allocator."""
-SHARE_ALLOWED = 0.01
+GROWTH_ALLOWED = 5.0
+"""Megabytes by which the least memory may grow from the first half to the second one: noise of the allocator."""
+SHARE_ALLOWED = 0.03
 """The same, as a share of the process's memory."""
 
 
@@ -25,17 +25,19 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Growth:
-    """Memory of one process in megabytes: after the settling time, at the end, most, and growth in a robot hour."""
+    """Memory of one process in megabytes after the settling time: the least in each half, and the most.
+
+    Memory of a process goes up and down, as that of the recorder with each part. A leak raises the least.
+    """
 
     process: str
-    settled: float
-    last: float
+    first: float
+    second: float
     most: float
-    per_hour: float
 
     @property
     def flat(self) -> bool:
-        return self.per_hour <= max(GROWTH_ALLOWED, SHARE_ALLOWED * self.settled)
+        return self.second - self.first <= max(GROWTH_ALLOWED, SHARE_ALLOWED * self.first)
 
 
 def growths(samples: Sequence[Sample], settle: float, present: Sequence[str]) -> list[Growth]:
@@ -43,19 +45,11 @@ def growths(samples: Sequence[Sample], settle: float, present: Sequence[str]) ->
     late = [sample for sample in samples if sample.t >= samples[0].t + settle]
     found: list[Growth] = []
     for process in present:
-        points = [(sample.t, sample.memory[process] / 1e6) for sample in late if process in sample.memory]
-        if len(points) > 2:
-            megabytes = [each for _, each in points]
-            found.append(Growth(process, megabytes[0], megabytes[-1], max(megabytes), HOUR * slope(points)))
+        used = [sample.memory[process] / 1e6 for sample in late if process in sample.memory]
+        if len(used) > 1:
+            half = len(used) // 2
+            found.append(Growth(process, min(used[:half]), min(used[half:]), max(used)))
     return found
-
-
-def slope(points: Sequence[tuple[float, float]]) -> float:
-    """Slope of the line with the least squares through some points."""
-    n = len(points)
-    x, y = sum(each for each, _ in points) / n, sum(each for _, each in points) / n
-    spread = sum((each - x) ** 2 for each, _ in points)
-    return sum((one - x) * (other - y) for one, other in points) / spread if spread else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +80,9 @@ class Soak:
 
     def problems(self) -> list[str]:
         """A sentence for each broken promise."""
-        found = [f"{each.process} grows by {each.per_hour:.1f} MB an hour." for each in self.growths if not each.flat]
+        found = [
+            f"{each.process} grows by {each.second - each.first:.1f} MB." for each in self.growths if not each.flat
+        ]
         found += [f"{name} was restarted or ended." for name in self.lost_processes]
         if self.ended != self.succeeded:
             found.append(f"{self.ended - self.succeeded} goals did not succeed.")
@@ -118,12 +114,12 @@ def _one(soak: Soak) -> str:
         f"missions in {soak.wall / 60:.0f} minutes.",
         f"{soak.succeeded:,} of {soak.ended:,} ended goals succeeded.",
         f"The files had {size_text(soak.disk)} at most, with `--keep {size_text(soak.keep).replace(' ', '')}`.",
-        *(soak.problems() or [f"No process grew after the first {soak.settle / HOUR:.1f} hours."]),
+        *(soak.problems() or ["No process grew."]),
+        f"The table begins {soak.settle / HOUR:.1f} hours after the start.",
     ]
     rows = [
-        f"| {each.process} | {each.settled:.1f} | {each.last:.1f} | {each.most:.1f} | {each.per_hour:+.2f} |"
+        f"| {each.process} | {each.first:.1f} | {each.second:.1f} | {each.most:.1f} | {each.second - each.first:+.1f} |"
         for each in soak.growths
     ]
-    settled = f"MB after {soak.settle / HOUR:.1f} h"
-    heads = [f"| process | {settled} | MB at the end | MB at most | MB more in an hour |", "|---|---|---|---|---|"]
+    heads = ["| process | least MB, first half | second half | most MB | difference |", "|---|---|---|---|---|"]
     return "\n".join([" ".join(sentences), "", *heads, *rows])

@@ -70,7 +70,7 @@ LONGEST_WAIT = 60.0
 
 @dataclass
 class _Watch:
-    """What is known of a running soak."""
+    """State of a running soak."""
 
     counts: list[SoakCount] = field(default_factory=list[SoakCount])
     samples: list[Sample] = field(default_factory=list[Sample])

@@ -23,11 +23,15 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class UnwritableError(SkillwingError):
-    """A file that cannot be written, so that the command cannot go on. path: of the file or directory."""
+    """A file that cannot be written, so that the command cannot go on.
+
+    path: of the file or directory. full: the disk is full, and may have room later.
+    """
 
     def __init__(self, path: Path, error: OSError) -> None:
         self.path = path
-        remedy = FREE_SOME if error.errno in FULL else "Choose another with --run-dir."
+        self.full = error.errno in FULL
+        remedy = FREE_SOME if self.full else "Choose another with --run-dir."
         super().__init__(f"`{path}` cannot be written: {error.strerror or error}. {remedy}")
 
 

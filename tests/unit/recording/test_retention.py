@@ -1,4 +1,4 @@
-"""Which parts are deleted: the oldest, so many as are needed, and none of a mission that runs."""
+"""Deleted parts: the oldest, so many as are needed, and none of a mission that runs."""
 
 from __future__ import annotations
 
@@ -76,6 +76,21 @@ def test_nothing_of_a_mission_that_runs_is_deleted_and_all_of_it_may_be_later(tm
     assert len(list(tmp_path.glob("timeline*"))) == 2, "its report is made from them"
     upkeep.delete_old_parts(60.0 + AFTER_MISSION)
     assert [path.name for path in tmp_path.glob("timeline*")] == ["timeline-4.jsonl"]
+
+
+def test_missions_that_follow_one_another_keep_only_their_own_files(tmp_path: Path) -> None:
+    upkeep = Upkeep(tmp_path, (), Retention(tmp_path, 0), lambda: True)
+    for number in range(100):
+        begin = 100.0 * number
+        write(tmp_path / f"timeline-{number + 2}.jsonl", 100, begin)
+        upkeep.mission_runs(begin)
+        upkeep.mission_runs(begin + 1.0)
+        upkeep.mission_is_over(begin + 95.0)
+        upkeep.delete_old_parts(begin + 99.0)
+        since = upkeep.state.mission_since
+        assert since is not None
+        assert begin - 100.0 <= since <= begin
+    assert len(list(tmp_path.glob("timeline*"))) <= 3
 
 
 def test_another_recorder_keeps_the_files_of_the_mission_that_the_first_one_saw_begin(tmp_path: Path) -> None:

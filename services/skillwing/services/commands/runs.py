@@ -17,7 +17,7 @@ from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.recording_state import STATE_FILE
 from skillwing.services.processes.run_state import running_systems
 from skillwing.services.recording.recording_lock import is_recorded
-from skillwing.services.runs.pruning import Limits, runs_to_delete
+from skillwing.services.runs.pruning import RunLimits, runs_to_delete
 from skillwing.services.runs.runs import RUNS_FOLDER, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text
 from skillwing.services.terminal.connection import JsonOption
@@ -85,7 +85,7 @@ def prune(
         text = "Nothing says which runs to delete. Give --keep SIZE, --older-than AGE or --count N."
         raise InvalidOptionError("keep", text)
     oldest = None if older_than is None else time.time() - older_than
-    chosen = runs_to_delete(_runs(), Limits(size=keep, count=count, oldest=oldest))
+    chosen = runs_to_delete(_runs(), RunLimits(size=keep, count=count, oldest=oldest))
     if not dry_run:
         for run in chosen:
             _delete(Path(run.path))

@@ -22,7 +22,7 @@ class RrdMessages:
         self._ended = False
 
     def feed(self, data: bytes) -> list[bytes]:
-        """What is whole now. Bytes after the end are handed on as they come."""
+        """The messages that are whole now. Bytes after the end are handed on as they come."""
         self._rest += data
         found: list[bytes] = []
         while (length := self._length()) and length <= len(self._rest):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -29,6 +30,14 @@ class Writer(Protocol):
     def take_lost(self) -> int: ...
 
 
+@dataclass(slots=True)
+class _KeptMission:
+    """A mission whose files are kept. since: Unix time of its begin; until: None while it runs."""
+
+    since: float
+    until: float | None = None
+
+
 class Upkeep:
     """Upkeep of the files of one run. Call `check` once a second.
 
@@ -43,9 +52,10 @@ class Upkeep:
         self._has_room = has_room
         self._file = StateFile(run_dir)
         self._written: RecordingState | None = None
-        self._over_at: float | None = None
-        """Unix time from which the files of the last mission need not be kept any more."""
         self.state = replace(read_state(run_dir), keep=retention.keep)
+        since = self.state.mission_since
+        self._missions = [] if since is None else [_KeptMission(since)]
+        """Missions whose files are kept, oldest first."""
         self._save()
 
     def check(self, now: float) -> Gap | None:
@@ -74,22 +84,25 @@ class Upkeep:
 
     def delete_old_parts(self, wall: float) -> None:
         """Apply the retention. wall: Unix time in seconds."""
-        if self._over_at is not None and wall >= self._over_at:
-            self._over_at = None
-            self.state = replace(self.state, mission_since=None)
+        self._missions = [each for each in self._missions if each.until is None or each.until > wall]
+        self._note_missions()
         self.state = self._retention.apply(self.state)
         self._save()
 
     def mission_runs(self, wall: float) -> None:
         """Keep all files from now on, because a mission runs. wall: Unix time in seconds."""
-        self._over_at = None
-        if self.state.mission_since is None:
-            self.state = replace(self.state, mission_since=wall)
+        if not self._missions or self._missions[-1].until is not None:
+            self._missions.append(_KeptMission(wall))
+            self._note_missions()
 
     def mission_is_over(self, wall: float) -> None:
         """The mission has ended, or its process is gone."""
-        if self.state.mission_since is not None and self._over_at is None:
-            self._over_at = wall + AFTER_MISSION
+        if self._missions and self._missions[-1].until is None:
+            self._missions[-1].until = wall + AFTER_MISSION
+
+    def _note_missions(self) -> None:
+        since = self._missions[0].since if self._missions else None
+        self.state = replace(self.state, mission_since=since)
 
     def _save(self) -> None:
         if self.state != self._written and self._file.write(self.state):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.dsl.commands.source import UsageError
 from skillwing.services.access.key_store import KeysError
+from skillwing.services.disk import UnwritableError
 from skillwing.services.errors import (
     BadRecordingError,
     InvalidInputError,
@@ -54,6 +55,8 @@ def exit_code_of(error: Exception) -> int:
             return NO_SYSTEM
         case RefusedError() | NotKnownError():
             return REFUSED
+        case UnwritableError(full=True):
+            return FAILED
         case (
             UnknownNameError()
             | KeysError()
@@ -63,6 +66,7 @@ def exit_code_of(error: Exception) -> int:
             | UsageError()
             | JournalError()
             | BadRecordingError()
+            | UnwritableError()
             | OSError()
         ):
             return USAGE
