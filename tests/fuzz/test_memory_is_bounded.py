@@ -10,7 +10,6 @@ import os
 from itertools import count
 
 from held_objects import items_held
-
 from skillwing.dsl import parse
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.interface import SkillsetInterface
