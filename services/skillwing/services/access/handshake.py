@@ -57,7 +57,7 @@ def _handshake(connection: socket.socket, host: str, identity: SessionIdentity) 
             # A router that objects to a certificate says so after the handshake. One that does not waits for Zenoh.
             link.recv(1)
     except ssl.SSLCertVerificationError as error:
-        return f"the router's certificate is not trusted ({error.verify_message})"
+        return f"the router's certificate is not trusted ({error.verify_message.rstrip('.')})"
     except ssl.SSLError as error:
         alert = next((text for word, text in _ALERTS.items() if word in (error.reason or "")), None)
         return alert or f"no TLS is spoken there ({error.reason})"

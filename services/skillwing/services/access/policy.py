@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from skillwing.services.bus.identity import owned_chunk, signed
 from skillwing.services.bus.keys import matches
@@ -104,6 +105,7 @@ def person_grants(robot: RobotAccess, role: Role, name: str) -> Grants:
     return _grants(robot, role, None, name)
 
 
+@lru_cache(maxsize=1024)
 def refusal(role: Role, name: str, key: str) -> ErrorReply | None:
     """The reason against a question of a person at a key, None for none: the same rules, without the robot's tables.
 
