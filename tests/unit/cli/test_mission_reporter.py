@@ -20,7 +20,7 @@ from skillwing.services.recording.run_facts import RunFacts, read_facts, write_f
 from skillwing.services.report.run_reports import write_reports
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
-from skillwing.services.terminal.mission_reporter import LAST_WORDS, MissionReporter
+from skillwing.services.terminal.mission_reporter import LAST_WORDS, LOOK_FOR_ROOM, MissionReporter
 
 STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
 
@@ -232,3 +232,26 @@ def test_what_cannot_be_shown_or_recorded_starts_nothing(
         cli.main()
     assert ended.value.code == USAGE
     assert sentence in capsys.readouterr().err
+
+
+def test_a_report_that_does_not_fit_on_the_disk_is_written_when_there_is_room(
+    system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room = [False]
+    monkeypatch.setattr("skillwing.services.terminal.mission_reporter.has_room", lambda folder: room[0])
+    folder = system.run_dir / "1-patrol"
+    folder.write_text("in the way")
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(5.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.told[-1].startswith("There is no report of the mission.")
+    system.network.run_for(3 * LOOK_FOR_ROOM)
+    assert len(system.told) == 1
+    folder.unlink()
+    room[0] = True
+    system.network.run_for(2 * LOOK_FOR_ROOM)
+    system.wait_for_report()
+    assert system.told[-1].startswith("Mission patrol: success.")
+    assert system.results() == {"1-patrol": ("success", 5.0, pytest.approx(5.0, abs=0.5))}
