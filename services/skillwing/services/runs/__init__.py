@@ -1,0 +1,1 @@
+"""Runs in a folder: what they hold, and which are deleted."""

@@ -1,0 +1,117 @@
+"""Runs in a folder, from their files."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import msgspec
+
+from skillwing.services.errors import BadRecordingError
+from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, Timed, last_time
+from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals, read_phases
+from skillwing.services.history.parts import part_paths
+from skillwing.services.history.recording_state import missing_sentences, read_state
+from skillwing.services.history.report import REPORT_FILE, RESULTS, read_report
+from skillwing.services.recording.run_facts import RUN_FILE, RunFacts
+
+RUNS_FOLDER = Path("runs")
+"""Default folder of runs, in the current directory."""
+
+
+class MissionEnd(msgspec.Struct, frozen=True, kw_only=True):
+    """A mission of a run. result: as in `MissionReport`."""
+
+    mission: str
+    result: str
+
+
+class Run(msgspec.Struct, frozen=True, kw_only=True):
+    """A run. begun: Unix time. seconds: robot time from its first record to its last; None without a recording.
+
+    size: bytes of all its files. missing: sentences on what was deleted or not recorded. active: a system writes to it.
+    """
+
+    path: str
+    robot: str
+    begun: float
+    seconds: float | None
+    size: int
+    missions: tuple[MissionEnd, ...] = ()
+    missing: tuple[str, ...] = ()
+    active: bool = False
+
+
+def find_runs(folder: Path, active: Collection[Path] = ()) -> list[Run]:
+    """The runs in a folder, oldest first. Other folders in it are left out, and so are links to folders elsewhere.
+
+    active: resolved directories of the systems that run.
+    """
+    found = [
+        read_run(path, active=path.resolve() in active)
+        for path in (folder.iterdir() if folder.is_dir() else ())
+        if not path.is_symlink() and (path / RUN_FILE).is_file()
+    ]
+    return sorted(found, key=lambda run: (run.begun, run.path))
+
+
+def read_run(path: Path, *, active: bool = False) -> Run:
+    """One run. What cannot be read counts as absent."""
+    facts = RunFacts(robot="", skillset="")
+    with suppress(OSError, msgspec.DecodeError):
+        facts = msgspec.json.decode((path / RUN_FILE).read_bytes(), type=RunFacts)
+    begin, end = _first_time(path), _last_time(path)
+    state = read_state(path)
+    return Run(
+        path=str(path),
+        robot=facts.robot,
+        begun=(path / RUN_FILE).stat().st_mtime,
+        seconds=None if begin is None or end is None else max(0.0, end - begin),
+        size=sum(size for size in _sizes(path)),
+        missions=tuple(_missions(path, alone=facts.mission is not None)),
+        missing=tuple(missing_sentences(state, float("-inf"), float("inf"))),
+        active=active,
+    )
+
+
+def _missions(path: Path, *, alone: bool) -> Iterator[MissionEnd]:
+    try:
+        missions = mission_intervals(read_phases(path).records)
+    except (BadRecordingError, OSError, msgspec.DecodeError):
+        return
+    for each in missions:
+        yield MissionEnd(mission=each.mission, result=_result(path if alone else path / each.name, each))
+
+
+def _result(folder: Path, mission: MissionInterval) -> str:
+    """Result of a mission; its report knows an end that was not recorded."""
+    if mission.phase is None and (folder / REPORT_FILE).exists():
+        with suppress(OSError, msgspec.DecodeError):
+            return read_report(folder).result
+    return RESULTS.get(mission.phase or "", "unfinished")
+
+
+def _first_time(path: Path) -> float | None:
+    """Robot time of the first record that is left. The head of a later part is older than what follows it."""
+    for part in part_paths(path, TIMELINE_FILE)[:1]:
+        with suppress(OSError, msgspec.DecodeError), part.open("rb") as file:
+            return msgspec.json.decode(file.readline(), type=Timed).t
+    return None
+
+
+def _last_time(path: Path) -> float | None:
+    times = [last_time(part) for name in (TIMELINE_FILE, GOALS_FILE) for part in part_paths(path, name)[-1:]]
+    return max((t for t in times if t is not None), default=None)
+
+
+def _sizes(path: Path) -> Iterator[int]:
+    """Bytes of the files of a directory, as the disk has them."""
+    for folder, _, names in os.walk(path):
+        for name in names:
+            with suppress(OSError):
+                entry = os.lstat(os.path.join(folder, name))
+                if stat.S_ISREG(entry.st_mode):
+                    yield entry.st_blocks * 512
