@@ -238,3 +238,21 @@ def test_scalars_have_a_gap_where_nothing_is_known(recording: Path) -> None:
 def test_five_minutes_of_the_streams_stay_below_40_megabytes(recording: Path) -> None:
     """Every return of these scans is a hit, and their depth images last as long as the camera."""
     assert recording.stat().st_size / 10.0 * 300.0 < 40e6
+
+
+def test_another_drone_of_the_same_world_is_shown_with_its_way_and_its_map(tmp_path: Path) -> None:
+    network = InProcessNetwork()
+    for robot in ("left", "right"):
+        network.attach(Drone(), robot)
+    options = {
+        "run_dir": str(tmp_path),
+        "skillset": str(ROBOT.skillset),
+        **ROBOT.recorder({"robots": {"left": {}, "right": {}}}),
+    }
+    recorder = make_recorder(options)
+    network.attach(recorder, "left")
+    network.run_for(3.0)
+    recorder.detach()
+    assert rows(tmp_path / RECORDING_FILE, "/world/right/drone", "Transform3D:translation")
+    assert rows(tmp_path / RECORDING_FILE, "/world/right/map/000", "Points3D:positions")
+    assert rows(tmp_path / RECORDING_FILE, "/world/right/path/000", "LineStrips3D:strips")

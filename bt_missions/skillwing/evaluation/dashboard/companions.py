@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import rerun as rr
@@ -35,10 +35,16 @@ class Companion:
 
     def attach(self, bus: Bus) -> None:
         """bus: in the namespace of the other robot."""
-        draw_drone(self._recording, f"{self._entity}/drone", COLOUR)
+        self.restate()
         navigate = message_reader(navigation.Navigation, self._on_navigation)
         bus.subscribe(navigation.NAVIGATION, navigate, latest_only=True)
         bus.subscribe(mapping.MAP, stream_reader(mapping.MapHeader, self._on_map))
+
+    def restate(self) -> None:
+        """Draw again what does not change, and the whole map: at the start and in each new part of the recording."""
+        draw_drone(self._recording, f"{self._entity}/drone", COLOUR)
+        if self._voxels is not None:
+            self._draw_voxels(self._voxels, self._voxels.pieces)
 
     def _on_navigation(self, pose: navigation.Navigation) -> None:
         if not self._pose_due.due(pose.t):
@@ -63,15 +69,22 @@ class Companion:
         centres = np.frombuffer(payload, np.float32).reshape(-1, 3)
         if self._voxels is None:
             self._voxels = VoxelPieces(header.voxel_size)
-        for number in sorted(self._voxels.add(centres)):
-            piece = self._voxels.centres(number)
-            points = rr.Points3D(piece, colors=by_height(piece, self._ceiling), radii=header.voxel_size * 0.5)
+        self._draw_voxels(self._voxels, self._voxels.add(centres))
+
+    def _draw_voxels(self, voxels: VoxelPieces, pieces: Iterable[int]) -> None:
+        for number in sorted(pieces):
+            piece = voxels.centres(number)
+            points = rr.Points3D(piece, colors=by_height(piece, self._ceiling), radii=voxels.size * 0.5)
             self._recording.log(f"{self._entity}/map/{number:03}", points)
 
 
-def attach_companions(recording: rr.RecordingStream, bus: Bus, robots: Sequence[str], ceiling: float) -> None:
+def attach_companions(
+    recording: rr.RecordingStream, bus: Bus, robots: Sequence[str], ceiling: float
+) -> tuple[Companion, ...]:
     """Draw the other robots of the same world from now on. Raises TypeError for a bus without their namespaces."""
-    for robot in robots:
+    companions = tuple(Companion(recording, robot, ceiling) for robot in robots)
+    for robot, companion in zip(robots, companions, strict=True):
         if not isinstance(bus, MultiRobotBus):
             raise TypeError(f"other robots need a bus with namespaces, not a {type(bus).__name__}")
-        Companion(recording, robot, ceiling).attach(bus.beside(robot))
+        companion.attach(bus.beside(robot))
+    return companions

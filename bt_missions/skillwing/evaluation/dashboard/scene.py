@@ -17,7 +17,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from skillwing.evaluation.dashboard.arrangement import SERIES, Arrangement, Front, overview
-from skillwing.evaluation.dashboard.companions import attach_companions
+from skillwing.evaluation.dashboard.companions import Companion, attach_companions
 from skillwing.evaluation.dashboard.depth_png import depth_png
 from skillwing.evaluation.dashboard.drone_shape import draw_drone
 from skillwing.evaluation.dashboard.geometry import (
@@ -72,6 +72,7 @@ class Dashboard:
     def __init__(self, recording: rr.RecordingStream, *, skillset: str, site: Site, others: Sequence[str] = ()) -> None:
         self._recording = recording
         self._others = others
+        self._companions: tuple[Companion, ...] = ()
         self._keys = Keys(skillset)
         self._site = site
         self._arrangement: Arrangement | None = None
@@ -105,7 +106,7 @@ class Dashboard:
 
     def attach(self, bus: Bus) -> None:
         self._draw_static()
-        attach_companions(self._recording, bus, self._others, self._site.ceiling)
+        self._companions = attach_companions(self._recording, bus, self._others, self._site.ceiling)
         _follow(bus, navigation.NAVIGATION, navigation.Navigation, self._on_navigation)
         bus.subscribe(
             guidance.GUIDANCE_STATUS, message_reader(guidance.GuidanceStatus, self._on_guidance), latest_only=True
@@ -127,6 +128,8 @@ class Dashboard:
     def restate(self) -> None:
         """Draw again what does not change, and the whole map. The camera follows with its next picture."""
         self._draw_static()
+        for each in self._companions:
+            each.restate()
         self._pixels = None
         if self._pose is not None and self._voxels is not None:
             at(self._recording, self._pose.t)
