@@ -12,13 +12,13 @@ from typing import Annotated, Any
 
 import typer
 from rich.text import Text
-from skillwing.services.runs.pruning import RunLimits, runs_to_delete
-from skillwing.services.runs.runs import RUNS_FOLDER, Run, find_runs
 
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.recording_state import STATE_FILE
 from skillwing.services.processes.run_state import running_systems
 from skillwing.services.recording.recording_lock import is_recorded
+from skillwing.services.runs.pruning import RunLimits, runs_to_delete
+from skillwing.services.runs.runs import RUNS_FOLDER, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json, print_table
