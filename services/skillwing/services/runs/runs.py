@@ -112,6 +112,6 @@ def _sizes(path: Path) -> Iterator[int]:
     for folder, _, names in os.walk(path):
         for name in names:
             with suppress(OSError):
-                entry = os.lstat(os.path.join(folder, name))
+                entry = (Path(folder) / name).lstat()
                 if stat.S_ISREG(entry.st_mode):
                     yield entry.st_blocks * 512
