@@ -118,6 +118,39 @@ def test_the_owner_of_a_shared_router_is_not_stopped_without_a_word(robots: str,
     assert find_target("second").endpoint == robots
 
 
+BOTH = """<root BTCPP_format="4" main_tree_to_execute="both">
+  <BehaviorTree ID="both">
+    <Sequence>
+      <ParallelAll>
+        <go robot="left" to="2"/>
+        <SubTree ID="there and back" robot="right"/>
+      </ParallelAll>
+      <ResourceIs robot="left" resource="bay" states="FREE"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="there and back"><Sequence><go to="3"/><go to="0"/></Sequence></BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="both"><MetadataFields><Metadata robots="left right" needs="left.bay: FREE"/></MetadataFields></SubTree>
+  </TreeNodesModel>
+</root>
+"""
+
+
+@pytest.mark.usefixtures("robots")
+def test_one_mission_commands_both_robots(skillwing: Command, tmp_path: Path) -> None:
+    file = tmp_path / "both.xml"
+    file.write_text(BOTH, encoding="utf-8")
+    assert skillwing("mission", "run", str(file)).code == NO_SYSTEM
+    words = ("--robot", "left=first", "--robot", "right=second")
+    said = skillwing("mission", "check", str(file), *words)
+    assert said.out.strip() == "both: fits left (shuttle), right (shuttle)"
+    said = skillwing("mission", "run", str(file), *words, "--json")
+    assert said.code == OK, said.error
+    assert said.json["phase"] == "SUCCEEDED"
+    said = skillwing("mission", "run", str(file), "--robot", "first")
+    assert (said.code, "--robot left=NAME --robot right=NAME" in said.error) == (USAGE, True)
+
+
 def test_ctrl_c_has_to_be_repeated_for_a_shared_router(
     skillwing: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,10 +15,11 @@ from typer.testing import CliRunner, Result
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli import mission as commands
+from skillwing.bt_missions.cli import mission_robots
 from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.robot_choice import choose_robot
 from skillwing.bt_missions.mission.problems import FaultyMissionError
-from skillwing.bt_missions.xml import mission as xml_mission
+from skillwing.bt_missions.xml import builder
 from skillwing.dsl import load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidOptionError, NoSystemError
@@ -164,7 +165,7 @@ def test_an_inner_failure_is_reported_with_its_tree_file(tmp_path: Path, monkeyp
     def node_types(skillset: object) -> NoReturn:
         raise KeyError("from within")
 
-    monkeypatch.setattr(xml_mission, "node_types", node_types)
+    monkeypatch.setattr(builder, "node_types", node_types)
     file = template(tmp_path, ".xml")
     result = check(file, "--json")
     assert result.exit_code == FAILED, result.output
@@ -220,10 +221,10 @@ def test_a_mission_that_does_not_fit_is_not_begun(
     """The system here has no bus: nobody could be told of a mission, and no run would hold anything of it."""
 
     @contextmanager
-    def connect(robot: str | None) -> Iterator[SimpleNamespace]:
+    def connect(robot: str | None, *, beside: object = None) -> Iterator[SimpleNamespace]:
         yield SimpleNamespace(skillset=M600, target=SimpleNamespace(rescue_goal=None), alive=tuple)
 
-    monkeypatch.setattr(commands, "connect", connect)
+    monkeypatch.setattr(mission_robots, "connect", connect)
     monkeypatch.setattr(commands, "mission_context", lambda target, mission: {})
     file = template(tmp_path, suffix, skill, skill.replace("home", "hme"))
     result = CliRunner().invoke(commands.mission, ["run", str(file)])

@@ -8,6 +8,7 @@ import pytest
 from fake_interface import FakeGoal, FakeMission
 from py_trees.common import Status
 
+from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.missions.inspection import MISSION, InspectionOptions
 from skillwing.bt_missions.subtrees.pausing import Pausable
@@ -105,7 +106,7 @@ def flight(m600: Skillset) -> Flight:
 
 
 def test_the_mission_fits_the_m600(flight: Flight, m600: Skillset) -> None:
-    assert preflight(MISSION, flight.trees, m600) == []
+    assert preflight(MISSION, flight.trees, offline_context(m600)) == []
 
 
 def test_the_nominal_mission(flight: Flight) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from py_trees.common import Status
 
+from skillwing.bt_missions.checking.mission_check import offline_context
 from skillwing.bt_missions.checking.preflight import preflight
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
@@ -137,7 +138,7 @@ def flight(m600: Skillset) -> Flight:
 
 
 def test_the_mission_fits_the_m600(flight: Flight, m600: Skillset) -> None:
-    assert preflight(MISSION, flight.trees, m600) == []
+    assert preflight(MISSION, flight.trees, offline_context(m600)) == []
 
 
 def test_the_nominal_mission(flight: Flight) -> None:

@@ -194,10 +194,10 @@ def test_missions_of_other_robots_are_not_suggested(tmp_path: Path) -> None:
 
 def test_a_mission_of_another_robot_is_refused_with_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     @contextmanager
-    def connected(*_: object) -> Iterator[object]:
+    def connected(*_: object, **__: object) -> Iterator[object]:
         yield SimpleNamespace(skillset=parse(TOY, "toy.skillset"), alive=set)
 
-    monkeypatch.setattr("skillwing.bt_missions.cli.mission.connect", connected)
+    monkeypatch.setattr("skillwing.bt_missions.cli.mission_robots.connect", connected)
     caught = CliRunner().invoke(mission, ["run", "mapping"]).exception
     assert isinstance(caught, InvalidOptionError)
     assert str(caught).startswith("Mission `mapping` is for another robot: `toy` has no resource `SDK_authority`, ")

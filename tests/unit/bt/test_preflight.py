@@ -20,6 +20,7 @@ from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees, Progress
 from skillwing.bt_missions.mission.problems import FaultyMissionError
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.missions.mapping import MISSION
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.dsl.model import ArrayType, DataItem, EnumType, Field, ScalarType, StructType
@@ -75,7 +76,7 @@ class Needy(Mission):
 
 def test_the_needs_of_a_mission_are_checked_too_and_have_the_place_of_its_class(mission: FakeMission) -> None:
     needy = Needy()
-    found = preflight(needy, needy.build(mission.context, MissionOptions()), SKILLSET)
+    found = preflight(needy, needy.build(mission.context, MissionOptions()), mission.context)
     line = next(
         n for n, text in enumerate(Path(__file__).read_text().splitlines(), 1) if text.startswith("class Needy")
     )
@@ -173,7 +174,7 @@ def test_skills_that_share_nothing_may_run_in_parallel(mission: FakeMission) -> 
 
 def test_a_mission_that_is_flown_on_another_robot_is_refused_with_both_names() -> None:
     with pytest.raises(FaultyMissionError) as refused:
-        require_fit(MISSION, SKILLSET, MISSION.read_options({}))
+        require_fit(MISSION, {"": RobotModel(SKILLSET)}, MISSION.read_options({}))
     first, *problems = str(refused.value).splitlines()
     assert first == f"Mission `mapping` does not fit `{SKILLSET.name}`, which is what runs here:"
     assert problems == [str(problem) for problem in refused.value.problems]

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.checking.declared_values import Declared, case_misfit, field_at, misfit
 from skillwing.bt_missions.checking.repetition import above, repeats
-from skillwing.bt_missions.checking.tree_check import skill_of
+from skillwing.bt_missions.checking.tree_check import skill_of, skillset_of
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.placeholder import is_guessed
@@ -101,7 +101,7 @@ def _problems_of(
 
 def _reading_problems(reading: LatestReading, read: EntryRead, skillset: Skillset) -> Iterator[str]:
     try:
-        given = field_at(skillset.datum(reading.datum), reading.fields)
+        given = field_at(skillset_of(reading, skillset).datum(reading.datum), reading.fields)
     except UnknownNameError as error:
         yield str(error)
     except LookupError as error:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NoReturn
 
 from skillwing.bt_missions.checking.preflight import preflight
-from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext, MissionNotes
 from skillwing.bt_missions.leaves.interface import GoalView
+from skillwing.bt_missions.leaves.robot_group import RobotGroup
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem, problem_of_exception
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.dsl.model import Skillset
+from skillwing.dsl.suggest import listed
 from skillwing.services.bus import Answer
 from skillwing.services.protocol import DataReading
 from skillwing.services.rescue_goal import RescueGoal
@@ -46,13 +49,30 @@ class OfflineInterface:
         raise RuntimeError(f"The mission wants to {what} while it is built; do that in a leaf.")
 
 
-def offline_context(skillset: Skillset, goal: RescueGoal | None = None) -> MissionContext:
-    """Context with which trees can be built, but not run."""
+def offline_context(
+    skillset: Skillset, goal: RescueGoal | None = None, robot: str = "", notes: MissionNotes | None = None
+) -> MissionContext:
+    """Context with which trees can be built, but not run. robot, notes: in a mission on several robots."""
 
     def write_nothing(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         return ""
 
-    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing, goal)
+    return MissionContext(OfflineInterface(), skillset, lambda: 0.0, write_nothing, goal, robot=robot, notes=notes)
+
+
+def offline_contexts(robots: Mapping[str, RobotModel]) -> MissionContext:
+    """The same for these robots; the only one has an empty name."""
+    if set(robots) == {""}:
+        return offline_context(robots[""].skillset, robots[""].rescue_goal)
+    notes = MissionNotes()
+    contexts = {name: offline_context(model.skillset, model.rescue_goal, name, notes) for name, model in robots.items()}
+
+    def write_nothing(
+        subject: str, before: str | None, after: str, text: str, causes: Mapping[str, str | None]
+    ) -> Mapping[str, str]:
+        return dict.fromkeys(robots, "")
+
+    return RobotGroup(contexts, notes, write_nothing)
 
 
 def draft_and_check(
@@ -70,9 +90,18 @@ def check_mission(
 
     goal: rescue goal of the robot, if it has one.
     """
-    context = offline_context(skillset, goal)
+    return check_mission_on(mission, {"": RobotModel(skillset, goal)}, options)
+
+
+def check_mission_on(
+    mission: Mission, robots: Mapping[str, RobotModel], options: MissionOptions
+) -> list[MissionProblem]:
+    """All problems of a mission with these robots, as of `check_mission`. The only robot has an empty name."""
     when = "while it is built"
     try:
+        context = offline_contexts(robots)
+        if problem := robots_problem(mission, robots):
+            return [MissionProblem(problem)]
         trees, problems = mission.draft(context, options)
         when = "while it is checked"
         return _all_problems(mission, trees, problems, context)
@@ -80,18 +109,30 @@ def check_mission(
         return [problem_of_exception(mission.file, error, when)]
 
 
-def require_fit(mission: Mission, skillset: Skillset, options: MissionOptions, goal: RescueGoal | None = None) -> None:
-    """Raise FaultyMissionError with all problems of a mission with the robot that runs, if there are any."""
-    problems = check_mission(mission, skillset, options, goal)
+def robots_problem(mission: Mission, robots: Iterable[str]) -> str:
+    """Sentence about a mission on other robots than the given ones; empty if they are those of the mission."""
+    given = sorted(robot for robot in robots if robot)
+    if sorted(mission.robots) == given:
+        return ""
+    if not mission.robots:
+        return f"Mission `{mission.name}` is for one robot. Name it by `--robot NAME`."
+    options = " ".join(f"--robot {robot}=NAME" for robot in mission.robots)
+    return f"Mission `{mission.name}` is for the robots {listed(mission.robots)}. Name them: `{options}`."
+
+
+def require_fit(mission: Mission, robots: Mapping[str, RobotModel], options: MissionOptions) -> None:
+    """Raise FaultyMissionError with all problems of a mission with the robots that run, if there are any."""
+    problems = check_mission_on(mission, robots, options)
     if problems:
-        heading = f"Mission `{mission.name}` does not fit `{skillset.name}`, which is what runs here:"
+        names = listed(dict.fromkeys(model.skillset.name for model in robots.values()))
+        heading = f"Mission `{mission.name}` does not fit {names}, which is what runs here:"
         raise FaultyMissionError(problems, heading=heading)
 
 
 def _all_problems(
     mission: Mission, trees: MissionTrees, found: list[MissionProblem], context: MissionContext
 ) -> list[MissionProblem]:
-    ours = preflight(mission, trees, context.skillset, context.rescue_goal)
+    ours = preflight(mission, trees, context)
     return sorted(dict.fromkeys([*found, *ours]), key=_place)
 
 

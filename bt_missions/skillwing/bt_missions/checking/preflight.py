@@ -9,14 +9,16 @@ from py_trees.behaviour import Behaviour
 from skillwing.bt_missions.checking.comparison_check import comparison_problems
 from skillwing.bt_missions.checking.entry_check import entry_problems
 from skillwing.bt_missions.checking.rescue_check import rescue_problems
-from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of
+from skillwing.bt_missions.checking.tree_check import shape_problems, skill_of, skillset_of
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
+from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.pause_gate import HELD
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, is_guessed, is_incomplete
+from skillwing.bt_missions.leaves.robot_group import MissingRobotError
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import source_location
-from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees, split_need
 from skillwing.bt_missions.mission.problems import MissionProblem
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.pausing import WhileGranted
@@ -24,24 +26,33 @@ from skillwing.dsl.model import Skill, Skillset, UnknownNameError
 from skillwing.dsl.suggest import missing_names
 from skillwing.services.core.values import fit_fields
 from skillwing.services.protocol import Ending
-from skillwing.services.rescue_goal import RescueGoal
 
 
-def preflight(
-    mission: Mission, trees: MissionTrees, skillset: Skillset, goal: RescueGoal | None = None
-) -> list[MissionProblem]:
-    """All problems of a mission with this robot: of its needs, of its trees, and of its way to the rescue goal."""
-    found: list[MissionProblem] = []
-    for resource, states in mission.needs.items():
-        problems = _resource_problems(skillset, resource, states)
-        found.extend(MissionProblem(f"The mission's needs: {problem}", mission.needs_location) for problem in problems)
-    found.extend(tree_problems(trees.all, skillset))
-    wrong = [] if goal is None else list(goal.problems(skillset))
-    found.extend(MissionProblem(f"The robot's rescue goal: {problem}") for problem in wrong)
-    if goal is not None and not wrong:
-        unsafe = rescue_problems(trees.root, trees.rescue, skillset, goal)
-        found.extend(MissionProblem(problem, source_location(node)) for node, problem in unsafe)
+def preflight(mission: Mission, trees: MissionTrees, context: MissionContext) -> list[MissionProblem]:
+    """All problems of a mission with its robots: of its needs, of its trees, and of the ways to their rescue goals."""
+    found = list(_needs_problems(mission, context))
+    found.extend(tree_problems(trees.all, next(iter(context.robots.values())).skillset))
+    for robot, own in context.robots.items():
+        goal = own.rescue_goal
+        wrong = [] if goal is None else list(goal.problems(own.skillset))
+        whose = f"The rescue goal of `{robot}`" if robot else "The robot's rescue goal"
+        found.extend(MissionProblem(f"{whose}: {problem}") for problem in wrong)
+        if goal is not None and not wrong:
+            unsafe = rescue_problems(trees.root, trees.rescue_of(robot), own.skillset, goal, robot)
+            found.extend(MissionProblem(problem, source_location(node)) for node, problem in unsafe)
     return list(dict.fromkeys(found))
+
+
+def _needs_problems(mission: Mission, context: MissionContext) -> Iterator[MissionProblem]:
+    for name, states in mission.needs.items():
+        robot, resource = split_need(name, several=bool(mission.robots))
+        try:
+            skillset = context.of(robot).skillset
+        except (UnknownNameError, MissingRobotError) as error:
+            texts = [str(error)]
+        else:
+            texts = list(_resource_problems(skillset, resource, states))
+        yield from (MissionProblem(f"The mission's needs: {text}", mission.needs_location) for text in texts)
 
 
 def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[MissionProblem]:
@@ -57,7 +68,8 @@ def tree_problems(trees: Iterable[Behaviour], skillset: Skillset) -> list[Missio
             if is_guessed(node):
                 continue
             kind, problems = ("Node", _structure_problems) if node.children else ("Leaf", _leaf_problems)
-            texts = (f"{kind} `{node.name}`: {problem}" for problem in problems(node, skillset))
+            own = skillset_of(node, skillset)
+            texts = (f"{kind} `{node.name}`: {problem}" for problem in problems(node, own))
             found.extend(MissionProblem(text, source_location(node)) for text in texts)
     return list(dict.fromkeys(found))
 

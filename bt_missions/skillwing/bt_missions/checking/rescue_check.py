@@ -28,6 +28,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
+from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.queries import needed_by
@@ -69,23 +70,25 @@ class NodeOutcome:
 
 
 def rescue_problems(
-    root: Behaviour, rescue: Behaviour | None, skillset: Skillset, goal: RescueGoal
+    root: Behaviour, rescue: Behaviour | None, skillset: Skillset, goal: RescueGoal, robot: str = ""
 ) -> Iterator[tuple[Behaviour, str]]:
-    """Each problem as a sentence, with the first node that it is about."""
-    walker = _TreeWalker(skillset, goal)
+    """Each problem as a sentence, with the first node that it is about. robot: its name, if there are several."""
+    walker = _TreeWalker(skillset, goal, robot)
     run = walker.walk(root, frozenset({Place.GOAL}))
-    yield from _sentences(root, run, "The mission", goal)
+    whose = f" of `{robot}`" if robot else ""
+    yield from _sentences(root, run, f"`{robot}`" if robot else "The mission", goal)
     if Place.AWAY not in run.during or isinstance(rescue, PlaceholderNode):
         return
     if rescue is None:
-        text = f"The mission has no rescue, and `{_first_away(root, goal)}` brings the robot away from its rescue goal"
+        first, who = _first_away(root, goal, robot), f"`{robot}`" if robot else "the robot"
+        text = f"The mission has no rescue{whose}, and `{first}` brings {who} away from its rescue goal"
         yield root, f"{text} (`{goal.resource}` {goal.state}). Add a tree `rescue`, which runs when somebody aborts."
     else:
-        yield from _sentences(rescue, walker.walk(rescue, frozenset({Place.AWAY})), "The rescue", goal)
+        yield from _sentences(rescue, walker.walk(rescue, frozenset({Place.AWAY})), f"The rescue{whose}", goal)
 
 
-def _first_away(root: Behaviour, goal: RescueGoal) -> str:
-    leaves = (leaf.skill for leaf in root.iterate() if isinstance(leaf, SkillAction))
+def _first_away(root: Behaviour, goal: RescueGoal, robot: str) -> str:
+    leaves = (leaf.skill for leaf in root.iterate() if isinstance(leaf, SkillAction) and leaf.robot == robot)
     return next((skill for skill in leaves if intended_name(skill, goal.left_by)), root.name)
 
 
@@ -105,8 +108,9 @@ def _sentences(root: Behaviour, walk: NodeOutcome, what: str, goal: RescueGoal) 
 
 
 class _TreeWalker:
-    def __init__(self, skillset: Skillset, goal: RescueGoal) -> None:
+    def __init__(self, skillset: Skillset, goal: RescueGoal, robot: str) -> None:
         self._skillset = skillset
+        self._robot = robot
         self._goal = goal
         self._needed = goal.needed_resources(skillset)
 
@@ -122,6 +126,8 @@ class _TreeWalker:
                 walk = self._in_turn(node, Status.FAILURE, places)
             case Parallel():
                 walk = self._at_once(node, places)
+            case ParallelAll():
+                walk = self._each_to_its_end(node, places)
             case OnEnding():
                 attempt, then = node.children
                 first = self.walk(attempt, places)
@@ -193,6 +199,17 @@ class _TreeWalker:
         done = {end for child in deciding for end in walks[child.id].ends if end.status is Status.SUCCESS}
         return NodeOutcome(frozenset(failed | done), everywhere)
 
+    def _each_to_its_end(self, node: ParallelAll, places: Places) -> NodeOutcome:
+        """Children at the same time, none of which halts another: the robot is where its own child leaves it."""
+        walks = [self.walk(child, places) for child in node.children]
+        moving = [walk for walk in walks if not walk.during | walk.places_after(*Status) <= places]
+        if len(moving) > 1:
+            return _either(*walks)
+        fail = any(end.status is Status.FAILURE for walk in walks for end in walk.ends)
+        ends = moving[0].ends if moving else frozenset[NodeEnd]().union(*(walk.ends for walk in walks))
+        ends |= {NodeEnd(Status.FAILURE, end.place, end.by) for end in ends if fail}
+        return NodeOutcome(frozenset(ends), places.union(*(walk.during for walk in walks)))
+
     def _decorated(self, node: Behaviour, child: Behaviour, places: Places) -> NodeOutcome:
         """A decorator. One of an unknown type ends as its child does."""
         if isinstance(node, Retry | Repeat | SuccessIsRunning | RepeatUntil):
@@ -209,6 +226,8 @@ class _TreeWalker:
                 later = {node.when_skipped} if isinstance(node, RunOnce) else {end.status for end in walk.ends}
                 ends = walk.ends | {NodeEnd(status, place, node) for status in later for place in places}
             case Deadline():
+                ends = walk.ends | self._failures(node, walk.during)
+            case WhileGranted() if node.robot != self._robot:
                 ends = walk.ends | self._failures(node, walk.during)
             case WhileGranted() if (resource := self._meant_resource(node.resource)) is not None:
                 ends = walk.ends | self._failures(node, walk.during, of=resource)
@@ -249,12 +268,15 @@ class _TreeWalker:
     def _leaf(self, leaf: Behaviour, places: Places) -> NodeOutcome:
         possible = ends_of(leaf, self._skillset)
         ends = {end for place in places for end in self._ends_of_leaf(leaf, place) if end.status in possible}
-        skill = skill_of(leaf, self._skillset) if isinstance(leaf, SkillAction) else None
+        own = leaf if isinstance(leaf, SkillAction) and leaf.robot == self._robot else None
+        skill = None if own is None else skill_of(own, self._skillset)
         leaves = skill is not None and skill.name in self._goal.left_by
         return NodeOutcome(frozenset(ends), places | {Place.AWAY} if leaves else places)
 
     def _ends_of_leaf(self, leaf: Behaviour, place: Place) -> Iterator[NodeEnd]:
         match leaf:
+            case SkillAction() | ResourceIs() if leaf.robot != self._robot:
+                yield from (NodeEnd(status, place, leaf) for status in (Status.SUCCESS, Status.FAILURE))
             case SkillAction():
                 skill = skill_of(leaf, self._skillset)
                 ends = [] if skill is None else self._ends_of_skill(leaf, skill.name, place)

@@ -29,6 +29,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, Delay, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, ValueSwitch
+from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.queries import taken_by
@@ -39,7 +40,7 @@ def shape_problems(root: Behaviour, skillset: Skillset) -> Iterator[tuple[Behavi
     for node in root.iterate():
         yield from _unreachable(node, skillset)
         yield from _misplaced(node)
-        if isinstance(node, Parallel):
+        if isinstance(node, Parallel | ParallelAll):
             for problem in (*_run_twice(node, skillset), *_taken_twice(node, skillset)):
                 yield node, problem
 
@@ -78,26 +79,33 @@ def _misplaced(node: Behaviour) -> Iterator[tuple[Behaviour, str]]:
         yield node, f"`{node.name}` is skipped after its end, which only a Sequence or a Fallback can do. {remedy}."
 
 
-def _run_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
+def _run_twice(parallel: Parallel | ParallelAll, skillset: Skillset) -> Iterator[str]:
     """Skills in different children. A skill has one goal at a time, and replies BUSY to a second one."""
     for one, other in combinations(parallel.children, 2):
-        for skill in dict.fromkeys(_skills(one, skillset)):
-            if skill in _skills(other, skillset):
-                yield f"Under `{parallel.name}` skill `{skill}` would run twice at the same time; a second one is BUSY."
+        for robot, skill in dict.fromkeys(_skills(one, skillset)):
+            if (robot, skill) in _skills(other, skillset):
+                whose = f"skill `{skill}` of `{robot}`" if robot else f"skill `{skill}`"
+                yield f"Under `{parallel.name}` {whose} would run twice at the same time; a second one is BUSY."
 
 
-def _skills(node: Behaviour, skillset: Skillset) -> list[str]:
-    known = {skill.name for skill in skillset.skills}
-    return [leaf.skill for leaf in node.iterate() if isinstance(leaf, SkillAction) and leaf.skill in known]
+def _skills(node: Behaviour, skillset: Skillset) -> list[tuple[str, str]]:
+    """Robot and name of each known skill below a node."""
+    leaves = [leaf for leaf in node.iterate() if isinstance(leaf, SkillAction)]
+    return [(leaf.robot, leaf.skill) for leaf in leaves if _is_known(leaf, skillset)]
 
 
-def _taken_twice(parallel: Parallel, skillset: Skillset) -> Iterator[str]:
+def _is_known(leaf: SkillAction, skillset: Skillset) -> bool:
+    return any(skill.name == leaf.skill for skill in skillset_of(leaf, skillset).skills)
+
+
+def _taken_twice(parallel: Parallel | ParallelAll, skillset: Skillset) -> Iterator[str]:
     """Resources that skills in different children take when they start, but not those of a skill that runs twice."""
     for one, other in combinations(parallel.children, 2):
         twice = {*_skills(one, skillset)}.intersection(_skills(other, skillset))
         for resource, leaf in _taken(one, skillset):
             for same, rival in _taken(other, skillset):
-                if resource == same and leaf.skill != rival.skill and twice.isdisjoint((leaf.skill, rival.skill)):
+                skills = {(leaf.robot, leaf.skill), (rival.robot, rival.skill)}
+                if resource == same and leaf.robot == rival.robot and len(skills) == 2 and twice.isdisjoint(skills):
                     names = f"both `{leaf.name}` and `{rival.name}`"
                     yield f"Under `{parallel.name}` {names} take {resource}, at the same time."
 
@@ -134,7 +142,7 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
             ends = attempt | then if Status.FAILURE in attempt else attempt
         case IfThenElse() | ValueSwitch():
             ends = _ends_of_choice(node, skillset)
-        case Sequence() | Selector() | Parallel():
+        case Sequence() | Selector() | Parallel() | ParallelAll():
             ends = _ends_of_composite(node, skillset)
         case SkillAction() if not _can_succeed(node, skillset):
             ends = {Status.FAILURE}
@@ -171,7 +179,7 @@ def _ends_of_choice(node: IfThenElse | ValueSwitch, skillset: Skillset) -> set[S
     return ends
 
 
-def _ends_of_composite(node: Sequence | Selector | Parallel, skillset: Skillset) -> set[Status]:
+def _ends_of_composite(node: Sequence | Selector | Parallel | ParallelAll, skillset: Skillset) -> set[Status]:
     ends = {id(child): ends_of(child, skillset) for child in node.children}
     one, every = (Status.SUCCESS, Status.FAILURE) if isinstance(node, Selector) else (Status.FAILURE, Status.SUCCESS)
     deciding = node.children
@@ -192,7 +200,14 @@ def _can_succeed(leaf: SkillAction, skillset: Skillset) -> bool:
     return any(result.success and f"S_{result.name}" not in leaf.outcomes for result in skill.results)
 
 
+def skillset_of(node: object, skillset: Skillset) -> Skillset:
+    """The skillset of the robot that a node names; the given one in a mission on one robot."""
+    own = getattr(node, "skillset", None) if getattr(node, "robot", "") else None
+    return own if isinstance(own, Skillset) else skillset
+
+
 def skill_of(leaf: SkillAction | MayStart, skillset: Skillset) -> Skill | None:
-    """The skill that a leaf is about, or probably is meant to run."""
+    """The skill that a leaf is about, or probably is meant to run. skillset: of a mission on one robot."""
+    skillset = skillset_of(leaf, skillset)
     name = intended_name(leaf.skill, (skill.name for skill in skillset.skills))
     return None if name is None else skillset.skill(name)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 
 import typer
 from rich.console import Console, RenderableType
@@ -27,13 +28,14 @@ SYSTEM_PERIOD = 0.1
 """Time between two checks that the system still runs, in seconds of wall time. `up` announces its end beforehand."""
 
 
-def run_in_foreground(system: System, node: MissionNode, console: Console | None) -> None:
-    """Run the mission until it is over, by itself or after a signal."""
-    node.attach(system.bus)
+def run_in_foreground(systems: Mapping[str, System], node: MissionNode, console: Console | None) -> None:
+    """Run the mission until it is over, by itself or after a signal. systems: of its robots, by name."""
+    bus = next(iter(systems.values())).bus
+    node.attach_to({robot: system.bus for robot, system in systems.items()})
     try:
-        call_when_stopped(system.bus, system.target, node.system_stopped)
-        with aborted_by_signals(system.bus, node, console):
-            system.bus.run_until(lambda: node.over)
+        _call_when_all_stopped(systems, node.system_stopped)
+        with aborted_by_signals(bus, node, console):
+            bus.run_until(lambda: node.over)
     finally:
         node.detach()
 
@@ -94,6 +96,19 @@ def without_link(grace: float, target: Target) -> str:
     """A sentence on the goals of a mission on the ground while its link is away. grace: of the mission [wall s]."""
     goals = f"The goals run on for {grace:g} s, then they end" if grace else "The goals end after some seconds"
     return f"{goals}. {target.without_goals}".rstrip()
+
+
+def _call_when_all_stopped(systems: Mapping[str, System], act: Callable[[], None]) -> None:
+    """Call `act` when the last of these systems has stopped. One that stops earlier is a lost robot."""
+    left = set(systems)
+
+    def note(robot: str) -> None:
+        left.discard(robot)
+        if not left:
+            act()
+
+    for robot, system in systems.items():
+        call_when_stopped(system.bus, system.target, partial(note, robot))
 
 
 def call_when_stopped(bus: Timers, target: Target, act: Callable[[], None]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,9 +11,18 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.checking.mission_check import check_mission, offline_context, require_fit
+from skillwing.bt_missions.checking.mission_check import check_mission, check_mission_on, offline_context, require_fit
 from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.foreground import print_if_open, print_link, run_in_foreground, without_link
+from skillwing.bt_missions.cli.mission_robots import (
+    RobotTablesOption,
+    RunningRobotsOption,
+    chosen_robots,
+    connected,
+    models_of,
+    only_name,
+    robot_names,
+)
 from skillwing.bt_missions.cli.on_board import make_request, require_tree_fit, run_on_board
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
@@ -21,6 +30,7 @@ from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
@@ -137,7 +147,7 @@ def _print_missions(missions: list[Mission], console: Console) -> None:
 def run(
     name: MissionName,
     options: OptionWords = None,
-    robot: RobotOption = None,
+    robot: RunningRobotsOption = None,
     on_board: Annotated[
         bool, typer.Option("--on-board", help="Run it on the robot: this command may come and go.")
     ] = False,
@@ -154,6 +164,8 @@ def run(
 ) -> None:
     """Run a mission on the running system, and show its progress until it is over. See docs/missions.md.
 
+    A mission on several robots takes each by name: `--robot left=NAME --robot right=NAME`. See docs/own_mission.md.
+
     Ctrl-C, `kill` and a closed terminal abort the mission: its goals are interrupted, and its tree `rescue` runs. A
     second Ctrl-C ends the command at once, without the rescue.
 
@@ -168,25 +180,27 @@ def run(
     """
     asked = parse_options(options or [])
     if on_board:
-        raise typer.Exit(_run_on_board(name, asked, robot, owner_grace, as_json=as_json))
-    chosen = _find(name, robot)
+        raise typer.Exit(_run_on_board(name, asked, only_name(robot), owner_grace, as_json=as_json))
+    chosen = _find(name, only_name(robot))
     chosen.read_options(asked)
     console = None if as_json else make_console()
-    with _connected_to_run(chosen, robot) as system:
-        _refuse_second_mission(system)
-        if name in installed_missions():
-            _refuse_other_robot(chosen, system.skillset)
-        given = _options_with_site(chosen, asked, system, console)
+    with _connected_to_run(chosen, robot_names(chosen, robot or [])) as systems:
+        for system in systems.values():
+            _refuse_second_mission(system)
+            if name in installed_missions() and not chosen.robots:
+                _refuse_other_robot(chosen, system.skillset)
+        given = _options_with_site(chosen, asked, systems, console)
 
         def show(status: MissionStatus) -> None:
             print_if_open(console, status_line(status))
 
-        goal = system.target.rescue_goal
         grace = chosen.owner_grace if owner_grace is None else owner_grace
-        node = MissionNode(chosen, system.skillset, given, rescue_goal=goal, owner_grace=grace, on_status=show)
-        require_allowed(system.bus, system.keys.start("*"))
-        follow_link(system, lambda text: print_link(console, text), without_link(grace, system.target))
-        run_in_foreground(system, node, console)
+        node = MissionNode.on_robots(chosen, models_of(systems), given, owner_grace=grace, on_status=show)
+        for system in systems.values():
+            require_allowed(system.bus, system.keys.start("*"))
+        first = next(iter(systems.values()))
+        follow_link(first, lambda text: print_link(console, text), without_link(grace, first.target))
+        run_in_foreground(systems, node, console)
     if console is None:
         print_json(node.status)
     elif node.status.phase != MissionPhase.SUCCEEDED and node.tree_shows_end:
@@ -249,11 +263,11 @@ def abort(reason: ReasonOption = None, robot: RobotOption = None, as_json: JsonO
 def check(
     name: MissionName,
     options: OptionWords = None,
-    robot: RobotTableOption = None,
+    robot: RobotTablesOption = None,
     skillset: SkillsetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List all problems of a mission with the robot, and of the trees of skills that it starts. No system has to run.
+    """List all problems of a mission with its robots, and of the trees of skills that it starts. No system has to run.
     See docs/own_mission.md.
 
     With --json the output is a list of `text` and `place`.
@@ -261,12 +275,18 @@ def check(
     Exit codes: 0 it fits; 1 there are problems; 2 it was not checked (unknown name, malformed value, or a file that
     cannot be read).
     """
-    model = choose_robot(robot, skillset)
+    robots = "the robot"
     try:
-        chosen = _find(name, robot, skillset)
+        chosen = _find(name, only_name(robot), skillset)
+        models = chosen_robots(chosen, robot or [], skillset)
+        robots = ", ".join(
+            f"{role} ({each.skillset.name})" if role else each.skillset.name for role, each in models.items()
+        )
         given = chosen.read_options(parse_options(options or []))
-        problems = check_mission(chosen, model.skillset, given, model.rescue_goal)
-        problems += called_skill_problems(chosen, model.skillset, given, model.skills_folder)
+        known = {role: RobotModel(each.skillset, each.rescue_goal) for role, each in models.items()}
+        problems = check_mission_on(chosen, known, given)
+        for each in models.values() if not chosen.robots else ():
+            problems += called_skill_problems(chosen, each.skillset, given, each.skills_folder)
         called = chosen.name
     except FaultyMissionError as error:
         problems, called = list(error.problems), name
@@ -276,9 +296,8 @@ def check(
         console = make_console()
         for problem in problems:
             console.print(str(problem), soft_wrap=True, markup=False)
-        robot_name = model.skillset.name
         count = f"{len(problems)} problem{'s' * (len(problems) != 1)}"
-        verdict = f"{count} with {robot_name}" if problems else f"fits {robot_name}"
+        verdict = f"{count} with {robots}" if problems else f"fits {robots}"
         console.print(f"{called}: {verdict}", markup=False)
     raise typer.Exit(FAILED if problems else OK)
 
@@ -319,6 +338,10 @@ def export(
     value, or it does not fit the robot.
     """
     chosen, model = find_mission(name), choose_robot(robot, skillset)
+    if chosen.robots:
+        raise InvalidOptionError(
+            "mission", f"Mission `{name}` is on several robots, and is not exported. Keep its file."
+        )
     given = chosen.read_options(parse_options(options or []))
     if check_mission(chosen, model.skillset, given, model.rescue_goal):
         fit = f"Mission `{chosen.name}` does not fit `{model.skillset.name}`"
@@ -374,11 +397,11 @@ def _put(text: str, output: Path | None) -> None:
 
 
 @contextmanager
-def _connected_to_run(chosen: Mission, robot: str | None) -> Iterator[System]:
-    """The system for a mission. If none runs, problems of the mission's file are reported first."""
+def _connected_to_run(chosen: Mission, names: Mapping[str, str | None]) -> Iterator[dict[str, System]]:
+    """The systems for a mission. If one does not run, problems of the mission's file are reported first."""
     try:
-        with connect(robot) as system:
-            yield system
+        with connected(names) as systems:
+            yield systems
     except NoSystemError:
         chosen.require_usable()
         raise
@@ -407,13 +430,15 @@ def _refuse_other_robot(mission: Mission, skillset: Skillset) -> None:
 
 
 def _options_with_site(
-    chosen: Mission, asked: dict[str, Any], system: System, console: Console | None
+    chosen: Mission, asked: dict[str, Any], systems: Mapping[str, System], console: Console | None
 ) -> MissionOptions:
-    """Options of a mission: those that the user gives, then those of the site. Raises FaultyMissionError."""
-    known = mission_context(system.target, chosen.name)
+    """Options of a mission: those that the user gives, then those of the site of its only robot. Raises
+    FaultyMissionError."""
+    only = systems.get("")
+    known = {} if only is None else mission_context(only.target, chosen.name)
     site = {key: value for key, value in known.items() if key in chosen.option_names and key not in asked}
     given = chosen.read_options(site | asked)
-    require_fit(chosen, system.skillset, given, system.target.rescue_goal)
+    require_fit(chosen, models_of(systems), given)
     if console is not None and site:
         text = "  ".join(f"{key}={option_text(value)}" for key, value in site.items())
         console.print(f"Options of the site: {text}", highlight=False)

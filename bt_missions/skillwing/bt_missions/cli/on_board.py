@@ -12,6 +12,7 @@ from rich.console import Console
 from skillwing.bt_missions.checking.mission_check import require_fit
 from skillwing.bt_missions.cli.foreground import print_if_open
 from skillwing.bt_missions.cli.watch import SILENCES, ask_latest_status, status_line
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus.reading import message_reader
@@ -66,7 +67,8 @@ def require_tree_fit(name: str, options: dict[str, Any], skillset: Skillset, tar
     """Raise FaultyMissionError for a tree file that does not fit the robot, with places in the file as it is here."""
     if Path(name).suffix == ".xml":
         mission = load_mission(Path(name))
-        require_fit(mission, skillset, mission.read_options(options), target.rescue_goal)
+        robots = {"": RobotModel(skillset, target.rescue_goal)}
+        require_fit(mission, robots, mission.read_options(options))
 
 
 def run_on_board(system: System, request: StartMission, console: Console | None) -> int:

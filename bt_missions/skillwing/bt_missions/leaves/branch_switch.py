@@ -58,7 +58,7 @@ class WaitForSettled(Behaviour):
         self._waits_since = self._context.now()
 
     def update(self) -> Status:
-        stopping = self._context.reaper.unfinished
+        stopping = self._context.unfinished
         if stopping:
             names = ", ".join(sorted({goal.skill for goal in stopping}))
             self.feedback_message = f"waiting until {names} has stopped"

@@ -31,7 +31,8 @@ class ResourceIs(Behaviour):
     """SUCCESS while `resource` is in one of `states`.
 
     Otherwise FAILURE, or with `wait` (seconds of robot time) RUNNING for that long and then FAILURE.
-    question: a failure is the answer to a question, and is not recorded as the reason of a later failure.
+    question: a failure is the answer to a question, and is not recorded as the reason of a later failure. robot: its
+    name, in a mission on several robots. The state of a robot that cannot be reached is not known.
     """
 
     def __init__(
@@ -42,12 +43,15 @@ class ResourceIs(Behaviour):
         *states: str,
         wait: float = 0.0,
         question: bool = False,
+        robot: str | None = None,
     ) -> None:
         super().__init__(name)
         set_caller_location(self)
         self.resource = resource
         self.states = states
-        self._context = context
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.wait = wait
         self.question = question
         self._waits_since = 0.0
@@ -56,7 +60,7 @@ class ResourceIs(Behaviour):
         self._waits_since = self._context.now()
 
     def update(self) -> Status:
-        state = self._context.interface.state(self.resource)
+        state = None if self._context.absence else self._context.interface.state(self.resource)
         self.feedback_message = f"{self.resource} is {state or 'not known'}"
         if state in self.states:
             return Status.SUCCESS
@@ -72,21 +76,32 @@ class ResourceIs(Behaviour):
 class DataCompare(Behaviour):
     """SUCCESS while the comparison of `datum` with `value` by `sign` holds; `position.z` names a field of a datum.
 
-    FAILURE for a datum that is stale or was never received.
+    FAILURE for a datum that is stale or was never received. robot: its name, in a mission on several robots.
     """
 
-    def __init__(self, name: str, context: MissionContext, datum: str, sign: Sign, value: float | str | bool) -> None:
+    def __init__(
+        self,
+        name: str,
+        context: MissionContext,
+        datum: str,
+        sign: Sign,
+        value: float | str | bool,
+        *,
+        robot: str | None = None,
+    ) -> None:
         super().__init__(name)
         set_caller_location(self)
         self.datum, *self.fields = datum.split(".")
-        self._context = context
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.sign: Sign = sign
         self.value = value
 
     def update(self) -> Status:
         path = ".".join([self.datum, *self.fields])
         try:
-            found = read_latest(self._context.interface, self.datum, self.fields)
+            found = read_latest(self._context, self.datum, self.fields)
         except MissingValueError as error:
             return self._fail(str(error))
         if _COMPARE[self.sign](found, self.value):

@@ -8,12 +8,12 @@ observation is what the tree reacts to.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from skillwing.bt_missions.leaves.interface import GoalView, RobotInterface
 from skillwing.bt_missions.leaves.reaper import Reaper
-from skillwing.dsl.model import Skillset
+from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.services.rescue_goal import RescueGoal
 
 
@@ -25,15 +25,17 @@ class RecordWriter(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LeafFailure:
-    """Reason of a leaf's failure: a sentence, and the timeline record of the change behind it."""
+    """Reason of a leaf's failure: a sentence, the timeline record of the change behind it, and the robot."""
 
     text: str
     record: str | None
+    robot: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class BranchSwitch:
-    """A switch of the tree from one branch of `subject` to another, at robot time `t`. record: its timeline record."""
+    """A switch of the tree from one branch of `subject` to another, at robot time `t`. record: its timeline record, in
+    the timeline of `robot`."""
 
     subject: str
     before: str
@@ -41,10 +43,24 @@ class BranchSwitch:
     t: float
     reason: str
     record: str
+    robot: str = ""
+
+
+@dataclass(slots=True)
+class MissionNotes:
+    """Notes of one mission about all of its robots: its branch switches, and the latest failure and observation."""
+
+    switches: list[BranchSwitch] = field(default_factory=list[BranchSwitch])
+    failure: LeafFailure | None = None
+    observation: str = ""
 
 
 class MissionContext:
-    """Shared by all leaves of one mission. now: robot time in seconds. rescue_goal: of the robot, if it has one."""
+    """Shared by all leaves of one mission, or in a mission on several robots by those of one robot.
+
+    now: robot time in seconds. rescue_goal: of the robot, if it has one. robot: its name in a mission on several robots
+    (`robot_group.py`), otherwise empty. notes: of that mission.
+    """
 
     def __init__(
         self,
@@ -53,25 +69,61 @@ class MissionContext:
         now: Callable[[], float],
         write_record: RecordWriter,
         rescue_goal: RescueGoal | None = None,
+        *,
+        robot: str = "",
+        notes: MissionNotes | None = None,
     ) -> None:
         self.interface = interface
         self.skillset = skillset
         self.now = now
         self.rescue_goal = rescue_goal
+        self.robot = robot
+        self.absence = ""
+        """Clause with the reason why this robot cannot be reached; empty for one that is there."""
         self.reaper = Reaper(interface, skillset)
-        self.switches: list[BranchSwitch] = []
-        self.failure: LeafFailure | None = None
-        self.last_observation = ""
+        self._notes = notes or MissionNotes()
         self._write_record = write_record
         self._cause: str | None = None
         self._live: list[GoalView] = []
 
+    @property
+    def robots(self) -> Mapping[str, MissionContext]:
+        """Contexts of the robots of this mission, by name; the only robot has an empty name."""
+        return {self.robot: self}
+
+    def of(self, robot: str | None) -> MissionContext:
+        """The context of a robot; None for the robot of this context. Raises UnknownNameError."""
+        if robot in (None, self.robot):
+            return self
+        raise UnknownNameError("robot of this mission", robot or "", self.robots)
+
+    @property
+    def unfinished(self) -> tuple[GoalView, ...]:
+        """Cancelled goals of this mission that have not ended, or still hold a resource."""
+        return self.reaper.unfinished
+
+    @property
+    def switches(self) -> list[BranchSwitch]:
+        return self._notes.switches
+
+    @property
+    def failure(self) -> LeafFailure | None:
+        return self._notes.failure
+
+    @property
+    def last_observation(self) -> str:
+        return self._notes.observation
+
     def observe(self, text: str, record: str | None, *, failed: bool = False) -> None:
         """Note a change that a leaf has seen. failed: the change made the leaf fail."""
         self._cause = record or self._cause
-        self.last_observation = text
+        self._notes.observation = f"{self.robot}: {text}" if self.robot else text
         if failed:
-            self.failure = LeafFailure(text, record)
+            self._notes.failure = LeafFailure(self._notes.observation, record, self.robot)
+
+    def follow(self, record: str) -> None:
+        """Make a record the cause of what the leaves of this robot do next."""
+        self._cause = record
 
     def start(self, skill: str, inputs: Mapping[str, Any]) -> GoalView:
         """Start a skill, with the latest observation as its cause.
@@ -99,4 +151,4 @@ class MissionContext:
         reason = self.failure.text if self.failure else f"{before} failed"
         cause = self.failure.record if self.failure else None
         self._cause = record = self._write_record(subject, before, after, reason, cause)
-        self.switches.append(BranchSwitch(subject, before, after, self.now(), reason, record))
+        self.switches.append(BranchSwitch(subject, before, after, self.now(), reason, record, self.robot))

@@ -29,7 +29,8 @@ class MayStart(Behaviour):
     robot time) it asks again for that long. The hook `validate` is not called, so that a start may still end NV.
 
     inputs: value of each input of the skill, or a function that returns it; None asks without inputs. question: a
-    failure is the answer to a question, and is not recorded as the reason of a later failure.
+    failure is the answer to a question, and is not recorded as the reason of a later failure. robot: its name, in a
+    mission on several robots.
     """
 
     def __init__(
@@ -41,14 +42,17 @@ class MayStart(Behaviour):
         *,
         wait: float = 0.0,
         question: bool = False,
+        robot: str | None = None,
     ) -> None:
         super().__init__(name)
         set_caller_location(self)
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.skill = skill
         self.inputs = None if inputs is None else plain_inputs(inputs)
         self.wait = wait
         self.question = question
-        self._context = context
         self._asked_since = 0.0
         self._number = 0
         self._answer: Answer | None = None

@@ -7,13 +7,14 @@ from typing import Any, cast
 
 from skillwing.bt_missions.leaves.blackboard_entry import MissingValueError
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.interface import RobotInterface
 
 
-def read_latest(interface: RobotInterface, datum: str, fields: Sequence[str] = ()) -> Any:
+def read_latest(context: MissionContext, datum: str, fields: Sequence[str] = ()) -> Any:
     """The latest value of a datum, or of a field of it. Raises MissingValueError if it is stale or not known."""
     path = ".".join([datum, *fields])
-    reading = interface.reading(datum)
+    if context.absence:
+        raise MissingValueError(f"{path} is not known: {context.absence}")
+    reading = context.interface.reading(datum)
     if reading.stale:
         raise MissingValueError(f"{path} is not known" if reading.t is None else f"{path} is stale")
     found: Any = reading.value
@@ -25,11 +26,13 @@ def read_latest(interface: RobotInterface, datum: str, fields: Sequence[str] = (
 class LatestReading:
     """Input of a skill: the latest reading of a datum at its start. `position.x` names a field of a datum.
 
-    The leaf fails if the reading is stale or not known then.
+    The leaf fails if the reading is stale or not known then. robot: its name, in a mission on several robots.
     """
 
-    def __init__(self, context: MissionContext, path: str) -> None:
-        self._context = context
+    def __init__(self, context: MissionContext, path: str, *, robot: str | None = None) -> None:
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.datum, *self.fields = path.split(".")
 
     @property
@@ -38,4 +41,4 @@ class LatestReading:
 
     def __call__(self) -> Any:
         """The value now. Raises MissingValueError."""
-        return read_latest(self._context.interface, self.datum, self.fields)
+        return read_latest(self._context, self.datum, self.fields)

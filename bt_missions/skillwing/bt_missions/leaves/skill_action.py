@@ -53,6 +53,7 @@ class SkillAction(Behaviour):
     on_end: called with the terminal of the goal, unless the leaf was halted before; `IT` or `RI` if it was held.
     done: inputs that a held goal works off, each with the feedback field that counts it: `{"laps": "laps_done"}`.
     patience: longest wait for cancelled goals that hold what this skill needs, in seconds of robot time.
+    robot: name of the robot, in a mission on several robots. FAILURE while that robot cannot be reached.
 
     A halt (`terminate(INVALID)`) is immediate for the tree, also before the manager has replied, and may be repeated.
     The reaper follows the goal until the robot has stopped.
@@ -70,9 +71,13 @@ class SkillAction(Behaviour):
         on_end: Callable[[Terminal], None] | None = None,
         done: Mapping[str, str] | None = None,
         patience: float = DEFAULT_PATIENCE,
+        robot: str | None = None,
     ) -> None:
         super().__init__(name)
         set_caller_location(self)
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.skill = skill
         self.inputs = plain_inputs(inputs or {})
         self.outputs = dict(outputs or {})
@@ -80,7 +85,6 @@ class SkillAction(Behaviour):
         self.on_end = on_end
         self.done = dict(done or {})
         self.patience = patience
-        self._context = context
         self._phase = GoalPhase.IDLE
         self._goal: GoalView | None = None
         self._ending: str | None = None
@@ -88,7 +92,7 @@ class SkillAction(Behaviour):
         self._gates = PauseGates(skill)
         self._held_goal: GoalView | None = None
         self._values = SkillInputs(skill, self.inputs, self.done)
-        self._retry = StartRetry(skill, context.reaper)
+        self._retry = StartRetry(skill, self._context.reaper)
         _refuse_bad_outcomes(name, self.outcomes)
         for entry in self.outputs.values():
             entry.announce()
@@ -135,12 +139,17 @@ class SkillAction(Behaviour):
             return self._continue_when_open()
         if self._phase is GoalPhase.WAITING:
             return self._start_when_free()
-        goal = self._goal
-        assert goal is not None, "a leaf that has sent something has a goal"
+        assert self._goal is not None, "a leaf that has sent something has a goal"
+        return self._follow_goal(self._goal)
+
+    def _follow_goal(self, goal: GoalView) -> Status:
         if goal.terminal is not None:
             if self._gates.explain(goal.terminal):
                 return self._hold(goal, goal.terminal.reason)
             return self._conclude(goal, goal.terminal)
+        if self._context.absence:
+            self._context.cancel(goal)
+            return self._fail(f"{self.skill} cannot be followed: {self._context.absence}", None)
         reason = self._gates.blocked_by()
         if reason is not None:
             self._context.cancel(goal)
@@ -167,6 +176,8 @@ class SkillAction(Behaviour):
     # --- start
 
     def _start_when_free(self) -> Status:
+        if self._context.absence:
+            return self._fail(f"{self.skill} was not started: {self._context.absence}", None)
         try:
             reason = self._gates.blocked_by()
             if reason is not None:

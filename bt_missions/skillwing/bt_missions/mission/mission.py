@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -44,18 +44,23 @@ class MissionTrees:
     """Trees of a mission.
 
     root: carries it out. rescue: brings the robot to its rescue goal after an abort, an exception in a leaf, or an end
-    of `root` away from that goal. A robot without a rescue goal needs none. unused: other trees of the same file,
-    which are checked but not run.
+    of `root` away from that goal. A robot without a rescue goal needs none. rescues: the same for each robot of a
+    mission on several, by its name. unused: other trees of the same file, which are checked but not run.
     """
 
     root: Behaviour
     rescue: Behaviour | None = None
     progress: Callable[[], Progress] = Progress
     unused: tuple[Behaviour, ...] = ()
+    rescues: Mapping[str, Behaviour] = field(default_factory=dict[str, Behaviour])
 
     @property
     def all(self) -> tuple[Behaviour, ...]:
-        return (self.root, *(() if self.rescue is None else (self.rescue,)), *self.unused)
+        return (self.root, *(() if self.rescue is None else (self.rescue,)), *self.rescues.values(), *self.unused)
+
+    def rescue_of(self, robot: str) -> Behaviour | None:
+        """The rescue of a robot; an empty name stands for the only one."""
+        return self.rescues.get(robot) if robot else self.rescue
 
 
 class Mission(ABC):
@@ -63,11 +68,13 @@ class Mission(ABC):
 
     name: as in `skillwing mission run NAME`. summary: one sentence. Options: its options with defaults.
     needs: for each resource, the states in one of which it has to be before the first tick. owner_grace: wall time in
-    seconds, at most 60, for which goals run on while the link between mission and robot is away.
+    seconds, at most 60, for which goals run on while the link between mission and robot is away. robots: names of the
+    robots of a mission on several; `needs` then has `left.pad` for the resource `pad` of `left`.
     """
 
     name: str
     summary: str
+    robots: tuple[str, ...] = ()
     needs: Mapping[str, tuple[str, ...]] = MappingProxyType({})
     owner_grace: float = 0.0
     Options: type[MissionOptions] = MissionOptions
@@ -117,3 +124,9 @@ class Mission(ABC):
             name: str(UnknownNameError(f"option of {self.name}", name, names)) for name in given if name not in names
         }
         return read_values(given, self.Options, unknown)
+
+
+def split_need(name: str, *, several: bool) -> tuple[str, str]:
+    """Robot and resource of a need: `left` and `pad` for `left.pad`; no robot in a mission on one robot."""
+    robot, _, resource = name.rpartition(".") if several else ("", "", name)
+    return robot, resource

@@ -48,11 +48,15 @@ class LinkPatience:
 
 
 class LinkWait:
-    """Shell of `LinkPatience` on the mission's bus. Call `begin` when the mission begins to run."""
+    """Shell of `LinkPatience` on the mission's bus. Call `begin` when the mission begins to run.
 
-    def __init__(self, bus: Bus, grace: float) -> None:
+    connected: the state of the link, by default that of the bus; of several robots any is enough.
+    """
+
+    def __init__(self, bus: Bus, grace: float, connected: Callable[[], bool] | None = None) -> None:
         self.grace = grace
         self._bus = bus
+        self._connected = connected or (lambda: bus.connected)
         self._patience = LinkPatience(grace)
         self._state = Link.UP
         self._timer: Handle | None = None
@@ -66,7 +70,7 @@ class LinkWait:
         """Look at the link from now on. on_back: the mission can go on. on_over: it cannot, after its whole grace."""
 
         def look() -> None:
-            before, self._state = self._state, self._patience.look(connected=self._bus.connected, now=self._bus.wall())
+            before, self._state = self._state, self._patience.look(connected=self._connected(), now=self._bus.wall())
             if self._state is Link.OVER:
                 on_over()
                 return

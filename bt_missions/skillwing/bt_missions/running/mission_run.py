@@ -12,7 +12,7 @@ Stages in this order:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 
 from py_trees.behaviour import Behaviour
@@ -25,7 +25,8 @@ from skillwing.bt_missions.running.leaf_errors import mark_raising_leaf
 from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
 from skillwing.bt_missions.running.publisher import MissionPublisher
-from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog, Readiness, RescueCheck
+from skillwing.bt_missions.running.robots_of_run import RobotOfRun, RobotsOfRun, rescue_tree, rescued_words
+from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog
 from skillwing.services.bus import Bus, Handle
 from skillwing.services.protocol import MissionPhase
 
@@ -48,11 +49,14 @@ class RunStage(StrEnum):
 
 
 class MissionRun:
-    """Runs `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes."""
+    """Runs `trees` for `mission`. It needs a tick after each change, and calls `wake` after its own changes.
+
+    buses: of the robots, in their order; all have one thread.
+    """
 
     def __init__(
         self,
-        bus: Bus,
+        buses: Sequence[Bus],
         mission: Mission,
         trees: MissionTrees,
         context: MissionContext,
@@ -60,17 +64,16 @@ class MissionRun:
         wake: Callable[[], None],
         link: LinkWait,
     ) -> None:
-        self._bus = bus
+        self._buses = tuple(buses)
         self._trees = trees
         self._mission_file = mission.file
         self._context = context
         self._publisher = publisher
         self._wake = wake
         self._link = link
-        self._readiness = Readiness(context.interface, mission.needs)
-        goal = context.rescue_goal
-        self._goal_words = ("safe", "the rescue") if goal is None else (goal.reached, goal.action)
-        self._safety = RescueCheck(context.interface, context.skillset, goal, mission.needs)
+        self._robots = RobotsOfRun(mission, context, trees)
+        self._rescued: tuple[RobotOfRun, ...] = self._robots.rescuable
+        """The robots of the rescue that runs, or that would run now."""
         self._stage = RunStage.WAITING
         self._outcome = MissionPhase.IDLE, ""
         self._abort_reason: str | None = None
@@ -92,15 +95,15 @@ class MissionRun:
     @property
     def rescue_action(self) -> str | None:
         """Noun for the second tree; None without one."""
-        return None if self._trees.rescue is None else self._goal_words[1]
+        return self._robots.rescue_action
 
     def cancel_at_end(self, *handles: Handle) -> None:
         """Cancel these when the run is over."""
         self._at_end += handles
 
-    def time_is_known(self) -> None:
-        """Note that robot time is known from now on."""
-        self._readiness.time_is_known = True
+    def time_is_known(self, robot: str) -> None:
+        """Note that the time of a robot is known from now on."""
+        self._robots.time_is_known(robot)
         self._wake()
 
     def tick(self) -> None:
@@ -122,7 +125,11 @@ class MissionRun:
         if self._stage in (RunStage.RUNNING, RunStage.RESCUING) and self._publisher.publish_tree():
             self._publish_progress()
             # The next tick may continue from what this one changed, such as the end of a round.
-            self._bus.after(SETTLED_TICK, self._wake)
+            self._after(SETTLED_TICK, self._wake)
+
+    def _after(self, delay: float, action: Callable[[], None]) -> list[Handle]:
+        """Call `action` after this robot time of any robot: the time of one that is lost stands still."""
+        return [bus.after(delay, action) for bus in self._buses]
 
     # --- requests of the operator
 
@@ -164,13 +171,14 @@ class MissionRun:
     # --- wait for the robot
 
     def _start_when_ready(self) -> None:
-        missing = self._readiness.missing
+        missing = self._robots.missing
         if not missing:
             self._stage = RunStage.RUNNING
             self._has_run = True
-            self._safety.begin()
+            self._robots.begin()
             self._publisher.enter(MissionPhase.RUNNING, "the robot is ready")
-            self._at_end.append(ClockWatchdog(self._bus, self._give_up_for_clock, lambda: self._link.is_away))
+            now, is_away = self._context.now, lambda: self._link.is_away
+            self._at_end.append(ClockWatchdog(self._buses[0], now, self._give_up_for_clock, is_away))
             self._at_end.append(self._link.begin(self._wake, self._give_up_for_link))
             self._tick_root()
         elif self._publisher.status.text != missing:
@@ -179,11 +187,11 @@ class MissionRun:
     def give_up_waiting(self, waited: float) -> None:
         """End the mission if the robot is not ready after so many seconds."""
         if self._stage is RunStage.WAITING:
-            self.give_up(f"The robot did not get ready within {waited:g} s ({self._readiness.missing}).")
+            self.give_up(f"The robot did not get ready within {waited:g} s ({self._robots.missing}).")
 
     def give_up_away(self) -> None:
         """End the mission if it waits for a robot that is away from its rescue goal, and that nobody commands."""
-        refusal = self._safety.refusal
+        refusal = self._robots.refusal
         if self._stage is RunStage.WAITING and refusal is not None:
             self.give_up(refusal)
 
@@ -200,11 +208,11 @@ class MissionRun:
         status = self._tick_tree(self._tree)
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
-            reached, action = self._goal_words
+            reached, action = rescued_words(self._rescued)
             done = status is Status.SUCCESS
-            rescued = f"the robot is {reached}" if done else f"{action} failed: {self._failure_text()}"
+            rescued = reached if done else f"{action} failed: {self._failure_text()}"
             # A rescue that a person prevents may become possible again. One that fails by itself is not repeated.
-            self._looks_again = not self._safety.is_due
+            self._looks_again = not self._robots.due
             self._end(phase, _joined(text, rescued), rescue=False)
 
     def _tick_tree(self, tree: Behaviour) -> Status:
@@ -215,7 +223,7 @@ class MissionRun:
             text = mark_raising_leaf(tree, error, self._mission_file)
             if self._stage is RunStage.RESCUING:
                 phase, reason = self._outcome
-                self._end(phase, _joined(reason, f"during {self._goal_words[1]} {text}"), rescue=False)
+                self._end(phase, _joined(reason, f"during {self.rescue_action} {text}"), rescue=False)
             else:
                 self._end(MissionPhase.FAILED, text, rescue=True)
             return Status.INVALID
@@ -230,17 +238,16 @@ class MissionRun:
         return _joined(first, *(f"then {reason}" for reason in later))
 
     @property
-    def _failure_cause(self) -> str | None:
-        """Record of the first of these reasons: the switch to the last branch, else the last failure."""
+    def _failure_cause(self) -> Mapping[str, str | None]:
+        """Record of the first of these reasons, by robot: the switch to the last branch, else the last failure."""
         switch = next((each for each in self._context.switches if each.subject == "mission"), None)
-        if switch is not None:
-            return switch.record
-        return self._context.failure.record if self._context.failure else None
+        first = switch or self._context.failure
+        return {} if first is None else {first.robot: first.record}
 
     def _show(self, tree: Behaviour) -> None:
         """Run and publish this tree from now on."""
         self._tree = tree
-        self._pause = PauseControl(tree, self._context.interface)
+        self._pause = PauseControl(tree, self._context)
         self._publisher.show(tree, self._trees.progress)
 
     def _publish_progress(self) -> None:
@@ -257,12 +264,15 @@ class MissionRun:
         state = self._pause.state
         if state.phase != self._publisher.status.phase:
             text = reason or state.reason or self._context.last_observation
-            self._context.observe(text, self._publisher.enter(state.phase, text, state.cause))
+            records = self._publisher.enter(state.phase, text, {state.robot: state.cause})
+            for name, own in self._context.robots.items():
+                own.follow(records[name])
+            self._context.observe(text, None)
         return state
 
     @property
     def _rescue_text(self) -> str:
-        return _joined(self._outcome[1], self._goal_words[1])
+        return _joined(self._outcome[1], self.rescue_action or "")
 
     # --- end
 
@@ -293,7 +303,7 @@ class MissionRun:
         if self._stage is RunStage.OVER:
             return
         phase, before = self._outcome
-        where = f", with the robot {self._safety.where}" if self._safety.is_away else ""
+        where = f", with the robot {self._robots.where}" if self._robots.where else ""
         after = f"; before that: {before}" if before else ""
         self._system_is_there = False
         text = f"the system was stopped under it{where}{after}"
@@ -303,8 +313,8 @@ class MissionRun:
     def _end(self, phase: MissionPhase, text: str, *, rescue: bool) -> None:
         """Halt the tree. Then rescue the robot with the second tree, or wait for the goals to stop."""
         self._stop_tree(phase, text)
-        if rescue and self._trees.rescue is not None:
-            self._begin_rescue(self._trees.rescue)
+        if rescue and self._robots.rescuable:
+            self._begin_rescue(self._robots.rescuable)
         else:
             self._settle()
 
@@ -315,9 +325,9 @@ class MissionRun:
         self._stage = RunStage.CHECKING
         self._check_place()
         if self._stage is RunStage.CHECKING:
-            waits = f"waiting for the robot's report of {self._safety.reported} ({self._safety.where} so far)"
+            waits = f"waiting for the robot's report of {self._robots.reported} ({self._robots.where} so far)"
             self._publisher.publish(MissionPhase.RUNNING, _joined(text, waits))
-            self._at_end.append(self._bus.after(ARRIVAL_REPORT, self._note_overdue_report))
+            self._at_end += self._after(ARRIVAL_REPORT, self._note_overdue_report)
 
     def _note_overdue_report(self) -> None:
         self._report_is_overdue = True
@@ -325,16 +335,16 @@ class MissionRun:
 
     def _check_place(self) -> None:
         """Rescue a robot that stays away. The end of the skill may arrive before the robot reports its new state."""
-        rescue = self._trees.rescue
-        if rescue is None or not self._safety.is_due:
+        due = self._robots.due
+        if not due:
             self._settle()
         elif self._report_is_overdue:
-            self._rescue_after_all(rescue)
+            self._rescue_after_all(due)
 
-    def _rescue_after_all(self, rescue: Behaviour) -> None:
+    def _rescue_after_all(self, due: tuple[RobotOfRun, ...]) -> None:
         phase, text = self._outcome
-        self._outcome = phase, _joined(text, f"it ended {self._safety.where}")
-        self._begin_rescue(rescue)
+        self._outcome = phase, _joined(text, f"it ended {self._robots.where}")
+        self._begin_rescue(due)
 
     def _stop_tree(self, phase: MissionPhase, text: str) -> None:
         self._outcome = phase, text
@@ -345,24 +355,25 @@ class MissionRun:
             self._outcome = phase, _joined(text, f"halting the tree raised {type(error).__name__}: {error}")
         self._context.cancel_all()
 
-    def _begin_rescue(self, rescue: Behaviour) -> None:
+    def _begin_rescue(self, robots: tuple[RobotOfRun, ...]) -> None:
         if self._settle_timer is not None:
             self._settle_timer.cancel()
         self._stage = RunStage.RESCUING
-        self._show(rescue)
+        self._rescued = robots
+        self._show(rescue_tree(robots))
 
     def _settle(self) -> None:
         self._stage = RunStage.STOPPING
-        self._settle_timer = self._bus.after(SETTLE_TIMEOUT, self._finish, wall=True)
+        self._settle_timer = self._buses[0].after(SETTLE_TIMEOUT, self._finish, wall=True)
         self._at_end.append(self._settle_timer)
 
     def _finish_when_stopped(self) -> None:
         """Finish when every goal has stopped. If a person gives the robot back meanwhile, rescue it first."""
-        rescue = self._trees.rescue
-        if self._looks_again and rescue is not None and self._safety.is_due:
+        due = self._robots.due
+        if self._looks_again and due:
             self._looks_again = False
-            self._rescue_after_all(rescue)
-        elif not self._context.reaper.unfinished:
+            self._rescue_after_all(due)
+        elif not self._context.unfinished:
             self._finish()
 
     def _finish(self) -> None:
@@ -370,14 +381,14 @@ class MissionRun:
         if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome
-        running = self._context.reaper.unfinished
+        running = self._context.unfinished
         if running:
             text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
         self._conclude(phase, text)
 
     def _conclude(self, phase: MissionPhase, text: str) -> None:
         self._stage = RunStage.OVER
-        self._publisher.enter(phase, text, self._failure_cause if phase is MissionPhase.FAILED else None)
+        self._publisher.enter(phase, text, self._failure_cause if phase is MissionPhase.FAILED else {})
         for handle in self._at_end:
             handle.cancel()
 

@@ -9,6 +9,7 @@ import msgspec
 
 from skillwing.bt_missions.checking.mission_check import require_fit
 from skillwing.bt_missions.library import find_mission
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl import load
 from skillwing.services.options import required
@@ -28,5 +29,5 @@ def make_mission_on_board(options: dict[str, Any]) -> MissionNode:
     known = {name: value for name, value in site.items() if name in mission.option_names}
     given = mission.read_options(known | options.get("options", {}))
     goal = msgspec.convert(options.get("rescue_goal"), RescueGoal | None)
-    require_fit(mission, skillset, given, goal)
+    require_fit(mission, {"": RobotModel(skillset, goal)}, given)
     return MissionNode(mission, skillset, given, rescue_goal=goal, ends_process=True)

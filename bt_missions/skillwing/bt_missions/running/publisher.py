@@ -2,66 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
+from msgspec.structs import replace
 from py_trees.behaviour import Behaviour
 
+from skillwing.bt_missions.leaves.context import RecordWriter
 from skillwing.bt_missions.mission.mission import Progress
 from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
-from skillwing.services.bus import Bus, Publisher
+from skillwing.services.bus import Bus
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline
 
 
 class MissionPublisher:
-    """Publishes for one mission. `status` is the latest that was published; each one goes to `on_status` too.
+    """Publishes for one mission, to each of its robots. `status` is the latest that was published; each one goes to
+    `on_status` too. Times are those of the first robot.
 
-    rescue: as in the status.
+    rescue: as in the status. keys: of the robots, by name.
     """
 
     rescue = ""
 
-    def __init__(self, mission: str, keys: Keys, on_status: Callable[[MissionStatus], None]) -> None:
+    def __init__(self, mission: str, keys: Mapping[str, Keys], on_status: Callable[[MissionStatus], None]) -> None:
         self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
-        self._keys = keys
+        self._keys = dict(keys)
         self._on_status = on_status
 
-    def attach(self, bus: Bus) -> None:
-        self._bus = bus
-        self._timeline = Timeline(bus, self._keys)
-        self._status_out: Publisher = bus.advertise(self._keys.mission_status, events=True)
-        self._tree_out: Publisher = bus.advertise(self._keys.mission_tree, events=True)
+    def attach(self, buses: Mapping[str, Bus]) -> None:
+        self._buses = dict(buses)
+        keys = self._keys
+        self._timelines = {name: Timeline(bus, keys[name]) for name, bus in buses.items()}
+        self._status_out = {name: bus.advertise(keys[name].mission_status, events=True) for name, bus in buses.items()}
+        self._tree_out = {name: bus.advertise(keys[name].mission_tree, events=True) for name, bus in buses.items()}
 
     def show(self, tree: Behaviour, progress: Callable[[], Progress]) -> None:
         """Publish this tree and this progress from now on."""
         self._tree = SnapshotBuilder(tree)
         self._progress = progress
 
-    def record(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
-        """Write a record of kind MISSION to the timeline; returns its id. A `RecordWriter` for leaves."""
-        return self._timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=cause)
+    def records(
+        self, subject: str, before: str | None, after: str, text: str, causes: Mapping[str, str | None]
+    ) -> dict[str, str]:
+        """Write a record of kind MISSION to the timeline of each robot; returns its id in each. A cause is a record of
+        the same robot."""
+        return {
+            name: timeline.record(RecordKind.MISSION, subject, before, after, text=text, cause=causes.get(name))
+            for name, timeline in self._timelines.items()
+        }
+
+    def writer(self, robot: str) -> RecordWriter:
+        """Function that writes such a record for the leaves of one robot."""
+
+        def write(subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
+            return self.records(subject, before, after, text, {robot: cause})[robot]
+
+        return write
 
     # --- status
 
-    def enter(self, phase: MissionPhase, text: str, cause: str | None = None) -> str:
-        """Publish another phase, and record it in the timeline. Returns the id of the record."""
-        record = self.record(self.status.mission, self.status.phase, phase, text, cause)
+    def enter(
+        self, phase: MissionPhase, text: str, causes: Mapping[str, str | None] = MappingProxyType({})
+    ) -> Mapping[str, str]:
+        """Publish another phase, and record it in the timelines. Returns the ids of the records."""
+        records = self.records(self.status.mission, self.status.phase, phase, text, causes)
         self.publish(phase, text)
-        return record
+        return records
 
     def publish(self, phase: MissionPhase, text: str) -> None:
         progress = self._progress()
         self.status = MissionStatus(
             mission=self.status.mission,
             phase=phase,
-            t=self._bus.now(),
+            t=self._now(),
             text=text,
             rescue=self.rescue,
             waypoint=progress.waypoint,
             waypoints=progress.waypoints,
             goal=progress.goal,
         )
-        self._status_out.put(encode(self.status))
+        for name, out in self._status_out.items():
+            out.put(encode(replace(self.status, t=self._buses[name].now())))
         self._on_status(self.status)
 
     def publish_if_changed(self, phase: MissionPhase, text: str) -> None:
@@ -75,11 +97,15 @@ class MissionPublisher:
     @property
     def snapshot(self) -> TreeSnapshot:
         """The latest tree that was published."""
-        return TreeSnapshot(mission=self.status.mission, t=self._bus.now(), nodes=self._tree.nodes)
+        return TreeSnapshot(mission=self.status.mission, t=self._now(), nodes=self._tree.nodes)
 
     def publish_tree(self) -> bool:
         """Publish the tree if it has changed. Returns True if it has."""
         if not self._tree.update():
             return False
-        self._tree_out.put(encode(self.snapshot))
+        for name, out in self._tree_out.items():
+            out.put(encode(replace(self.snapshot, t=self._buses[name].now())))
         return True
+
+    def _now(self) -> float:
+        return next(iter(self._buses.values())).now()

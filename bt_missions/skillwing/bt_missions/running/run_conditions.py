@@ -105,14 +105,17 @@ class RescueCheck:
 class ClockWatchdog:
     """Calls `on_still` once robot time stands still for `CLOCK_TIMEOUT`: then no deadline in robot time would pass.
 
-    is_excused: robot time cannot be heard now, so that its silence means nothing.
+    now: robot time. is_excused: robot time cannot be heard now, so that its silence means nothing.
     """
 
-    def __init__(self, bus: Timers, on_still: Callable[[], None], is_excused: Callable[[], bool]) -> None:
+    def __init__(
+        self, bus: Timers, now: Callable[[], float], on_still: Callable[[], None], is_excused: Callable[[], bool]
+    ) -> None:
         self._bus = bus
+        self._now = now
         self._on_still = on_still
         self._is_excused = is_excused
-        self._check_later(bus.now())
+        self._check_later(now())
 
     def cancel(self) -> None:
         self._handle.cancel()
@@ -121,7 +124,7 @@ class ClockWatchdog:
         self._handle: Handle = self._bus.after(CLOCK_TIMEOUT, lambda: self._check(last), wall=True)
 
     def _check(self, last: float) -> None:
-        now = self._bus.now()
+        now = self._now()
         if now > last or self._is_excused():
             self._check_later(now)
         else:

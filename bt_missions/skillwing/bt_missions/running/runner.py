@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from skillwing.bt_missions.checking.mission_check import draft_and_check
-from skillwing.bt_missions.leaves.context import MissionContext
+from skillwing.bt_missions.leaves.context import MissionContext, MissionNotes
+from skillwing.bt_missions.leaves.robot_group import RobotGroup
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
+from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.mission_run import MissionRun
 from skillwing.bt_missions.running.operator_requests import serve_operator_requests
 from skillwing.bt_missions.running.publisher import MissionPublisher
+from skillwing.bt_missions.running.robot_presence import RobotPresence
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
-from skillwing.services.bus import Bus
+from skillwing.services.bus import Bus, Handle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.names import MISSION
@@ -55,7 +58,7 @@ def make_mission(options: dict[str, Any]) -> MissionNode:
 
 
 class MissionNode:
-    """Runs `mission` on the robot with this `skillset` and this rescue goal.
+    """Runs `mission` on the robot with this `skillset` and this rescue goal, or on several robots: `on_robots`.
 
     `status` is the latest MissionStatus, which also goes to `on_status`. It is the final one when `over` is True.
     Then every goal has ended, or had its time to end, unless the system was stopped.
@@ -79,11 +82,39 @@ class MissionNode:
         ends_process: bool = False,
         on_status: Callable[[MissionStatus], None] = lambda status: None,
     ) -> None:
+        robots = {"": RobotModel(skillset, rescue_goal)}
+        self._set_up(mission, robots, options, ready_timeout, owner_grace, ends_process, on_status)
+
+    @classmethod
+    def on_robots(
+        cls,
+        mission: Mission,
+        robots: Mapping[str, RobotModel],
+        options: MissionOptions,
+        *,
+        ready_timeout: float = READY_TIMEOUT,
+        owner_grace: float = 0.0,
+        on_status: Callable[[MissionStatus], None] = lambda status: None,
+    ) -> MissionNode:
+        """A node for a mission on several robots, by name. It is attached by `attach_to`."""
+        node = cls.__new__(cls)
+        node._set_up(mission, robots, options, ready_timeout, owner_grace, ends_process=False, on_status=on_status)
+        return node
+
+    def _set_up(
+        self,
+        mission: Mission,
+        robots: Mapping[str, RobotModel],
+        options: MissionOptions,
+        ready_timeout: float,
+        owner_grace: float,
+        ends_process: bool,
+        on_status: Callable[[MissionStatus], None],
+    ) -> None:
         self.mission = mission
-        self._skillset = skillset
-        self._keys = Keys(skillset.name)
+        self._robots = dict(robots)
+        self._keys = {name: Keys(model.skillset.name) for name, model in robots.items()}
         self._options = options
-        self._rescue_goal = rescue_goal
         self._ready_timeout = ready_timeout
         self._owner_grace = owner_grace
         self._ends_process = ends_process
@@ -115,29 +146,65 @@ class MissionNode:
         return self._publisher.snapshot
 
     def attach(self, bus: Bus) -> None:
-        self._bus = bus
-        self._publisher.attach(bus)
-        interface = SkillsetInterface(
-            *(bus, self._skillset), client=self.name, owns_goals=True, owner_grace=self._owner_grace
-        )
-        context = MissionContext(interface, self._skillset, bus.now, self._publisher.record, self._rescue_goal)
+        self.attach_to({"": bus})
+
+    def attach_to(self, buses: Mapping[str, Bus]) -> None:
+        """Attach the node to each of its robots. All buses have one thread: that of the first one."""
+        self._buses = dict(buses)
+        self._bus = next(iter(buses.values()))
+        self._publisher.attach(buses)
+        grace = self._owner_grace
+        interfaces = {
+            name: SkillsetInterface(
+                *(bus, self._robots[name].skillset), client=self.name, owns_goals=True, owner_grace=grace
+            )
+            for name, bus in buses.items()
+        }
+        context = self._context(interfaces)
         trees, problems = draft_and_check(self.mission, context, self._options)
-        link = LinkWait(bus, self._owner_grace)
-        self._run = MissionRun(bus, self.mission, trees, context, self._publisher, self._wake, link)
+        link = LinkWait(self._bus, self._owner_grace, lambda: any(bus.connected for bus in self._buses.values()))
+        self._run = MissionRun(tuple(buses.values()), self.mission, trees, context, self._publisher, self._wake, link)
+        for name, bus in buses.items():
+            self._run.cancel_at_end(*self._declared(name, bus, interfaces[name], context.robots[name]))
         self._run.cancel_at_end(
-            # A timer in robot time fires only once that time is known.
-            bus.after(0.0, self._run.time_is_known),
-            *serve_operator_requests(bus, self._keys, self),
-            interface.on_change(self._wake),
-            bus.every(TICK_PERIOD, self._wake),
-            bus.after(AWAY_TIMEOUT, self._run.give_up_away, wall=True),
-            bus.after(self._ready_timeout, lambda: self._run.give_up_waiting(self._ready_timeout), wall=True),
-            bus.declare_alive(self._keys.alive(self.name)),
+            self._bus.after(AWAY_TIMEOUT, self._run.give_up_away, wall=True),
+            self._bus.after(self._ready_timeout, lambda: self._run.give_up_waiting(self._ready_timeout), wall=True),
         )
         if problems:
             listed = "".join(f"\n  {problem}" for problem in problems)
             self._run.give_up(f"The mission does not fit this robot:{listed}")
         self._wake()
+
+    def _context(self, interfaces: Mapping[str, SkillsetInterface]) -> MissionContext:
+        notes = MissionNotes()
+        contexts = {
+            name: MissionContext(
+                interfaces[name],
+                model.skillset,
+                self._buses[name].now,
+                self._publisher.writer(name),
+                model.rescue_goal,
+                robot=name,
+                notes=notes,
+            )
+            for name, model in self._robots.items()
+        }
+        return contexts.get("") or RobotGroup(contexts, notes, self._publisher.records)
+
+    def _declared(
+        self, name: str, bus: Bus, interface: SkillsetInterface, context: MissionContext
+    ) -> tuple[Handle, ...]:
+        """Declarations and timers at one robot, until the end of the run."""
+        presence = (RobotPresence(bus, self._keys[name], context, self._wake),) if name else ()
+        return (
+            # A timer in robot time fires only once that time is known.
+            bus.after(0.0, lambda: self._run.time_is_known(name)),
+            *serve_operator_requests(bus, self._keys[name], self),
+            interface.on_change(self._wake),
+            bus.every(TICK_PERIOD, self._wake),
+            bus.declare_alive(self._keys[name].alive(self.name)),
+            *presence,
+        )
 
     def detach(self) -> None:
         """Interrupt what still runs and publish the end of the mission, without waiting for replies."""

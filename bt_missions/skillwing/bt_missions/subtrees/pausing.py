@@ -18,7 +18,7 @@ from py_trees.decorators import Decorator
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import set_caller_location
-from skillwing.dsl.model import Skillset
+from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.dsl.queries import checks_of, needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
 
@@ -40,7 +40,8 @@ class WhileGranted(Decorator):
     """Runs its child while `resource` is in one of `states`. At other times it holds the skills that need the resource.
 
     FAILURE when that lasts for more than `patience` seconds of robot time, or when `ended_by` happens meanwhile. For
-    example: a person keeps the robot, or has put it away.
+    example: a person keeps the robot, or has put it away. robot: its name, in a mission on several robots; skills of
+    others are not held.
     """
 
     def __init__(
@@ -53,18 +54,22 @@ class WhileGranted(Decorator):
         states: tuple[str, ...],
         patience: float,
         ended_by: StateChange,
+        robot: str | None = None,
     ) -> None:
         super().__init__(name, child)
         set_caller_location(self)
+        self._context = context.of(robot)
+        self.robot = self._context.robot
+        self.skillset = self._context.skillset
         self.resource = resource
         self.states = states
         self.patience = patience
         self.ended_by = ended_by
-        self._context = context
         self._gone_since: float | None = None
         self._can_end = False
         for leaf in _skills_below(child):
-            leaf.follow(self)
+            if leaf.robot == self.robot:
+                leaf.follow(self)
 
     @property
     def reason(self) -> str | None:
@@ -144,7 +149,7 @@ class Pausable(Composite):
         self._context = context
         self._paused: str | None = None
         self._again_at = 0.0
-        self.held = tuple(paused_skills(body, meanwhile, context.skillset))
+        self.held = tuple(paused_skills(body, meanwhile))
         for leaf in self.held:
             leaf.follow(self)
 
@@ -210,16 +215,15 @@ class Pausable(Composite):
             self._again_at = self._context.now() + AGAIN_AFTER
 
 
-def paused_skills(body: Behaviour, meanwhile: Behaviour, skillset: Skillset) -> Iterator[SkillAction]:
+def paused_skills(body: Behaviour, meanwhile: Behaviour) -> Iterator[SkillAction]:
     """The leaves of `body` that a pause holds: all but those that run beside a skill in the way of `meanwhile`.
 
     A skill is in the way if it takes a resource that a skill of `meanwhile` takes. Such a skill is always held. A
     `meanwhile` that takes nothing of `body` holds all of it, so no pause leaves the only running skill running.
     """
-    taken = {skill.name: frozenset(taken_by(skill)) for skill in skillset.skills}
 
-    def resources(node: Behaviour) -> frozenset[str]:
-        return frozenset[str]().union(*(taken.get(leaf.skill, ()) for leaf in _skills_below(node)))
+    def resources(node: Behaviour) -> frozenset[tuple[str, str]]:
+        return frozenset[tuple[str, str]]().union(*(_taken(leaf) for leaf in _skills_below(node)))
 
     claimed = resources(meanwhile)
 
@@ -227,7 +231,11 @@ def paused_skills(body: Behaviour, meanwhile: Behaviour, skillset: Skillset) -> 
         if isinstance(node, SkillAction) and not (goes_on and claimed.isdisjoint(resources(node))):
             yield node
         for child in node.children:
-            others = [each for each in node.children if each is not child] if isinstance(node, Parallel) else []
+            others = (
+                [each for each in node.children if each is not child]
+                if isinstance(node, Parallel | ParallelAll)
+                else []
+            )
             yield from held(child, goes_on=goes_on or any(claimed & resources(each) for each in others))
 
     return held(body, goes_on=False)
@@ -238,6 +246,12 @@ def _failure_text(condition: Behaviour) -> str:
     leaf = condition.tip() or condition
     said = leaf.feedback_message
     return f"its condition `{condition.name}` does not hold" if said in ("", *_MESSAGES_OF_PY_TREES) else said
+
+
+def _taken(leaf: SkillAction) -> Iterator[tuple[str, str]]:
+    """Robot and name of each resource that the skill of a leaf takes; none for an unknown skill."""
+    skill = next((each for each in leaf.skillset.skills if each.name == leaf.skill), None)
+    return ((leaf.robot, resource) for resource in (taken_by(skill) if skill else ()))
 
 
 def _skills_below(node: Behaviour) -> Iterator[SkillAction]:

@@ -18,7 +18,6 @@ from skillwing.bt_missions.tree_skill.composition import RLC, read_composition
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem, by_place
-from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Skill, Skillset
@@ -68,7 +67,7 @@ def tree_skill_problems(source: TreeFile, skillset: Skillset, skill: str) -> lis
     """All problems of a tree file as the body of a skill, by line. A skill may be missing in the skillset."""
     own = _find(skill, skillset)
     context = offline_context(skillset)
-    builder = Builder(source, node_types(skillset), context)
+    builder = Builder(source, context)
     blackboard = Blackboard(may_be_empty=own is None)
     for field in own.inputs if own else ():
         blackboard.entry(field.name).set(default_value(field))
@@ -111,7 +110,7 @@ def call_paths(skills: Iterable[str], calls: Mapping[str, frozenset[str]]) -> It
 def called_skills(source: TreeFile, skillset: Skillset) -> frozenset[str]:
     """The skills that any tree of a file starts."""
     context = offline_context(skillset)
-    builder = Builder(source, node_types(skillset), context)
+    builder = Builder(source, context)
     trees = [builder.build(name, Blackboard(may_be_empty=True)) for name in source.trees]
     return frozenset(leaf.skill for tree in trees for leaf in _leaves(tree))
 
@@ -124,7 +123,7 @@ def _problems_of_called(
     source: TreeFile, skillset: Skillset, own: Skill | None, bodies: Mapping[str, TreeFile]
 ) -> Iterator[FileProblem]:
     """Problems with resources that only the trees of called skills take. own: None if it is missing."""
-    builder = Builder(source, node_types(skillset), offline_context(skillset))
+    builder = Builder(source, offline_context(skillset))
     root = builder.build(source.main, Blackboard(may_be_empty=True))
     calls = {name: called_skills(body, skillset) for name, body in bodies.items()}
 
@@ -185,7 +184,7 @@ def _problems_within(own: Skill, skill: str, skillset: Skillset) -> Iterator[str
 
 def _at_call(source: TreeFile, skillset: Skillset, skill: str, text: str) -> FileProblem:
     """A problem at the first leaf that starts a skill."""
-    builder = Builder(source, node_types(skillset), offline_context(skillset))
+    builder = Builder(source, offline_context(skillset))
     trees = [builder.build(name, Blackboard(may_be_empty=True)) for name in source.trees]
     leaf = next(leaf for tree in trees for leaf in _leaves(tree) if leaf.skill == skill)
     return _with_excerpt(source, _problem(source, source_location(leaf), text))

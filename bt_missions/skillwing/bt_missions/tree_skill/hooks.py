@@ -20,7 +20,6 @@ from skillwing.bt_missions.tree_skill.checks import body_problems, read_body
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import TreeFileError
-from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import TreeFile
 from skillwing.dsl import load
 from skillwing.dsl.model import Field
@@ -140,7 +139,7 @@ class TreeRun:
         inputs = {} if goal.inputs is None else msgspec.to_builtins(goal.inputs)
         for name, value in inputs.items():
             self._blackboard.entry(name).set(value)
-        builder = Builder(source, node_types(context.skillset), context)
+        builder = Builder(source, context)
         self._tree: Behaviour = builder.build(source.main, self._blackboard)
         self._after: Callable[[], None] | None = None
         """Call for the moment when all goals have ended; None while the tree runs."""

@@ -12,15 +12,20 @@ from skillwing.bt_missions.checking.intended_names import intended_name
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.placeholder import PlaceholderNode, mark_guessed, mark_incomplete
+from skillwing.bt_missions.leaves.robot_group import MissingRobotError
 from skillwing.bt_missions.leaves.source_location import set_source_location
 from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.document import Element, FileProblem
 from skillwing.bt_missions.xml.installed_nodes import unusable_reason
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, PortError
+from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.tree_file import RESCUE, SUBTREE, TreeFile, TreeModel
+from skillwing.dsl.model import UnknownNameError
 from skillwing.dsl.suggest import closest, did_you_mean, listed
 
 _AUTOREMAP = "_autoremap"
+ROBOT = "robot"
+"""Attribute that chooses a robot, in a mission on several."""
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _EDITOR_ATTRIBUTES = ("_uid", "_fullpath", "_description", "_collapsed")
 """Attributes in which editors store the layout of a node."""
@@ -41,13 +46,17 @@ class _Reference:
 
 
 class Builder:
-    """Builder for one build of the trees of one file."""
+    """Builder for one build of the trees of one file.
 
-    def __init__(self, source: TreeFile, types: Mapping[str, NodeType], context: MissionContext) -> None:
+    In a mission on several robots the attribute `robot` of a tag chooses the robot for it and for all below.
+    """
+
+    def __init__(self, source: TreeFile, context: MissionContext) -> None:
         self.problems: list[FileProblem] = []
         self._source = source
-        self._types = types
+        self._mission = context
         self._context = context
+        self._types_by_robot = {name: node_types(own.skillset) for name, own in context.robots.items()}
         self._references: list[_Reference] = []
         self._early: list[tuple[BlackboardEntry, FileProblem]] = []
         self._callers: dict[str, list[int]] = {}
@@ -55,14 +64,20 @@ class Builder:
         self._open: list[str] = []
         self._built: set[str] = set()
 
-    def build(self, tree: str, blackboard: Blackboard) -> Behaviour:
-        """The top node of a tree. A `PlaceholderNode` replaces each node that cannot be built, or is missing."""
+    def build(self, tree: str, blackboard: Blackboard, robot: str = "") -> Behaviour:
+        """The top node of a tree. A `PlaceholderNode` replaces each node that cannot be built, or is missing.
+
+        robot: for the tags that name none; by default that of the caller.
+        """
         if tree not in self._source.trees:
             return PlaceholderNode(tree)
+        before = self._context
+        self._context = self._mission.of(robot) if robot else before
         self._built.add(tree)
         self._open.append(tree)
         top = self._node(self._source.trees[tree], blackboard)
         self._open.pop()
+        self._context = before
         return top
 
     def build_unused(self) -> Iterator[Behaviour]:
@@ -70,7 +85,8 @@ class Builder:
         for tree in self._source.trees:
             if tree not in self._built:
                 element, outer = self._source.trees[tree], Blackboard(may_be_empty=True)
-                yield self.build(tree, Blackboard(outer, self._defaults(tree, element, outer), may_be_empty=True))
+                board = Blackboard(outer, self._defaults(tree, element, outer), may_be_empty=True)
+                yield self.build(tree, board, next(iter(self._mission.robots)))
 
     def finish(self) -> None:
         """Report missing trees and entries without a value, each once for all uses. Call it after all builds."""
@@ -90,13 +106,38 @@ class Builder:
 
     def _node(self, element: Element, blackboard: Blackboard) -> Behaviour:
         tag, attributes = _plain_form(element)
-        if tag == SUBTREE or self._is_misspelt_subtree(element, tag, attributes):
-            node = self._subtree(element, attributes, blackboard)
-        else:
-            children = [self._node(child, blackboard) for child in element.children]
-            node = self._made(element, tag, attributes, children, blackboard)
+        before = self._context
+        self._choose_robot(element, attributes)
+        try:
+            if tag == SUBTREE or self._is_misspelt_subtree(element, tag, attributes):
+                node = self._subtree(element, attributes, blackboard)
+            else:
+                children = [self._node(child, blackboard) for child in element.children]
+                node = self._made(element, tag, attributes, children, blackboard)
+        except MissingRobotError as error:
+            self._note(element, f"`{tag}` has to name a robot. {error}")
+            node = PlaceholderNode(tag)
+        finally:
+            self._context = before
         set_source_location(node, self._source.file, element.line, element.column)
         return node
+
+    def _choose_robot(self, element: Element, attributes: dict[str, str]) -> None:
+        """Take the robot of a tag for it and all below. In a mission on one robot `robot` is a port as any other."""
+        if list(self._mission.robots) == [""] or ROBOT not in attributes:
+            return
+        robot = attributes.pop(ROBOT)
+        try:
+            self._context = self._mission.of(robot)
+        except UnknownNameError as error:
+            self._note(element, str(error))
+            self._context = next(iter(self._mission.robots.values()))
+
+    @property
+    def _types(self) -> Mapping[str, NodeType]:
+        """The tags of the present robot; without one those of all robots, which then ask for a robot."""
+        found = self._types_by_robot.get(self._context.robot)
+        return found or {tag: kind for types in self._types_by_robot.values() for tag, kind in types.items()}
 
     def _is_misspelt_subtree(self, element: Element, tag: str, attributes: Mapping[str, str]) -> bool:
         found = "ID" in attributes and tag not in self._types and closest(tag, (*self._types, SUBTREE)) == SUBTREE
@@ -107,7 +148,7 @@ class Builder:
     def _made(
         self, element: Element, tag: str, attributes: dict[str, str], children: list[Behaviour], blackboard: Blackboard
     ) -> Behaviour:
-        name = attributes.pop("name", tag)
+        name = attributes.pop("name", f"{self._context.robot}: {tag}" if self._context.robot else tag)
         known = self._types.get(tag) or self._intended_type(element, tag, attributes, children)
         if known is None:
             self._allow_empty(attributes.values(), blackboard)

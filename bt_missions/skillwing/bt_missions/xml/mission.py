@@ -17,12 +17,11 @@ from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem, TreeFileError
 from skillwing.bt_missions.xml.node_type import PortError
-from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
 from skillwing.bt_missions.xml.port_types import LIST, PYTHON_TYPES, SHAPES
 from skillwing.bt_missions.xml.tree_file import RESCUE, DeclaredPort, TreeFile, read_tree_file
 from skillwing.bt_missions.xml.values import read_option
-from skillwing.dsl.model import ArrayType, Skillset
+from skillwing.dsl.model import ArrayType
 from skillwing.dsl.suggest import did_you_mean, listed
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import LONGEST_OWNER_GRACE
@@ -31,6 +30,8 @@ OWNER_GRACE = "owner_grace"
 """Key of the metadata for `Mission.owner_grace`."""
 NEEDS = "needs"
 """Key of the metadata for the resource states that a mission needs at its start."""
+ROBOTS = "robots"
+"""Key of the metadata for the names of the robots of a mission on several."""
 
 
 def load_mission(file: Path) -> XmlMission:
@@ -53,6 +54,7 @@ class XmlMission(Mission):
         problems = list(source.problems)
         self.name = source.main or source.file.stem
         self.summary = source.main_model.metadata.get("summary", "")
+        self.robots = tuple(source.main_model.metadata.get(ROBOTS, "").split())
         self.needs = dict(_needs(source, problems))
         self.owner_grace = _owner_grace(source, problems)
         fields = list(_options(source, problems))
@@ -85,7 +87,7 @@ class XmlMission(Mission):
         return trees, [problem.in_file(self._source.file) for problem in problems]
 
     def _draft(self, context: MissionContext, options: MissionOptions) -> tuple[MissionTrees, list[FileProblem]]:
-        builder = Builder(self._source, node_types(context.skillset), context)
+        builder = Builder(self._source, context)
         blackboard = Blackboard()
         for port in self._source.main_model.ports:
             # An option that could not be read is reported already.
@@ -95,16 +97,24 @@ class XmlMission(Mission):
         for field in msgspec.structs.fields(self.Options):
             port, value = ports[field.name], getattr(options, field.name)
             try:
-                value = _own_value(value, port, context.skillset) if field.type is Any else value
+                value = _own_value(value, port, context) if field.type is Any else value
                 blackboard.entry(field.name).set(value)
             except PortError as error:
                 problems.append(FileProblem(port.line, f"Option {error}"))
         root = builder.build(self._source.main, blackboard)
-        rescue = builder.build(RESCUE, blackboard) if RESCUE in self._source.trees else None
+        rescues = {
+            robot: builder.build(tree, blackboard, robot)
+            for robot in context.robots
+            if (tree := self._rescue_tree(robot)) is not None
+        }
         unused = tuple(builder.build_unused())
         builder.finish()
-        trees = MissionTrees(root, rescue, lambda: _progress(root), unused)
+        trees = MissionTrees(root, rescues.pop("", None), lambda: _progress(root), unused, rescues)
         return trees, [*problems, *builder.problems]
+
+    def _rescue_tree(self, robot: str) -> str | None:
+        """The tree that rescues a robot: `rescue_left` for `left`, otherwise `rescue`."""
+        return next((tree for tree in (f"{RESCUE}_{robot}", RESCUE) if tree in self._source.trees), None)
 
 
 def _progress(root: Behaviour) -> Progress:
@@ -144,9 +154,9 @@ def _fits(plain: object, kind: Any) -> bool:
     return True
 
 
-def _own_value(value: object, port: DeclaredPort, skillset: Skillset) -> Any:
-    """The value of an option whose type is one of the skillset. Raises PortError."""
-    named = {kind.name: kind for kind in skillset.types}
+def _own_value(value: object, port: DeclaredPort, context: MissionContext) -> Any:
+    """The value of an option whose type is one of a skillset. Raises PortError."""
+    named = {kind.name: kind for own in context.robots.values() for kind in own.skillset.types}
     name = port.kind.removesuffix(LIST)
     if name not in named and port.kind in PYTHON_TYPES:
         raise PortError(f"`{port.name}` is `{option_text(value)}`, which is no {port.kind}. Change its default.")

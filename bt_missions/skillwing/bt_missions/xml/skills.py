@@ -24,7 +24,7 @@ _OWN_PORTS = (
     Port("leg_of", "the plan that receives the end of this leg", default=""),
     Port("done", "inputs that a held goal works off, with the feedback that counts it: `laps=laps_done`", default=""),
 )
-_RESERVED = ("name", "ID", *(port.name for port in _OWN_PORTS))
+_RESERVED = ("name", "ID", "robot", *(port.name for port in _OWN_PORTS))
 
 
 def skill_types(skillset: Skillset) -> Iterator[NodeType]:

@@ -15,6 +15,7 @@ from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, Succe
 
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
 from skillwing.bt_missions.xml.values import attribute_text
@@ -178,6 +179,13 @@ STRUCTURE = (
             Port("success_count", "number of children that have to succeed: 1, or -1 for all", "int", "-1"),
             Port("failure_count", "number of failed children with which it fails: 1", "int", "1"),
         ),
+        standard=True,
+    ),
+    NodeType(
+        "ParallelAll",
+        Category.CONTROL,
+        make=lambda config: ParallelAll(config.name, config.children),
+        describe=lambda node: {} if isinstance(node, ParallelAll) else None,
         standard=True,
     ),
     # Not a standard node: a companion that succeeds does not end it.

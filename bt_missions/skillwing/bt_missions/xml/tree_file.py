@@ -137,7 +137,7 @@ def _find_rescue(
     """Find the rescue under another name. Only the robot's table tells whether there has to be one."""
     if RESCUE not in trees and nameless:
         trees[RESCUE] = nameless.pop()
-    near = closest(RESCUE, (name for name in trees if name != main))
+    near = closest(RESCUE, (name for name in trees if name != main and not name.startswith(f"{RESCUE}_")))
     if RESCUE in trees or near is None:
         return
     text = f"There is no tree `{RESCUE}`, which runs when somebody aborts the mission; did you mean `{near}` to be it?"

@@ -62,7 +62,8 @@ class ZenohBus:
 
     name: of the node; robot: its namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: of robot time; topology:
     the session's connections. host: a bus of the same node in the namespace of another robot; both run on its thread
-    and its clock. identity: the certificate to show, for a router with keys.
+    and its clock. identity: the certificate to show, for a router with keys. loop_of: a bus of another robot, whose
+    loop runs this one as well, each with a clock of its own.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -77,12 +78,17 @@ class ZenohBus:
         topology: Topology = "router",
         host: ZenohBus | None = None,
         identity: SessionIdentity | None = None,
+        loop_of: ZenohBus | None = None,
     ) -> None:
         self._name, self._robot, self._endpoint = name, robot, endpoint
         self._topology: Topology = topology
         self._identity = identity
         self._clock: Clock = host._clock if host is not None else clock or WallClock()
-        self._mailbox: SimpleQueue[Callable[[], None]] = host._mailbox if host is not None else SimpleQueue()
+        self._runner = loop_of
+        self._together: tuple[ZenohBus, ...] = (self,)
+        """All buses with a clock of their own that the loop of this one runs: itself, and the open ones beside it."""
+        owner = host or loop_of
+        self._mailbox: SimpleQueue[Callable[[], None]] = owner._mailbox if owner is not None else SimpleQueue()
         self._requests = RequestBacklog()
         self._streams = SampleBacklog(STREAMS)
         self._events = SampleBacklog(EVENTS)
@@ -96,6 +102,8 @@ class ZenohBus:
         self._running = False
         self._closed = False
         self._session = open_session(topology, endpoint, robot, connect_timeout, identity)
+        if loop_of is not None:
+            loop_of._together = (*loop_of._together, self)
         if isinstance(self._clock, FollowedClock):
             self._follow(self._clock)
         elif isinstance(self._clock, LockstepClock):
@@ -310,6 +318,8 @@ class ZenohBus:
 
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """See `Loop`. A closed bus runs nothing: this returns False at once unless `done()` holds."""
+        if self._runner is not None:
+            return self._runner.run_until(done, timeout)
         if self._running:
             raise RuntimeError("run_until was called from a callback; a node lives in callbacks and must not wait")
         deadline = None if timeout is None else time.monotonic() + timeout
@@ -327,7 +337,9 @@ class ZenohBus:
         """Leave the network. No callback runs afterwards. Idempotent."""
         if not self._closed:
             self._closed = True
-            for each in self._beside:
+            if self._runner is not None:
+                self._runner._together = tuple(bus for bus in self._runner._together if bus is not self)
+            for each in (*self._beside, *self._together[1:]):
                 each.close()
             self._session.close()
 
@@ -336,29 +348,40 @@ class ZenohBus:
         return self._closed
 
     def _turn(self, deadline: float | None) -> None:
-        """Run the waiting messages and one due timer. If there is neither, wait for the first one."""
+        """Run the waiting messages and a due timer of each bus. If there are none, wait for the first one."""
         self._catch_up()
         waiting = self._mailbox.qsize()
         for _ in range(waiting):
             self._mailbox.get_nowait()()
             if self._closed:
                 return
-        timer = self._due_timer()
-        if timer is not None:
-            timer()
-        elif self._owed is not None:
-            self._acknowledge(self._owed)
-        elif not waiting:
+        acted = [bus._act_when_due() for bus in self._together]
+        if not any(acted) and not waiting:
+            patience = [each for bus in self._together if (each := bus._patience(deadline)) is not None]
             try:
-                message = self._mailbox.get(timeout=self._patience(deadline))
+                message = self._mailbox.get(timeout=min(patience) if patience else None)
             except Empty:
                 return
             self._catch_up()
             message()
 
+    def _act_when_due(self) -> bool:
+        """Run a timer that is due, or acknowledge robot time. False if there is nothing to do."""
+        if self._closed:
+            return False
+        timer = self._due_timer()
+        if timer is not None:
+            timer()
+        elif self._owed is not None:
+            self._acknowledge(self._owed)
+        else:
+            return False
+        return True
+
     def _catch_up(self) -> None:
-        if isinstance(self._clock, FollowedClock):
-            self._clock.catch_up()
+        for bus in self._together:
+            if isinstance(bus._clock, FollowedClock):
+                bus._clock.catch_up()
 
     def _due_timer(self) -> Callable[[], None] | None:
         timer = self._wall_agenda.take(time.monotonic())

@@ -114,15 +114,18 @@ class Connection:
 
 
 @contextmanager
-def open_connection(target: Target, *, client: str, wait_for_clock: bool = True) -> Iterator[Connection]:
-    """Connect to a system. client: role of this process, part of the name of its node.
+def open_connection(
+    target: Target, *, client: str, wait_for_clock: bool = True, beside: ZenohBus | None = None
+) -> Iterator[Connection]:
+    """Connect to a system. client: role of this process, part of the name of its node. beside: bus of another system,
+    whose thread runs the callbacks of this one too.
 
     Raises NoSystemError if there is none, KeysError and NotKnownError where its router asks for a key. With
     `wait_for_clock` the robot time is known on return; a SkillwingError says that the clock is silent.
     """
     skillset = load(target.skillset)
     clock = FollowedClock() if target.clock == "robot" else WallClock()
-    bus = join(target.robot, target.endpoint, client, clock)
+    bus = join(target.robot, target.endpoint, client, clock, beside)
     try:
         if wait_for_clock and isinstance(clock, FollowedClock) and not bus.run_until(clock.has_started, READY_TIMEOUT):
             raise SkillwingError(

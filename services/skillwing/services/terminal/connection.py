@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from skillwing.dsl import UnknownNameError
+from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.connection import Connection, find_target, open_connection
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.target import Target
@@ -118,9 +119,11 @@ class System(Connection):
 
 
 @contextmanager
-def connect(robot: str | None = None, *, wait_for_clock: bool = True) -> Iterator[System]:
-    """Connect to the running system; raises as `find_target` and `open_connection` do."""
-    with open_connection(find_target(robot), client="cli", wait_for_clock=wait_for_clock) as connection:
+def connect(
+    robot: str | None = None, *, wait_for_clock: bool = True, beside: ZenohBus | None = None
+) -> Iterator[System]:
+    """Connect to the running system; raises as `find_target` and `open_connection` do. beside: as for the latter."""
+    with open_connection(find_target(robot), client="cli", wait_for_clock=wait_for_clock, beside=beside) as connection:
         yield System(connection.target, connection.bus, connection.skillset)
 
 
