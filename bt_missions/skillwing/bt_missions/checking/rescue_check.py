@@ -28,6 +28,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, RepeatUntil, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, SequenceWithMemory, ValueSwitch
+from skillwing.bt_missions.subtrees.lease import WithLease
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skillset
@@ -132,10 +133,11 @@ class _TreeWalker:
                 attempt, then = node.children
                 first = self.walk(attempt, places)
                 walk = _either(first, self.walk(then, first.places_after(Status.FAILURE)))
-            case IfThenElse():
-                walk = self._chosen(node, places)
-            case ValueSwitch():
-                walk = self._switched(node, places)
+            case WithLease():
+                run = self.walk(node.children[1], places)
+                walk = NodeOutcome(run.ends | self._failures(node, places | run.during), places | run.during)
+            case IfThenElse() | ValueSwitch():
+                walk = self._chosen(node, places) if isinstance(node, IfThenElse) else self._switched(node, places)
             case Pausable():
                 _, meanwhile, body = node.children
                 run = self.walk(body, places)

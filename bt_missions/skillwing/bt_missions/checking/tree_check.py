@@ -29,6 +29,7 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding
 from skillwing.bt_missions.subtrees.decorators import Deadline, Delay, RunOnce
 from skillwing.bt_missions.subtrees.flow_control import IfThenElse, ValueSwitch
+from skillwing.bt_missions.subtrees.lease import WithLease
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, WhileGranted
 from skillwing.dsl.model import Skill, Skillset
@@ -89,9 +90,13 @@ def _run_twice(parallel: Parallel | ParallelAll, skillset: Skillset) -> Iterator
 
 
 def _skills(node: Behaviour, skillset: Skillset) -> list[tuple[str, str]]:
-    """Robot and name of each known skill below a node."""
-    leaves = [leaf for leaf in node.iterate() if isinstance(leaf, SkillAction)]
+    """Robot and name of each known skill below a node. A lease that another branch holds is asked for again."""
+    leaves = [leaf for leaf in node.iterate() if isinstance(leaf, SkillAction) and not _is_lease(leaf)]
     return [(leaf.robot, leaf.skill) for leaf in leaves if _is_known(leaf, skillset)]
+
+
+def _is_lease(leaf: SkillAction) -> bool:
+    return isinstance(leaf.parent, WithLease) and leaf is leaf.parent.children[0]
 
 
 def _is_known(leaf: SkillAction, skillset: Skillset) -> bool:
@@ -114,7 +119,7 @@ def _taken(node: Behaviour, skillset: Skillset) -> list[tuple[str, SkillAction]]
     """Each resource that a skill below `node` takes when it starts, with the leaf."""
     taken: dict[tuple[str, str], SkillAction] = {}
     for leaf in node.iterate():
-        skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) else None
+        skill = skill_of(leaf, skillset) if isinstance(leaf, SkillAction) and not _is_lease(leaf) else None
         if isinstance(leaf, SkillAction) and skill is not None and skill.name == leaf.skill:
             taken |= {(resource, leaf.name): leaf for resource in taken_by(skill)}
     return [(resource, leaf) for (resource, _), leaf in taken.items()]
@@ -137,9 +142,8 @@ def ends_of(node: Behaviour, skillset: Skillset) -> set[Status]:
             ends = _ends_of_decorator(node, skillset)
         case Pausable():
             ends = ends_of(node.children[-1], skillset)
-        case OnEnding():
-            attempt, then = (ends_of(child, skillset) for child in node.children)
-            ends = attempt | then if Status.FAILURE in attempt else attempt
+        case OnEnding() | WithLease():
+            ends = _ends_of_second(node, skillset)
         case IfThenElse() | ValueSwitch():
             ends = _ends_of_choice(node, skillset)
         case Sequence() | Selector() | Parallel() | ParallelAll():
@@ -167,6 +171,14 @@ def _ends_of_decorator(node: Decorator, skillset: Skillset) -> set[Status]:
             return below | {Status.FAILURE}
         case _:
             return {Status.SUCCESS, Status.FAILURE}
+
+
+def _ends_of_second(node: OnEnding | WithLease, skillset: Skillset) -> set[Status]:
+    """Ends of a node that may run its second child: after a failure of the first one, or while that runs."""
+    first, second = (ends_of(child, skillset) for child in node.children[:2])
+    if isinstance(node, WithLease):
+        return second | {Status.FAILURE}
+    return first | second if Status.FAILURE in first else first
 
 
 def _ends_of_choice(node: IfThenElse | ValueSwitch, skillset: Skillset) -> set[Status]:

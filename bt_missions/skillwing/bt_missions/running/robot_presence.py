@@ -6,38 +6,49 @@ from collections.abc import Callable
 
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.services.bus import Bus, Handle
-from skillwing.services.names import RESOURCE_MANAGER
+from skillwing.services.names import CLIENT, MISSION
 from skillwing.services.protocol import Keys
 
 LOST_AFTER = 5.0
-"""Seconds of wall time for which a resource manager may be away. One that was killed is back earlier."""
+"""Seconds of wall time for which all processes of a robot may be away. Those that are started again are back earlier."""
 
 
 class RobotPresence:
-    """Watch of one robot's resource manager. It sets the `absence` of the robot's context, and calls `on_change`."""
+    """Watch of one robot's processes. It sets the `absence` of the robot's context, and calls `on_change`.
+
+    A robot without its resource manager is there: what it has granted goes on for a while.
+    """
 
     def __init__(self, bus: Bus, keys: Keys, context: MissionContext, on_change: Callable[[], None]) -> None:
         self._bus = bus
         self._context = context
         self._on_change = on_change
+        self._prefix = keys.alive("")
+        self._present: set[str] = set()
         self._timer: Handle | None = None
-        self._watch = bus.watch_alive(keys.alive(RESOURCE_MANAGER), self._note)
+        self._watch = bus.watch_alive(keys.alive("**"), self._note)
 
     def cancel(self) -> None:
         self._watch.cancel()
-        if self._timer is not None:
-            self._timer.cancel()
+        self._stop_timer()
 
-    def _note(self, _key: str, alive: bool) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if not alive:
+    def _note(self, key: str, alive: bool) -> None:
+        name = key.removeprefix(self._prefix)
+        if name == MISSION or name.startswith(CLIENT):
+            return
+        (self._present.add if alive else self._present.discard)(name)
+        self._stop_timer()
+        if not self._present:
             self._timer = self._bus.after(LOST_AFTER, self._lose, wall=True)
         elif self._context.absence:
             self._context.absence = ""
             self._on_change()
 
+    def _stop_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
     def _lose(self) -> None:
-        self._context.absence = f"its resource manager is away for {LOST_AFTER:g} s"
+        self._context.absence = f"none of its processes is heard for {LOST_AFTER:g} s"
         self._on_change()

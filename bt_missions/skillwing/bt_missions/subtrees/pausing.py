@@ -18,6 +18,7 @@ from py_trees.decorators import Decorator
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.leaves.source_location import set_caller_location
+from skillwing.bt_missions.subtrees.lease import WithLease
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.dsl.queries import checks_of, needed_by, taken_by
 from skillwing.services.protocol import Ending, Terminal
@@ -233,7 +234,7 @@ def paused_skills(body: Behaviour, meanwhile: Behaviour) -> Iterator[SkillAction
         for child in node.children:
             others = (
                 [each for each in node.children if each is not child]
-                if isinstance(node, Parallel | ParallelAll)
+                if isinstance(node, Parallel | ParallelAll | WithLease)
                 else []
             )
             yield from held(child, goes_on=goes_on or any(claimed & resources(each) for each in others))

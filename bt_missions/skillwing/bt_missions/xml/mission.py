@@ -104,17 +104,22 @@ class XmlMission(Mission):
         root = builder.build(self._source.main, blackboard)
         rescues = {
             robot: builder.build(tree, blackboard, robot)
-            for robot in context.robots
-            if (tree := self._rescue_tree(robot)) is not None
+            for robot, own in context.robots.items()
+            if (tree := self._rescue_tree(own)) is not None
         }
         unused = tuple(builder.build_unused())
         builder.finish()
         trees = MissionTrees(root, rescues.pop("", None), lambda: _progress(root), unused, rescues)
         return trees, [*problems, *builder.problems]
 
-    def _rescue_tree(self, robot: str) -> str | None:
-        """The tree that rescues a robot: `rescue_left` for `left`, otherwise `rescue`."""
-        return next((tree for tree in (f"{RESCUE}_{robot}", RESCUE) if tree in self._source.trees), None)
+    def _rescue_tree(self, context: MissionContext) -> str | None:
+        """The tree that rescues a robot: `rescue_left` for `left`, otherwise `rescue`. Of several robots only those with
+        a rescue goal are rescued."""
+        own = f"{RESCUE}_{context.robot}"
+        if own in self._source.trees:
+            return own
+        is_rescued = not context.robot or context.rescue_goal is not None
+        return RESCUE if is_rescued and RESCUE in self._source.trees else None
 
 
 def _progress(root: Behaviour) -> Progress:

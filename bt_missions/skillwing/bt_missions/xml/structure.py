@@ -13,8 +13,10 @@ from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import FailureIsSuccess, Inverter, Repeat, Retry, SuccessIsFailure, SuccessIsRunning
 
+from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.subtrees.composites import OnEnding, alongside
 from skillwing.bt_missions.subtrees.decorators import Deadline
+from skillwing.bt_missions.subtrees.lease import DEFAULT_PATIENCE, WithLease
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable, StateChange, WhileGranted
 from skillwing.bt_missions.xml.node_type import Category, NodeConfig, NodeType, Port, PortError, milliseconds_text
@@ -56,7 +58,26 @@ def _make_pausable(config: NodeConfig) -> Behaviour:
     return Pausable(config.name, config.context, condition, meanwhile, body)
 
 
+def _make_with_lease(config: NodeConfig) -> Behaviour:
+    lease, body, *stay = config.children
+    if not isinstance(lease, SkillAction):
+        raise PortError(f"The first child of `{config.name}` has to be a skill: its running goal is the lease.")
+    return WithLease(config.name, config.context, lease, body, *stay, patience=config.number("patience"))
+
+
+def _describe_with_lease(node: Behaviour) -> Mapping[str, str] | None:
+    return {"patience": attribute_text(node.patience)} if isinstance(node, WithLease) else None
+
+
 HOLDING = (
+    NodeType(
+        "WithLease",
+        Category.CONTROL,
+        _make_with_lease,
+        _describe_with_lease,
+        (Port("patience", "longest wait for the lease, in seconds", "double", attribute_text(DEFAULT_PATIENCE)),),
+        children=(2, 3),
+    ),
     NodeType(
         "WhileGranted",
         Category.DECORATOR,

@@ -1,0 +1,81 @@
+"""Which robot is in which place of the yard, and since when a place is empty: rules without a network.
+
+Only a place that was seen empty becomes free. A robot that is not heard may be anywhere, so no place is empty then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+CLEAR_TIME = 2.0
+"""Seconds for which a place has to be seen empty, as the guards of yard.skillset say. A robot whose lease has ended
+notices it, and stops, in less time."""
+FRESH = 0.6
+"""Seconds for which a position counts."""
+MARGIN = 1.0
+"""Distance in m around a place that belongs to it: a robot that stops may slide so far."""
+UNKNOWN = "unknown"
+UNCLEAR, FREE = "UNCLEAR", "FREE"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place on the map, at all heights: its south-west and north-east corners (ENU, m)."""
+
+    name: str
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    def covers(self, x: float, y: float, margin: float = 0.0) -> bool:
+        """True for a point in the place, or not farther than `margin` from it on each axis."""
+        (west, south), (east, north) = self.low, self.high
+        return west - margin <= x <= east + margin and south - margin <= y <= north + margin
+
+
+class PlacesCore:
+    """Occupants of the places by the latest positions of these robots. Times are in seconds of one clock."""
+
+    def __init__(self, places: Iterable[Place], robots: Iterable[str]) -> None:
+        self.places = tuple(places)
+        self._positions: dict[str, tuple[float, float, float] | None] = dict.fromkeys(robots)
+        self._empty_since: dict[str, tuple[str | None, float] | None] = {place.name: None for place in self.places}
+
+    def hear(self, robot: str, x: float, y: float, t: float) -> None:
+        """Note the position of a robot, in m."""
+        self._positions[robot] = (x, y, t)
+
+    def occupant(self, place: Place, t: float) -> str:
+        """The robots in a place, with commas; empty for none, `unknown` if a robot is not heard and none is seen."""
+        heard = {robot: at for robot, at in self._positions.items() if at is not None and t - at[2] <= FRESH}
+        inside = [robot for robot, (x, y, _) in heard.items() if place.covers(x, y, MARGIN)]
+        if inside:
+            return ", ".join(inside)
+        return "" if len(heard) == len(self._positions) else UNKNOWN
+
+    def empty_for(self, place: Place, state: str, change: str | None, t: float) -> float:
+        """Seconds for which an UNCLEAR place was seen empty; 0 in its other states. Called at each observation.
+
+        change: id of the place's last change. Between two observations it may have been free and held, and a robot may
+        be on its way into it: the time counts from the change.
+        """
+        if state != UNCLEAR or self.occupant(place, t):
+            self._empty_since[place.name] = None
+            return 0.0
+        since = self._empty_since[place.name]
+        if since is None or since[0] != change:
+            since = self._empty_since[place.name] = change, t
+        return t - since[1]
+
+    def has_intruder(self, place: Place, state: str, t: float) -> bool:
+        """True if a robot is seen in a place that nobody holds."""
+        return state == FREE and self.occupant(place, t) not in ("", UNKNOWN)
+
+
+def read_places(given: Mapping[str, Iterable[float]]) -> tuple[Place, ...]:
+    """Places from `{"pad": [west, south, east, north]}` in m. Raises ValueError for another number of values."""
+    found: list[Place] = []
+    for name, borders in given.items():
+        west, south, east, north = borders
+        found.append(Place(name, (west, south), (east, north)))
+    return tuple(found)
