@@ -1,4 +1,4 @@
-"""Which robot is in which place of the yard, and since when a place is empty: rules without a network.
+"""Occupants of the places of the yard, and the time since when a place is empty: rules without a network.
 
 Only a place that was seen empty becomes free. A robot that is not heard may be anywhere, so no place is empty then.
 """

@@ -51,7 +51,7 @@ class PlacesNode:
         bus.declare_alive(keys.alive(self.name))
 
     def detach(self) -> None:
-        """Nothing outlives this process: its data become stale, and no place becomes free."""
+        """Leave without a word: the data become stale, and no place becomes free."""
 
     def _hear(self, robot: str, sample: Sample) -> None:
         try:

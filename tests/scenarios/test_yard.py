@@ -14,7 +14,7 @@ from skillwing.services.bus import Answer, Refused
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import ErrorCode, MissionPhase
 
-PATIENCE = 40.0
+PATIENCE = 20.0
 LONGEST = 3 * PATIENCE + 120.0
 """Seconds in which every mission has come to its end: three leases, and the ways."""
 
@@ -32,7 +32,7 @@ def ready(robots: int = 2, *, seed: int = 0, jitter: float = 0.0) -> ToyYard:
 
 
 @given(seed=st.integers(0, 1000), jitter=st.sampled_from([0.0, 0.02, 0.2]), robots=st.integers(2, 3), data=st.data())
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_robots_that_come_at_any_time_visit_the_pad_one_after_the_other(
     seed: int, jitter: float, robots: int, data: st.DataObject
 ) -> None:
@@ -65,7 +65,7 @@ EVENTS = st.one_of(
     jitter=st.sampled_from([0.0, 0.02, 0.2]),
     events=st.lists(st.tuples(EVENTS, st.sampled_from([0.3, 1.0, 2.5, 4.0, 12.0])), max_size=10),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_whatever_is_killed_two_robots_never_meet_and_every_mission_ends(
     seed: int, jitter: float, events: list[tuple[tuple[str, str], float]]
 ) -> None:
@@ -100,12 +100,7 @@ def test_whatever_is_killed_two_robots_never_meet_and_every_mission_ends(
         yard.start("yard", process)
     yard.network.run_for(20.0)
     for place in ("pad", "corridor"):
-        inside = [body for body in yard.bodies.values() if PLACES[place](body.x)]
-        assert (yard.state(place) == "FREE") == (not inside), (place, yard.state(place))
-
-
-PLACES = {"pad": lambda x: x <= 3.0, "corridor": lambda x: 1.0 <= x <= 13.0}
-"""Rough tests by the way of the robots, which lies along the x axis where it is in a place, margin included."""
+        assert (yard.state(place) == "FREE") == (not yard.inside(place)), (place, yard.state(place))
 
 
 def test_a_place_is_not_free_while_the_robot_of_a_dead_mission_stands_in_it() -> None:
@@ -188,9 +183,9 @@ def test_a_robot_that_is_not_heard_keeps_an_unclear_place_until_an_operator_free
 def test_places_taken_in_one_order_never_block_each_other(swapped: bool) -> None:
     """Robots that take them in opposite orders do. Their patience ends that, with a failure."""
     yard = ready()
-    yard.fly("left", PATIENCE)
+    yard.fly("left", 60.0)
     assert yard.network.run_until(lambda: (yard.bodies["left"].x, yard.bodies["left"].y) == PAD, 60.0)
-    yard.fly("right", PATIENCE, swapped=swapped)
+    yard.fly("right", 60.0, swapped=swapped)
     until_over(yard, 400.0)
     phases = {node.status.phase for node in yard.missions.values()}
     assert (phases == {MissionPhase.SUCCEEDED}) is not swapped

@@ -271,6 +271,11 @@ class ToyYard:
         """State of a place, as clients see it."""
         return self.client.state(place) or ""
 
+    def inside(self, name: str) -> list[str]:
+        """The robots in a place or its margin."""
+        (place,) = (each for each in self._places if each.name == name)
+        return [robot for robot, body in self.bodies.items() if place.covers(body.x, body.y, places.MARGIN)]
+
     def _judge(self) -> None:
         for place in self._places:
             inside = [robot for robot, body in self.bodies.items() if place.covers(body.x, body.y)]

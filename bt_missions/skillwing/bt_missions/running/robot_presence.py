@@ -10,7 +10,7 @@ from skillwing.services.names import CLIENT, MISSION
 from skillwing.services.protocol import Keys
 
 LOST_AFTER = 5.0
-"""Seconds of wall time for which all processes of a robot may be away. Those that are started again are back earlier."""
+"""Seconds of wall time for which all processes of a robot may be away. Restarted ones are back earlier."""
 
 
 class RobotPresence:

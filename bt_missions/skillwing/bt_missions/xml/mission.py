@@ -113,8 +113,10 @@ class XmlMission(Mission):
         return trees, [*problems, *builder.problems]
 
     def _rescue_tree(self, context: MissionContext) -> str | None:
-        """The tree that rescues a robot: `rescue_left` for `left`, otherwise `rescue`. Of several robots only those with
-        a rescue goal are rescued."""
+        """The tree that rescues a robot: `rescue_left` for `left`, otherwise `rescue`.
+
+        Of several robots only those with a rescue goal have the latter.
+        """
         own = f"{RESCUE}_{context.robot}"
         if own in self._source.trees:
             return own

@@ -1,0 +1,64 @@
+"""Two mocked drones and the yard that they share, with real processes at one router: `examples/yard/survey.xml`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from command_line import Command
+
+from skillwing.services.processes.run_state import read_run_state
+from skillwing.services.terminal.exit_codes import OK, REFUSED
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+YARD = Path(__file__).parents[2] / "examples" / "yard"
+PATIENCE = 60.0
+ROBOTS = ("left", "right", "yard")
+
+
+@pytest.fixture(scope="module")
+def yard(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Command]:
+    folder = tmp_path_factory.mktemp("yard")
+    router: tuple[str, ...] = ()
+    try:
+        for robot in ROBOTS:
+            words = ("--mock", "--robot-name", robot, "--script", str(YARD / f"{robot}.mock.toml"))
+            given = ("--robot", str(YARD)) if robot == "yard" else words
+            options = ("--detach", "--colocate", "--no-record", "--run-dir", str(folder / robot))
+            said = skillwing("up", *given, *router, *options)
+            assert said.code == OK, said.error
+            state = read_run_state(ROBOTS[0])
+            assert state is not None
+            router = ("--router", state.endpoint)
+        yield skillwing
+    finally:
+        for robot in reversed(ROBOTS):
+            skillwing("down", "--robot", robot)
+
+
+def wait_until_free(yard: Command) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while set(yard("resources", "--robot", "yard", "--json").json["states"].values()) != {"FREE"}:
+        assert time.monotonic() < deadline
+
+
+def test_both_drones_visit_the_pad_one_after_the_other(yard: Command) -> None:
+    wait_until_free(yard)
+    said = yard("mission", "run", str(YARD / "survey.xml"), "speed=2", "--json")
+    assert said.code == OK, said.error
+    assert said.json["phase"] == "SUCCEEDED"
+    for robot in ROBOTS[:2]:
+        assert yard("resources", "--robot", robot, "--json").json["states"]["flight_status"] == "ON_GROUND"
+    wait_until_free(yard)
+
+
+def test_a_place_is_lent_once(yard: Command) -> None:
+    wait_until_free(yard)
+    assert yard("start", "hold_way", "holder=left", "--robot", "yard").code == OK
+    assert yard("start", "hold_pad", "holder=right", "--robot", "yard").code == REFUSED
+    assert yard("interrupt", "hold_way", "--robot", "yard").code == OK
+    assert yard("start", "hold_pad", "holder=right", "--robot", "yard").code == REFUSED
+    wait_until_free(yard)
