@@ -219,10 +219,10 @@ def section(fleets: Sequence[Fleet]) -> str:
         *("router, MB", "robot, MB", "start to result, p50 / p99, ms"),
     )
     started = ", ".join(f"{each.robots} robots in {each.started:.0f} s" for each in fleets)
-    return f"""Mocked robots at one router on one machine. A robot has two processes: its resource manager, and all others.
-It publishes two data (5 Hz and 1 Hz) and has two skills. *Starts* are {STARTS_PER_SECOND:g} per second in all robots
-together, by one client process. Publications are those that an observer of all robots receives. Megabytes are the
-shares of a process. Up were {started}. {machine()}.
+    return f"""Mocked robots at one router on one machine. A robot has two processes: its resource manager, and all
+others. It publishes two data (5 Hz and 1 Hz) and has two skills. *Starts* are {STARTS_PER_SECOND:g} per second in all
+robots together, by one client process. Publications are those that an observer of all robots receives. Megabytes are
+the shares of a process. Up were {started}. {machine()}.
 
 {table(heads, rows)}"""
 

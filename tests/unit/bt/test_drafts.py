@@ -25,7 +25,8 @@ from skillwing.services.protocol import MissionPhase
 from skillwing.services.rescue_goal import RescueGoal
 
 ROOT = Path(__file__).parents[3]
-EXAMPLES = {path.stem: load(path) for path in sorted((ROOT / "examples").rglob("*.skillset"))}
+# Of the yard nothing can start before its watch has seen that the places are empty.
+EXAMPLES = {path.stem: load(path) for path in sorted((ROOT / "examples").rglob("*.skillset")) if path.stem != "yard"}
 CRANE = parse(
     """
     skillset crane {

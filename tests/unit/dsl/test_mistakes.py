@@ -20,6 +20,8 @@ FILES = [
     path
     for path in (*sorted(HERE.glob("cases/valid/*.skillset")), *sorted(ROOT.glob("examples/*/*.skillset")), M600)
     if not re.search(r"dispatch_timeout|lost \{", path.read_text(encoding="utf-8"))  # those are put in
+    # Without one of its guards, an effect of the yard meets the extern transition to the same state: a second error.
+    and path.stem != "yard"
 ]
 
 
