@@ -8,11 +8,12 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_yard import GATE, PAD, ROBOTS, ToyYard
+from toy_yard import GATE, PAD, ROBOTS, ToyYard, places
 
 from skillwing.services.bus import Answer, Refused
+from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
-from skillwing.services.protocol import ErrorCode, MissionPhase
+from skillwing.services.protocol import ErrorCode, MissionPhase, State
 
 PATIENCE = 20.0
 LONGEST = 3 * PATIENCE + 120.0
@@ -113,6 +114,32 @@ def test_a_place_is_not_free_while_the_robot_of_a_dead_mission_stands_in_it() ->
     yard.bodies["left"].x = 20.0
     yard.network.run_for(4.0)
     assert yard.state("corridor") == "FREE"
+
+
+@pytest.mark.parametrize("killed", ["mission", skill_process("hold_corridor"), RESOURCE_MANAGER])
+def test_who_asks_at_every_moment_gets_no_place_with_a_robot_in_it(killed: str) -> None:
+    yard = ready()
+    yard.fly("left", PATIENCE)
+    assert yard.network.run_until(lambda: abs(yard.bodies["left"].x - GATE[0]) < 1.0, 60.0)
+    granted: list[float] = []
+
+    def ask() -> None:
+        goal = yard.client.start("hold_corridor", {"holder": "right"})
+        asked.append(goal)
+        granted.extend(yard.bodies["left"].x for each in asked if each.state is State.RUNNING)
+        asked[:] = [each for each in asked if not each.done]
+
+    asked: list[GoalHandle] = []
+    timer = yard.network.bus("impatient").every(0.02, ask)
+    if killed == "mission":
+        yard.kill_mission("left")
+    else:
+        yard.kill("yard", killed)
+        yard.network.run_for(0.3)
+        yard.start("yard", killed)
+    yard.network.run_for(15.0)
+    timer.cancel()
+    assert all(not places.Place("corridor", (2.0, 0.0), (12.0, 0.0)).covers(x, 0.0) for x in granted), granted
 
 
 def test_without_the_judge_what_is_held_goes_on_and_nothing_starts() -> None:
