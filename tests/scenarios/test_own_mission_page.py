@@ -24,7 +24,7 @@ from skillwing.bt_missions.xml import installed_nodes
 from skillwing.services.protocol import DataReading
 
 PAGE = (ROOT / "docs/own_mission.md").read_text(encoding="utf-8")
-PATROL, WRONG, HOP, VALUES, HOME = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
+PATROL, WRONG, HOP, VALUES, HOME, BOTH = re.findall(r"```xml\n(.*?)```", PAGE, re.DOTALL)
 PYTHON, NODE = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 (TOML,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 MISTAKES, IN_THE_AIR, MISFIT = re.findall(r"```text\n(.*?)```", PAGE, re.DOTALL)
@@ -187,3 +187,9 @@ def test_a_name_is_not_taken_twice() -> None:
     typed("new", "patrol.py")
     with pytest.raises(Exception, match="Choose another name"):
         typed("new", "patrol.py")
+
+
+def test_a_mission_on_two_drones_fits_them() -> None:
+    Path("both.xml").write_text(BOTH)
+    said = typed("check", "both.xml", "--robot", "left=m600", "--robot", "right=m600")
+    assert said == "both: fits left (m600), right (m600)\n"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import pytest
 from fake_interface import SKILLSET, FakeMission
@@ -20,7 +19,6 @@ from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.dsl import parse
 from skillwing.dsl.model import UnknownNameError
-from skillwing.m600.robot import ROBOT
 from skillwing.services.rescue_goal import RescueGoal
 
 CRANE = parse(
@@ -260,11 +258,3 @@ def test_a_parallel_all_lets_each_child_come_to_its_end() -> None:
     both.tick_once()
     assert both.status is Status.RUNNING
     assert len(fake.goals) == 4
-
-
-def test_the_example_of_the_page_fits_two_drones() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "own_mission.md").read_text(encoding="utf-8")
-    example = page.partition("## 9. Command several robots")[2].partition("```xml")[2].partition("```")[0]
-    drone = RobotModel(ROBOT.load_skillset(), ROBOT.rescue_goal)
-    mission = mission_of(example.strip())
-    assert check_mission_on(mission, {"left": drone, "right": drone}, mission.Options()) == []
