@@ -263,7 +263,7 @@ def test_in_lockstep_each_question_is_answered_before_time_goes_on(network: Netw
     answered: list[tuple[float, float]] = []
     leader.subscribe("answer", lambda sample: answered.append((leader.now(), float(sample.payload))))
     # Before the worker has joined the leader runs ahead of it; the answers to that come late.
-    assert network.run_until(lambda: worker.name in clock.joined)
+    assert network.run_until(lambda: f"r1/{worker.name}" in clock.joined)
     answered.clear()
     assert network.run_until(lambda: bool(answered) and answered[-1][0] == answered[-1][1])
     answered.clear()

@@ -135,7 +135,7 @@ def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
 
 
 def test_where_nothing_runs_both_say_so(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("skillwing.services.client.connection.CONNECT_TIMEOUT", 0.2)
+    monkeypatch.setattr("skillwing.services.client.joining.CONNECT_TIMEOUT", 0.2)
     interface, aio = clients()
     with pytest.raises(NoSystemError), interface.connect():
         pass

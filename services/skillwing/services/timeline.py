@@ -26,13 +26,16 @@ class Timeline:
         self._bus = bus
         key = keys.timeline if bus.identity is None else signed(keys.timeline, bus.identity.name)
         self._publisher = bus.advertise(key, events=True)
-        ids = _ids.get(bus)
-        if ids is None:
-            ids = _ids[bus] = RecordIds(f"{bus.name}~{bus.new_id()[-MARK_LENGTH:]}")
-        self._ids = ids
+        self._ids: RecordIds | None = None
 
     def new_id(self) -> str:
         """An id for a record that a core writes and `publish` publishes."""
+        if self._ids is None:
+            # Made for the first record: a process that writes none changes the ids of no other one.
+            self._ids = _ids.get(self._bus)
+            if self._ids is None:
+                mark = self._bus.new_id()[-MARK_LENGTH:]
+                self._ids = _ids[self._bus] = RecordIds(f"{self._bus.name}~{mark}")
         return self._ids(self._bus.now())
 
     def record(

@@ -46,7 +46,7 @@ def process_identity(folder: Path, robot: str, process: str) -> SessionIdentity:
 def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> None:
     """Raise KeysError if a process of a robot, or its launcher, has no certificate that lasts for `NEEDED`.
 
-    The router ends links whose certificate has expired, which must not happen in the air.
+    The router ends links whose certificate has expired, which must not happen while the robot moves.
     """
     used = [process_identity(folder, robot, process).folder for process in (*processes, LAUNCHER)]
     used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []

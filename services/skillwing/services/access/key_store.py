@@ -224,7 +224,7 @@ class KeyStore:
 
 
 def process_folder(process: str) -> str:
-    """Name of the folder of a process: `skill.land` for `skill/land`."""
+    """Name of the folder of a process: `skill.drive` for `skill/drive`."""
     return process.replace("/", ".")
 
 

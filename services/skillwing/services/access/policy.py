@@ -53,7 +53,7 @@ COMMAND_LAYER = "command the functional layer"
 
 
 def certificate_name(robot: str, process: str) -> str:
-    """Name of a process's certificate, one chunk of a key: `m600.skill.land`. Names of people have no dot."""
+    """Name of a process's certificate, one chunk of a key: `rover.skill.drive`. Names of people have no dot."""
     return f"{robot}.{process.replace('/', '.')}"
 
 
