@@ -77,7 +77,7 @@ def short_flight(tmp_path: Path) -> Iterator[MockScript]:
     """A script with a shorter climb. Each flight's tree is the same: its check is left out."""
     file = tmp_path / "short.mock.toml"
     file.write_text("[skill.takeoff]\ndelay = 1.0\n")
-    with patch.object(mission_check, "preflight", lambda mission, trees, skillset, goal: []):
+    with patch.object(mission_check, "preflight", lambda mission, trees, context: []):
         yield script(file)
 
 
