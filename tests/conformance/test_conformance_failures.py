@@ -115,9 +115,11 @@ def test_a_goal_whose_owner_is_back_within_its_grace_runs_on(system: System) -> 
     system.until(lambda: system.state(goal) is State.RUNNING, "the goal to run")
     pilot.close()
     system.wait(2.0)
-    owner(system, "pilot")
+    back = owner(system, "pilot")
     system.wait(3.0)
     assert system.state(goal) is State.RUNNING
+    back.close()
+    assert system.end(goal).ending is Ending.INTERRUPTED
 
 
 def test_a_goal_that_is_to_continue_outlives_its_owner(system: System) -> None:
