@@ -13,7 +13,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.source import to_source
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
-from skillwing.services.bus.reading import message_reader
+from skillwing.services.client.causal_feed import subscribe_to_records
 from skillwing.services.core.events import Event, GoalSilent, ManagerExited, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
@@ -177,7 +177,7 @@ class ResourceManagerNode:
         for each in self._core.data.names:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
         # No events: an old exit says nothing about the goals of today.
-        bus.subscribe(keys.timeline, message_reader(Record, self._on_record))
+        subscribe_to_records(bus, keys, self._on_record, events=False)
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_ready, QueryReady, self._answer_ready)
         serve(bus, keys.resource_robot, QueryRobot, self._answer_robot)
