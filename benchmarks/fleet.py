@@ -190,7 +190,7 @@ def clients(
     """A client of each robot, all in this thread."""
     buses: list[ZenohBus] = []
     for number in range(robots):
-        bus = ZenohBus("benchmark", f"r{number}", endpoint, loop_of=buses[0] if buses else None)
+        bus = ZenohBus("benchmark", f"r{number}", endpoint, sibling=buses[0] if buses else None)
         buses.append(stack.enter_context(closing(bus)))
     interfaces = [SkillsetInterface(bus, skillset, client="benchmark") for bus in buses]
     if not buses[0].run_until(lambda: all(each.ready for each in interfaces), ANSWER_WITHIN):

@@ -1,7 +1,7 @@
 """The bus of everything a user runs: a Zenoh session, one mailbox, one thread.
 
-Zenoh calls back on threads of its own. Those callbacks only put actions into the mailbox. `run_until` runs the actions
-and the timers on its caller's thread, so that a node has one thread and needs no locks.
+Zenoh calls back on threads of its own. Those callbacks only put actions into the mailbox of the node's loop, which runs
+them on the node's one thread. So a node needs no locks.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import logging
 import math
 import time
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
 
 import zenoh
 import zenoh.ext
@@ -18,7 +17,6 @@ import zenoh.ext
 from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
-    Answered,
     Handle,
     NoReply,
     Refused,
@@ -26,10 +24,21 @@ from skillwing.services.bus import (
     Sample,
     Topology,
 )
-from skillwing.services.bus.agenda import Agenda, Entry
+from skillwing.services.bus.agenda import Entry
 from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
 from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
-from skillwing.services.bus.identity import SessionIdentity, signed, split_asker
+from skillwing.services.bus.identity import SessionIdentity, signed
+from skillwing.services.bus.node_loop import NodeLoop, NodeTime
+from skillwing.services.bus.zenoh_entities import (
+    REFUSAL,
+    Declared,
+    ZenohPublisher,
+    ZenohQuestion,
+    ZenohRequest,
+    answer_of,
+    sample_of,
+    size_of,
+)
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, knows, open_session
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
@@ -44,9 +53,6 @@ from skillwing.services.protocol import (
     encode,
 )
 
-REFUSAL = zenoh.Encoding("application/vnd.skillwing.refusal+msgpack")
-"""Encoding of our own error replies. Zenoh also sends error replies, for example at a query's timeout."""
-TIMEOUT_REPLY = b"Timeout"
 HEARTBEAT = 0.5
 """Seconds between an event publisher's heartbeats, which reveal the loss of the last event to subscribers."""
 ANSWER_GRACE = 1.0
@@ -61,9 +67,8 @@ class ZenohBus:
     """One node's session; see `Bus` for what each method promises.
 
     name: of the node; robot: its namespace; endpoint: of the router, `tcp/HOST:PORT`; clock: of robot time; topology:
-    the session's connections. host: a bus of the same node in the namespace of another robot; both run on its thread
-    and its clock. identity: the certificate to show, for a router with keys. loop_of: a bus of another robot, whose
-    loop runs this one as well, each with a clock of its own.
+    the session's connections; identity: the certificate to show, for a router with keys. sibling: a bus of the same
+    node in the namespace of another robot, whose loop runs this one as well. Without `clock` both have one clock.
     Raises RouterUnreachableError if the router does not answer within `connect_timeout` seconds.
     """
 
@@ -76,38 +81,31 @@ class ZenohBus:
         connect_timeout: float = CONNECT_TIMEOUT,
         *,
         topology: Topology = "router",
-        host: ZenohBus | None = None,
         identity: SessionIdentity | None = None,
-        loop_of: ZenohBus | None = None,
+        sibling: ZenohBus | None = None,
     ) -> None:
         self._name, self._robot, self._endpoint = name, robot, endpoint
         self._topology: Topology = topology
         self._identity = identity
-        self._clock: Clock = host._clock if host is not None else clock or WallClock()
-        self._runner = loop_of
-        self._together: tuple[ZenohBus, ...] = (self,)
-        """All buses with a clock of their own that the loop of this one runs: itself, and the open ones beside it."""
-        owner = host or loop_of
-        self._mailbox: SimpleQueue[Callable[[], None]] = owner._mailbox if owner is not None else SimpleQueue()
         self._requests = RequestBacklog()
         self._streams = SampleBacklog(STREAMS)
         self._events = SampleBacklog(EVENTS)
-        self._robot_agenda = host._robot_agenda if host is not None else Agenda()
-        self._wall_agenda = host._wall_agenda if host is not None else Agenda()
-        self._beside: list[ZenohBus] = []
-        self._declared: set[_Declared] = set()
-        self._awaited: float | None = None
-        self._owed: float | None = None
-        self._done: _Publisher | None = None
-        self._running = False
+        self._declared: set[Declared] = set()
+        self._done: ZenohPublisher | None = None
         self._closed = False
         self._session = open_session(topology, endpoint, robot, connect_timeout, identity)
-        if loop_of is not None:
-            loop_of._together = (*loop_of._together, self)
-        if isinstance(self._clock, FollowedClock):
-            self._follow(self._clock)
-        elif isinstance(self._clock, LockstepClock):
-            self._lead(self._clock)
+        self._siblings: list[ZenohBus] = sibling._siblings if sibling is not None else []
+        """All open buses of the node. The first one closes the others with itself."""
+        self._siblings.append(self)
+        self._loop = sibling._loop if sibling is not None else NodeLoop()
+        shared = sibling._time if sibling is not None and clock is None else None
+        self._time = shared or NodeTime(clock or WallClock())
+        if shared is None:
+            self._loop.add(self._time)
+        if isinstance(self._time.clock, LockstepClock):
+            self._lead(self._time.clock)
+        elif isinstance(self._time.clock, FollowedClock) and shared is None:
+            self._follow(self._time.clock)
 
     @property
     def name(self) -> str:
@@ -117,16 +115,14 @@ class ZenohBus:
         """See `MultiRobotBus`. Raises RouterUnreachableError."""
         if robot == self._robot:
             return self
-        bus = ZenohBus(
+        return ZenohBus(
             f"{self._name}@{self._robot}",
             robot,
             self._endpoint,
             topology=self._topology,
-            host=self,
             identity=self._identity,
+            sibling=self,
         )
-        self._beside.append(bus)
-        return bus
 
     @property
     def identity(self) -> SessionIdentity | None:
@@ -137,11 +133,11 @@ class ZenohBus:
         return self._identity is None or knows(self._session, self._identity)
 
     def now(self) -> float:
-        return self._clock.now()
+        return self._time.clock.now()
 
     @property
     def follows_time(self) -> bool:
-        return not isinstance(self._clock, WallClock)
+        return not isinstance(self._time.clock, WallClock)
 
     def new_id(self) -> str:
         return new_goal_id()
@@ -163,10 +159,10 @@ class ZenohBus:
 
     # --- messages ----------------------------------------------------------------------------------------------------
 
-    def advertise(self, key: str, *, events: bool = False) -> _Publisher:
+    def advertise(self, key: str, *, events: bool = False) -> ZenohPublisher:
         drop = zenoh.CongestionControl.DROP
         if not events:
-            return _Publisher(self, self._session.declare_publisher(key, congestion_control=drop))
+            return ZenohPublisher(self._session.declare_publisher(key, congestion_control=drop), self._is_closed)
         publisher = zenoh.ext.declare_advanced_publisher(
             self._session,
             key,
@@ -175,7 +171,7 @@ class ZenohBus:
             publisher_detection=True,
             sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=HEARTBEAT, sporadic_heartbeat=None),
         )
-        return _Publisher(self, publisher)
+        return ZenohPublisher(publisher, self._is_closed)
 
     def subscribe(
         self,
@@ -185,7 +181,7 @@ class ZenohBus:
         events: bool = False,
         latest_only: bool = False,
     ) -> Handle:
-        handle = _Declared(self._declared)
+        handle = Declared(self._declared)
         inbox = Inbox(
             self._events if events else self._streams,
             lambda sample: handle.while_declared(lambda: on_sample(sample)),
@@ -195,8 +191,7 @@ class ZenohBus:
         )
 
         def receive(sample: zenoh.Sample) -> None:
-            # A copy waits. A sample of Zenoh's would keep alive the whole buffer that it was received in.
-            inbox.receive(_sample(sample))
+            inbox.receive(sample_of(sample))
 
         callback = zenoh.handlers.Callback(receive, indirect=False)
         if not events:
@@ -218,10 +213,10 @@ class ZenohBus:
         return handle
 
     def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> Handle:
-        handle = _Declared(self._declared)
+        handle = Declared(self._declared)
 
         def receive(query: zenoh.Query) -> None:
-            size = _size(query)
+            size = size_of(query)
             if not self._requests.enter(size):
                 text = f"`{self._name}` has not taken up the requests that came before this one."
                 reply = ErrorReply(code=ErrorCode.UNAVAILABLE, message=text, help="Ask again.")
@@ -230,7 +225,7 @@ class ZenohBus:
 
             def take_up() -> None:
                 self._requests.leave(size)
-                handle.while_declared(lambda: on_request(_Request(query, signed_keys=self._identity is not None)))
+                handle.while_declared(lambda: on_request(ZenohRequest(query, signed_keys=self._identity is not None)))
 
             self.post(take_up)
 
@@ -253,15 +248,15 @@ class ZenohBus:
                 self.post(lambda: on_answer(Refused(refusal)))
                 return
             key = signed(key, self._identity.name)
-        question = _Question(on_answer)
+        question = ZenohQuestion(on_answer)
         expiry = time.monotonic() + timeout
-        question.expiry = self._wall_agenda.add(
+        question.expiry = self._time.wall_agenda.add(
             expiry + ANSWER_GRACE, lambda: question.complete(NoReply(timed_out=True))
         )
 
         def receive(reply: zenoh.Reply) -> None:
             question.answered = True
-            self.post(lambda: question.complete(_answer(reply)))
+            self.post(lambda: question.complete(answer_of(reply)))
 
         def finish() -> None:
             if question.answered:
@@ -282,12 +277,12 @@ class ZenohBus:
     # --- liveliness --------------------------------------------------------------------------------------------------
 
     def declare_alive(self, key: str) -> Handle:
-        handle = _Declared(self._declared)
+        handle = Declared(self._declared)
         handle.hold(self._session.liveliness().declare_token(key))
         return handle
 
     def watch_alive(self, key_expression: str, on_change: Callable[[str, bool], None]) -> Handle:
-        handle = _Declared(self._declared)
+        handle = Declared(self._declared)
         known: set[str] = set()
 
         def note(key: str, alive: bool) -> None:
@@ -307,106 +302,42 @@ class ZenohBus:
 
     def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Entry:
         if wall:
-            return self._wall_agenda.add(time.monotonic() + delay, action)
-        return self._robot_agenda.add(self.now() + delay, action)
+            return self._time.wall_agenda.add(time.monotonic() + delay, action)
+        return self._time.robot_agenda.add(self.now() + delay, action)
 
     def every(self, period: float, action: Callable[[], None]) -> Entry:
-        return self._robot_agenda.add_periodic(self.now(), period, action)
+        return self._time.robot_agenda.add_periodic(self.now(), period, action)
 
     def post(self, action: Callable[[], None]) -> None:
-        self._mailbox.put(action)
+        self._loop.post(action)
 
     def run_until(self, done: Callable[[], bool], timeout: float | None = None) -> bool:
         """See `Loop`. A closed bus runs nothing: this returns False at once unless `done()` holds."""
-        if self._runner is not None:
-            return self._runner.run_until(done, timeout)
-        if self._running:
-            raise RuntimeError("run_until was called from a callback; a node lives in callbacks and must not wait")
-        deadline = None if timeout is None else time.monotonic() + timeout
-        self._running = True
-        try:
-            while not done():
-                if self._closed or (deadline is not None and time.monotonic() >= deadline):
-                    return False
-                self._turn(deadline)
-            return True
-        finally:
-            self._running = False
+        return self._loop.run_until(done, timeout)
 
     def close(self) -> None:
         """Leave the network. No callback runs afterwards. Idempotent."""
-        if not self._closed:
-            self._closed = True
-            if self._runner is not None:
-                self._runner._together = tuple(bus for bus in self._runner._together if bus is not self)
-            for each in (*self._beside, *self._together[1:]):
-                each.close()
-            self._session.close()
+        if self._closed:
+            return
+        self._closed = True
+        first = self._siblings[0] is self
+        self._siblings.remove(self)
+        if first:
+            self._loop.close()
+            for sibling in tuple(self._siblings):
+                sibling.close()
+        elif all(sibling._time is not self._time for sibling in self._siblings):
+            self._loop.remove(self._time)
+        for declared in self._declared:
+            declared.silence()
+        self._session.close()
 
     @property
     def closed(self) -> bool:
         return self._closed
 
-    def _turn(self, deadline: float | None) -> None:
-        """Run the waiting messages and a due timer of each bus. If there are none, wait for the first one."""
-        self._catch_up()
-        waiting = self._mailbox.qsize()
-        for _ in range(waiting):
-            self._mailbox.get_nowait()()
-            if self._closed:
-                return
-        acted = [bus._act_when_due() for bus in self._together]
-        if not any(acted) and not waiting:
-            patience = [each for bus in self._together if (each := bus._patience(deadline)) is not None]
-            try:
-                message = self._mailbox.get(timeout=min(patience) if patience else None)
-            except Empty:
-                return
-            self._catch_up()
-            message()
-
-    def _act_when_due(self) -> bool:
-        """Run a timer that is due, or acknowledge robot time. False if there is nothing to do."""
-        if self._closed:
-            return False
-        timer = self._due_timer()
-        if timer is not None:
-            timer()
-        elif self._owed is not None:
-            self._acknowledge(self._owed)
-        else:
-            return False
-        return True
-
-    def _catch_up(self) -> None:
-        for bus in self._together:
-            if isinstance(bus._clock, FollowedClock):
-                bus._clock.catch_up()
-
-    def _due_timer(self) -> Callable[[], None] | None:
-        timer = self._wall_agenda.take(time.monotonic())
-        if timer is not None:
-            return timer
-        due = self._robot_agenda.next_due()
-        if due is None:
-            return None
-        wait = self._clock.seconds_until(due)
-        if wait is None or wait > 0.0:
-            return None
-        self._clock.reach(due)
-        return self._robot_agenda.take(max(due, self._clock.now()))
-
-    def _patience(self, deadline: float | None) -> float | None:
-        """Wall seconds until a timer is due or the deadline is over; None for never."""
-        wall_due, robot_due = self._wall_agenda.next_due(), self._robot_agenda.next_due()
-        # Set before the clock is read, so that a tick in between wakes this node.
-        self._awaited = robot_due
-        waits = [due - time.monotonic() for due in (deadline, wall_due) if due is not None]
-        if robot_due is not None:
-            wait = self._clock.seconds_until(robot_due)
-            if wait is not None:
-                waits.append(wait)
-        return max(0.0, min(waits)) if waits else None
+    def _is_closed(self) -> bool:
+        return self._closed
 
     def _follow(self, clock: FollowedClock) -> None:
         """Set the clock at each tick, and wake the node only if a timer waits for this tick."""
@@ -415,11 +346,11 @@ class ZenohBus:
 
         def start(tick: ClockTick, received: float) -> None:
             if not clock.has_started():
-                self._robot_agenda.shift(tick.t)
+                self._time.robot_agenda.shift(tick.t)
                 clock.tick(tick.t, tick.factor, received)
 
         def owe(t: float) -> None:
-            self._owed = t
+            self._time.acknowledge = lambda: self._acknowledge(t, clock)
 
         def receive(sample: zenoh.Sample) -> None:
             nonlocal acknowledged
@@ -438,21 +369,18 @@ class ZenohBus:
                 acknowledged = tick.t
                 self.post(lambda: owe(tick.t))
                 return
-            awaited = self._awaited
-            if awaited is not None and clock.reaches(awaited):
+            if self._time.wakes_for(clock):
                 self.post(_nothing)
 
         self._session.declare_subscriber(CLOCK_KEY, zenoh.handlers.Callback(receive, indirect=False))
 
-    def _acknowledge(self, t: float) -> None:
+    def _acknowledge(self, t: float, clock: FollowedClock) -> None:
         """Report to the owner of time that all work up to `t` is done."""
-        self._owed = None
         if self._done is None:
             key = f"{CLOCK_DONE_KEY}/{self._name}"
             self._done = self.advertise(key)
             self.declare_alive(key)
-        assert isinstance(self._clock, FollowedClock)
-        self._done.put(encode(ClockDone(t=t, lag=self._clock.lag or 0.0)))
+        self._done.put(encode(ClockDone(t=t, lag=clock.lag or 0.0)))
 
     def _lead(self, clock: LockstepClock) -> None:
         """Receive the progress of the followers of this process's time, in the namespace of one robot."""
@@ -474,140 +402,6 @@ class ZenohBus:
 
         self.subscribe(f"{CLOCK_DONE_KEY}/**", on_done)
         self.watch_alive(f"{CLOCK_DONE_KEY}/**", on_change)
-
-
-# --- what is declared ------------------------------------------------------------------------------------------------
-
-_Entity = (
-    zenoh.Subscriber[None]
-    | zenoh.Queryable[None]
-    | zenoh.LivelinessToken
-    | zenoh.ext.AdvancedSubscriber[None]
-    | zenoh.ext.SampleMissListener[None]
-)
-
-
-class _Declared:
-    """Declarations that are cancelled together. Messages that are still in the mailbox are then not delivered.
-
-    Zenoh withdraws a token without references: `register` holds all that are not cancelled.
-    """
-
-    def __init__(self, register: set[_Declared]) -> None:
-        self._register = register
-        self._entities: tuple[_Entity, ...] = ()
-        self._cancelled = False
-        register.add(self)
-
-    def hold(self, *entities: _Entity) -> None:
-        self._entities = entities
-
-    def cancel(self) -> None:
-        self._cancelled = True
-        self._register.discard(self)
-        entities, self._entities = self._entities, ()
-        for entity in entities:
-            entity.undeclare()
-
-    def while_declared(self, action: Callable[[], None]) -> None:
-        if not self._cancelled:
-            action()
-
-
-class _Publisher:
-    def __init__(self, bus: ZenohBus, publisher: zenoh.Publisher | zenoh.ext.AdvancedPublisher) -> None:
-        self._bus = bus
-        self._publisher = publisher
-
-    def put(self, payload: bytes, attachment: bytes = b"") -> None:
-        if not self._bus.closed:
-            self._publisher.put(payload, attachment=attachment or None)
-
-
-class _Question:
-    """A query under way. The first answer completes it."""
-
-    def __init__(self, on_answer: Callable[[Answer], None]) -> None:
-        self._on_answer = on_answer
-        self._completed = False
-        self.answered = False
-        """True if an answer is in the mailbox. Only Zenoh's thread uses it."""
-        self.expiry: Entry | None = None
-
-    def complete(self, answer: Answer) -> None:
-        if self._completed:
-            return
-        self._completed = True
-        if self.expiry is not None:
-            self.expiry.cancel()
-        self._on_answer(answer)
-
-
-class _Request:
-    """A received query. It drops Zenoh's query after the answer, which ends the query for the asker."""
-
-    def __init__(self, query: zenoh.Query, *, signed_keys: bool) -> None:
-        self._query: zenoh.Query | None = query
-        self._reply_key = str(query.key_expr)
-        self._key, self._asker = split_asker(self._reply_key) if signed_keys else (self._reply_key, None)
-        self._payload = query.payload.to_bytes() if query.payload is not None else b""
-        self._attachment = query.attachment.to_bytes() if query.attachment is not None else b""
-
-    @property
-    def key(self) -> str:
-        return self._key
-
-    @property
-    def asker(self) -> str | None:
-        return self._asker
-
-    @property
-    def payload(self) -> bytes:
-        return self._payload
-
-    @property
-    def attachment(self) -> bytes:
-        return self._attachment
-
-    def reply(self, payload: bytes, attachment: bytes = b"") -> None:
-        with self._take() as query:
-            query.reply(self._reply_key, payload, attachment=attachment or None)
-
-    def refuse(self, error: ErrorReply) -> None:
-        with self._take() as query:
-            query.reply_err(encode(error), encoding=REFUSAL)
-
-    def _take(self) -> zenoh.Query:
-        query, self._query = self._query, None
-        if query is None:
-            raise RuntimeError(f"the query on `{self._key}` was answered twice; answer each query once")
-        return query
-
-
-def _size(query: zenoh.Query) -> int:
-    return sum(len(each) for each in (query.payload, query.attachment) if each is not None)
-
-
-def _sample(sample: zenoh.Sample) -> Sample:
-    attachment = sample.attachment.to_bytes() if sample.attachment is not None else b""
-    return Sample(str(sample.key_expr), sample.payload.to_bytes(), attachment)
-
-
-def _answer(reply: zenoh.Reply) -> Answer:
-    """The answer in a reply: a payload, our own refusal, or silence for Zenoh's timeout and other errors."""
-    if reply.ok is not None:
-        sample = _sample(reply.ok)
-        return Answered(sample.payload, sample.attachment)
-    error = reply.err
-    if error is None:
-        return NoReply(timed_out=False)
-    payload = error.payload.to_bytes()
-    if error.encoding != REFUSAL:
-        return NoReply(timed_out=payload == TIMEOUT_REPLY)
-    try:
-        return Refused(decode(payload, ErrorReply))
-    except ProtocolError as problem:
-        return Refused(ErrorReply(code=ErrorCode.INTERNAL, message=f"The refusal itself is malformed: {problem}."))
 
 
 def _nothing() -> None:

@@ -21,7 +21,7 @@ _numbers = count(1)
 def join(
     robot: str, endpoint: str, client: str, clock: Clock | None = None, beside: ZenohBus | None = None
 ) -> ZenohBus:
-    """A bus of a person's command or script. client: its role, part of the node's name. beside: as `loop_of`.
+    """A bus of a person's command or script. client: its role, part of the node's name. beside: as `sibling`.
 
     Raises NoSystemError without a router, KeysError and NotKnownError where it asks for a key.
     """
@@ -30,7 +30,7 @@ def join(
     if identity is not None:
         name = owned_chunk(identity.name, name)
     try:
-        bus = ZenohBus(name, robot, endpoint, clock, CONNECT_TIMEOUT, identity=identity, loop_of=beside)
+        bus = ZenohBus(name, robot, endpoint, clock, CONNECT_TIMEOUT, identity=identity, sibling=beside)
     except RouterUnreachableError as error:
         reason = explained(error, identity)
         raise (NoSystemError(str(error)) if reason is error else reason) from error
