@@ -20,7 +20,7 @@ def refusal_cause(
 
     data_records: as in `record_datum`.
     """
-    known = state.environment(inputs, now)
+    known = state.environment(now, inputs)
     change = state.table.latest_change(preventing_resources(state.skillset, skill, known))
     if change is not None:
         return change[1]
@@ -46,7 +46,7 @@ def _preventing(guard: Expression, skillset: Skillset, states: Mapping[str, str]
 
     If none could, each false side of an `and` counts for itself. Of another guard all resources count.
     """
-    if names_used(guard, "data") or names_used(guard, "input") or holds(guard, states):
+    if not names_used(guard, "resource") or holds(guard, states):
         return frozenset()
     if alone := sufficient_changes(guard, skillset, states):
         return frozenset(alone)

@@ -37,16 +37,16 @@ def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
     check_goal_id(request.goal_id)
     skill = state.skill(request.skill)
     effect, post = _effect_of_end(skill, request)
-    known = state.ledger.verdict(request.goal_id, skill.name)
+    state.ledger.verdict(request.goal_id, skill.name)  # refuses a lost goal, and the id of another skill
     grant = state.ledger.active(request.goal_id)
     if grant is None:
-        return _end_without_grant(state, request, skill, known, now)
+        return _end_without_grant(state, request, skill, now)
     check_fence(request, grant)
     require_known_data(state, post, now)
     record = state.record_goal(skill, "ENDED", now, grant.goal_id, request.cause, request.result or request.how.value)
     reason = state.apply_effect(skill, effect, record, grant.goal_id, now)
     if not reason and post is not None:
-        failure = explain_failure(post, state.environment(grant.inputs, now))
+        failure = explain_failure(post, state.environment(now, grant.inputs))
         reason = f"The postcondition {failure}" if failure else ""
     ended = Ended(
         goal_id=grant.goal_id,
@@ -108,15 +108,13 @@ def check_fence(request: EndGoal, grant: Grant) -> None:
         )
 
 
-def _end_without_grant(
-    state: ManagerState, request: EndGoal, skill: Skill, known: GoalVerdict | None, now: float
-) -> GoalVerdict:
+def _end_without_grant(state: ManagerState, request: EndGoal, skill: Skill, now: float) -> GoalVerdict:
     finished = state.ledger.finished(request.goal_id)
     abandoned = abandons_unknown_grant(request)
-    if known is not None and finished is not None:
+    if finished is not None:
         if not abandoned:
             check_token(request, finished.token)
-        return known
+        return finished.verdict
     if not abandoned:
         raise unknown_goal(request.goal_id)
     # Its begin may still arrive. The goal must not take any resource then.

@@ -41,7 +41,7 @@ def fire_event(state: ManagerState, request: FireEvent, now: float) -> ResourceS
     except UnknownNameError as error:
         raise unknown_name(error) from error
     require_known_data(state, event.guard, now)
-    obstacle = None if event.guard is None else explain_failure(event.guard, state.environment({}, now))
+    obstacle = None if event.guard is None else explain_failure(event.guard, state.environment(now))
     obstacle = obstacle or state.table.obstacle(event.effect.transitions, extern=True)
     if obstacle is not None:
         text = f"The event `{event.name}` cannot happen now: {obstacle}"

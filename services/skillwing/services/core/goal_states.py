@@ -331,7 +331,7 @@ class Unstopped(Executing, frozen=True):
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case RenewalAnswered(answer=Granted()):
-                return (replace(self, silences=0), None, None) if self.silences else None
+                return replace(self, silences=0), None, None
             case StopRequested(reason=reason, cause=cause):
                 return self.stop(reason, cause, skill, now)
             case TimePassed():

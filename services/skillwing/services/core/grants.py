@@ -28,7 +28,7 @@ def begin(state: ManagerState, request: BeginGoal, now: float) -> GoalVerdict:
         require_known_data(state, check.expression, now)
     if request.incarnation:
         replace_predecessors(state, request.manager, request.incarnation, now)
-    failing = failing_preconditions(state.skillset, skill, state.environment(inputs, now))
+    failing = failing_preconditions(state.skillset, skill, state.environment(now, inputs))
     if failing:
         return decline(state, request, skill, inputs, failing, now)
     record = state.record_goal(skill, "GRANTED", now, request.goal_id, request.cause, f"to {request.manager}")
@@ -63,4 +63,5 @@ def _take_from_predecessor(state: ManagerState, grant: Grant, request: BeginGoal
     state.incarnations.check(request.manager, request.incarnation)
     replace_predecessors(state, request.manager, request.incarnation, now)
     finished = state.ledger.finished(grant.goal_id)
-    return grant.granted if finished is None else finished.verdict
+    assert finished is not None, "the grant was a predecessor's"
+    return finished.verdict

@@ -42,7 +42,7 @@ def enforce_invariants(state: ManagerState, now: float, data_records: dict[str, 
 def first_violation(state: ManagerState, now: float) -> Violation | None:
     """The first false invariant, in order of grant, then of declaration."""
     for grant in state.ledger.grants:
-        environment = state.environment(grant.inputs, now)
+        environment = state.environment(now, grant.inputs)
         for invariant in grant.skill.invariants:
             reason = explain_failure(invariant.expression, environment)
             if reason is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -78,7 +79,7 @@ class LatestData:
 
     def freshness_unknown(self, names: Iterable[str], now: float) -> bool:
         """True if one of these data may have a fresh value that has not arrived here."""
-        return any(now < self._unknown_until.get(name, float("-inf")) for name in names)
+        return any(now < self._unknown_until.get(name, -math.inf) for name in names)
 
     def is_fresh(self, name: str, now: float) -> bool:
         return now < self._fresh_until(name)
@@ -98,12 +99,12 @@ class LatestData:
     def next_stale_at(self, now: float) -> float | None:
         """Time at which the next datum turns stale if no sample comes in; None for never. Unknown data count too."""
         ends = [*(self._fresh_until(name) for name in self._latest), *self._unknown_until.values()]
-        times = [until for until in ends if now < until < float("inf")]
+        times = [until for until in ends if now < until < math.inf]
         return min(times, default=None)
 
     def _fresh_until(self, name: str) -> float:
         stamped = self._latest.get(name)
         if stamped is None:
-            return float("-inf")
+            return -math.inf
         limit = self._items[name].stale_after
-        return float("inf") if limit is None else stamped.t + limit
+        return math.inf if limit is None else stamped.t + limit

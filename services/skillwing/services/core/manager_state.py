@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 from skillwing.dsl.expressions import Environment
@@ -19,6 +20,8 @@ from skillwing.services.protocol import Lost, Record, RecordKind, ResourceStates
 
 Publication: TypeAlias = Violated | Lost | Record
 """Messages that a step publishes."""
+NO_INPUTS: Mapping[str, object] = MappingProxyType({})
+"""Inputs of guards that belong to no goal."""
 
 
 @dataclass(slots=True)
@@ -49,7 +52,7 @@ class ManagerState:
         """All states as a message."""
         return ResourceStates(step=self.step, epoch=self.epoch, states=dict(self.table.states), t=now)
 
-    def environment(self, inputs: Mapping[str, object], now: float) -> Environment:
+    def environment(self, now: float, inputs: Mapping[str, object] = NO_INPUTS) -> Environment:
         """Values for guards: states, fresh data and a goal's inputs."""
         return Environment(resources=self.table.states, data=self.data.fresh(now), inputs=inputs)
 

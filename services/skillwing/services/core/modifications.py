@@ -100,9 +100,15 @@ class Modifications:
         """Remember the answer to the request of the state before, if the goal has left it."""
         if not isinstance(before, Modifying) or isinstance(run.state, Modifying):
             return
-        problem = event.problem if isinstance(event, Validated) else "The goal was ended before its new inputs counted."
-        refusal = None
-        if problem is not None:
-            help = "The goal keeps its own." if isinstance(event, Validated) else "Start another one."
-            refusal = ErrorReply(code=ErrorCode.NOT_ALLOWED, message=sendable_text(problem), help=help)
+        match event:
+            case Validated(problem=None):
+                refusal = None
+            case Validated(problem=str() as problem):
+                refusal = _not_allowed(sendable_text(problem), "The goal keeps its own.")
+            case _:
+                refusal = _not_allowed("The goal was ended before its new inputs counted.", "Start another one.")
         self._refusals[before.change.request_id] = refusal
+
+
+def _not_allowed(message: str, help: str) -> ErrorReply:
+    return ErrorReply(code=ErrorCode.NOT_ALLOWED, message=message, help=help)

@@ -36,7 +36,7 @@ def ready_report(state: ManagerState, query: QueryReady, now: float) -> ReadyRep
     holders = tuple(
         Holder(skill=grant.skill.name, goal_id=grant.goal_id, owner=grant.owner) for grant in state.ledger.grants
     )
-    situation = Situation(state.skillset, state.environment({}, now), holders)
+    situation = Situation(state.skillset, state.environment(now), holders)
     return ReadyReport(
         step=state.step, t=now, skills=tuple(skill_ready(situation, skill, query.inputs) for skill in skills)
     )

@@ -73,7 +73,7 @@ class SkillCore:
         *,
         source: str,
         new_record_id: Callable[[], str],
-        incarnation: str = "",
+        incarnation: str,
     ) -> None:
         self._skillset = skillset
         self.skill = skillset.skill(skill)

@@ -226,7 +226,7 @@ def type_text(kind: Type) -> str:
 
 def sendable_text(text: str) -> str:
     """A developer's text in a form that can be sent: encodable, and of bounded length."""
-    plain = text.encode("utf-8", errors="replace").decode("utf-8")
+    plain = text.encode(errors="replace").decode()
     return plain if len(plain) <= LONGEST_TEXT else f"{plain[:LONGEST_TEXT]}..."
 
 
