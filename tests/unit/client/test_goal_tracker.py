@@ -110,6 +110,10 @@ class Desk:
         self.alive = alive
         self.handle = GoalHandle("g", "drive")
         self.changes: list[str] = []
+        self.releases = True
+        """The release of a lost goal becomes known at once; never, if not."""
+        self.released: list[tuple[str, str]] = []
+        """Goals whose release was asked for."""
         self.records: list[Record] = []
         self.network.bus("listener").subscribe(KEYS.timeline, message_reader(Record, self.records.append), events=True)
         bus = self.network.bus("mission")
@@ -121,7 +125,7 @@ class Desk:
             client="mission",
             manager_alive=lambda: self.alive,
             take_reply=self._take_reply,
-            after_release=lambda skill, goal_id, then: then(""),
+            after_release=self._after_release,
             on_change=lambda handle: self.changes.append(
                 handle.terminal.label if handle.terminal else handle.state or ""
             ),
@@ -130,8 +134,10 @@ class Desk:
     def _take_reply(self, status: GoalStatus) -> None:
         self.tracker.advance(status)
 
-    def _note(self, handle: GoalHandle) -> None:
-        self.changes.append(handle.terminal.label if handle.terminal else str(handle.state))
+    def _after_release(self, skill: str, goal_id: str, then: Callable[[str], None]) -> None:
+        self.released.append((skill, goal_id))
+        if self.releases:
+            then("")
 
     def start(self) -> None:
         self.tracker.start(
@@ -436,16 +442,36 @@ def test_it_is_unknown_whether_new_inputs_counted_before_a_manager_was_replaced(
 
 def test_a_goal_that_runs_on_before_its_loss_is_shown_is_interrupted() -> None:
     desk = Desk(alive=False)
-    shown: list[Callable[[str], None]] = []
-    desk.tracker._after_release = lambda skill, goal_id, then: shown.append(then)
+    desk.releases = False
     desk.tracker.advance(RUNNING)
-    desk.tracker.interrupt()
-    desk.network.run_until(lambda: bool(shown), 30.0)
+    desk.tracker.interrupt(cause="tree#3")
+    desk.network.run_until(lambda: bool(desk.released), 30.0)
     before = len(desk.asked.interrupts)
     desk.tracker.advance(RUNNING)
     desk.network.run_until(lambda: len(desk.asked.interrupts) > before, 10.0)
     assert len(desk.asked.interrupts) > before
+    assert desk.asked.interrupts[-1].cause == "tree#3"
     assert desk.handle.terminal is None, "its loss is not shown yet"
+
+
+def test_the_release_of_a_lost_goal_is_asked_for_once() -> None:
+    desk = Desk(alive=False)
+    desk.releases = False
+    desk.tracker.advance(RUNNING)
+    desk.tracker.probe()
+    desk.network.run_until(lambda: bool(desk.released), 30.0)
+    desk.tracker.probe()
+    desk.wait()
+    assert desk.released == [("drive", "g")]
+
+
+def test_a_goal_that_has_ended_is_lost_no_more() -> None:
+    desk = Desk(alive=False)
+    desk.tracker.advance(RUNNING)
+    desk.tracker.probe()
+    desk.tracker.advance(ENDED)
+    desk.wait()
+    assert (desk.terminal, desk.released) == (SUCCESS, [])
 
 
 def modified(revision: int) -> GoalStatus:

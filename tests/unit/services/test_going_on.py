@@ -113,6 +113,15 @@ def test_ends_that_everybody_asked_for_are_not_said_again(bench: Bench) -> None:
     assert all(isinstance(each, Record) for each in again)
 
 
+def test_it_goes_on_with_the_answers_to_finished_goals(bench: Bench) -> None:
+    token = granted(bench.begin("move", "g")).token
+    ended = bench.end("move", "g", token, result="DONE")
+    later, _, _ = successor(bench, 2.0)
+    assert later.end("move", "g", token, result="DONE") == ended
+    assert later.begin("move", "g") == ended, "it runs no second time"
+    assert later.core.states["axes"] == "FREE"
+
+
 def test_data_count_as_fresh_for_as_long_as_they_may_be(bench: Bench) -> None:
     granted(bench.begin("move", "g"))
     later, _, _ = successor(bench, 10.0)

@@ -14,7 +14,7 @@ from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR
 from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_events import RenewalAnswered
-from skillwing.services.protocol import EndGoal, Ending, ErrorCode, ErrorReply, Granted, RenewGoal, State
+from skillwing.services.protocol import EndGoal, Ending, ErrorCode, ErrorReply, Granted, ModifyGoal, RenewGoal, State
 
 
 @pytest.mark.parametrize(("context", "how"), [(validating, None), (running, "DONE")])
@@ -99,6 +99,28 @@ def test_a_goal_whose_invariants_nobody_watches_is_asked_to_stop(answer: Any) ->
     desk.ended()
     assert desk.terminal().label == "IT"
     assert desk.terminal().reason == "The resource manager is silent, and nobody watches the invariants."
+
+
+def test_silent_renewals_are_counted_through_all_states_without_a_request_to_stop() -> None:
+    """The hook `on_dispatch` may take long, and new inputs may arrive: neither makes anybody watch the invariants."""
+
+    def modify(desk: Desk, request_id: str, problem: str | None) -> None:
+        desk.step(
+            ModifyGoal(goal_id="g", request_id=request_id, inputs={"speed": 2.0}, client="test", schema=RIG.schema_hash)
+        )
+        desk.renewed(None)
+        desk.validated(problem)
+
+    desk = dispatching()
+    desk.renewed(None)
+    desk.dispatched()
+    modify(desk, "m1", None)
+    modify(desk, "m2", "Too windy.")
+    for _ in range(RENEWALS_UNTIL_UNWATCHED - 4):
+        desk.renewed(None)
+    assert desk.state is State.RUNNING
+    desk.renewed(None)
+    assert desk.state is State.INTERRUPTING
 
 
 def test_a_verdict_on_a_renewal_has_the_hooks_stop() -> None:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from skill_desk import TOKEN, Desk, interrupting, running, validating
 
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Hook
-from skillwing.services.protocol import Ending, ErrorCode, State
+from skillwing.services.protocol import Ending, ErrorCode, InterruptGoal, State
+
+
+def started() -> Desk:
+    """A goal whose hook `validate` runs."""
+    desk = Desk()
+    desk.start()
+    return desk
 
 
 def test_mistake_halt_before_the_acknowledgement_orphans_the_goal() -> None:
@@ -99,3 +108,12 @@ def test_a_start_at_its_very_deadline_is_in_time() -> None:
     desk.now = 10.0
     desk.start(deadline=10.0)
     assert desk.state is State.VALIDATING
+
+
+@pytest.mark.parametrize("make", [started, validating, running])
+@pytest.mark.parametrize("cause", ["mission#1", None])
+def test_an_interrupt_comes_of_its_request_in_every_state(make: Callable[[], Desk], cause: str | None) -> None:
+    desk = make()
+    desk.step(InterruptGoal(goal_id="g", client="test", cause=cause))
+    record = desk.records[-1]
+    assert (record.after, record.cause, record.text) == ("INTERRUPTING", cause, "test interrupted it.")

@@ -56,7 +56,7 @@ def test_the_status_is_published_before_the_hook_is_called() -> None:
     assert isinstance(called, CallHook) and called.hook is Hook.MODIFY
 
 
-@pytest.mark.parametrize("problem", ["Too fast here.", "?"])
+@pytest.mark.parametrize("problem", ["Too fast here.", "Why?"])
 def test_inputs_that_validate_refuses_change_nothing(problem: str) -> None:
     desk = running()
     modify(desk, {"speed": 2.0})

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from rig import RIG, Bench, granted
 
 from skillwing.dsl import parse
+from skillwing.services.core.events import Resumed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.protocol import (
     ErrorCode,
@@ -163,3 +164,93 @@ def test_ready_agrees_with_starts_of_the_rig(data: st.DataObject) -> None:
         busy = any(grant.skill.name == skill for grant in bench.core.grants)
         refused = isinstance(bench.begin(skill, f"g{number}"), NotReady)
         assert ready.ready is (not refused and not busy)
+
+
+def test_a_query_after_a_restart_waits_for_the_data() -> None:
+    """The resource manager cannot know yet whether the battery is charged, so it says neither yes nor no."""
+    bench = Bench()
+    bench.perform(bench.core.step(Resumed(), 0.0))
+    with pytest.raises(RefusedError) as refused:
+        ask(bench, "move", {})
+    assert refused.value.code is ErrorCode.UNAVAILABLE
+    assert ask(bench, "carry", {}).ready, "it names no datum"
+
+
+def test_only_events_and_skills_that_bring_what_is_missing_are_named() -> None:
+    source = """
+    skillset crane {
+        resource brake { initial SET  extern SET -> LOOSE  extern LOOSE -> SET }
+        resource lamp { initial OFF  extern OFF -> ON  extern ON -> OFF }
+        event unlock { effect { brake -> LOOSE } }
+        event light { effect { lamp -> ON } }
+        skill lift { precondition { loose: resource=(brake == LOOSE) } result { success DONE } }
+    }
+    """
+    (brake,) = ask(Bench(parse(source)), "lift").failing[0].missing
+    assert (brake.resource, brake.events, brake.skills, brake.extern) == ("brake", ("unlock",), (), ("LOOSE",))
+
+
+def test_a_holder_has_taken_the_resource_and_can_bring_it_back() -> None:
+    """`guard` runs and can park the arm, and `carry` could have taken it: neither holds it."""
+    source = """
+    skillset crane {
+        resource arm { initial FREE  FREE -> USED  USED -> FREE }
+        skill guard {
+            effect { none {}  park: arm -> FREE }
+            precondition { success none }
+            interrupt { apply=park }
+            result { success DONE: apply=none }
+        }
+        skill keep {
+            effect { take: arm -> USED  lose: arm -> USED }
+            precondition { free: resource=(arm == FREE)  success take }
+            interrupt { apply=lose }
+            result { success DONE: apply=lose }
+        }
+        skill lift { precondition { free: resource=(arm == FREE) } result { success DONE } }
+    }
+    """
+    bench = Bench(parse(source))
+    granted(bench.begin("guard", "g"))
+    granted(bench.begin("keep", "k"))
+    (arm,) = ask(bench, "lift").failing[0].missing
+    assert (arm.state, arm.wanted, arm.holder) == ("USED", ("FREE",), None)
+
+
+FITTED = """
+    skillset crane {
+        type Point { x: float64  y: float64 }
+        data { load: float64 [kg] period=1.0 }
+        resource lamp { initial OFF  extern OFF -> ON  extern ON -> OFF }
+        skill lift {
+            input { most: float64 [kg] in 0.0..9.0 = 1.0  target: Point  lamp: bool }
+            precondition {
+                light: data=(load < most)
+                near: data=(target.x < 5.0)
+                dark: resource=(lamp == OFF)
+            }
+            result { success DONE }
+        }
+    }
+"""
+GIVEN: dict[str, object] = {"most": 1.0, "target": {"x": 1.0, "y": 1.0}, "lamp": True}
+
+
+@pytest.mark.parametrize(
+    ("given", "inputs", "unchecked", "failing"),
+    [
+        ({}, [], (), []),
+        ({"most": 99.0}, ["most"], (), []),
+        ({"most": -1.0}, ["most"], (), ["light"]),
+        ({"target": {"x": "far", "y": 1.0}}, ["target.x"], ("near",), []),
+        ({"lamp": "lit"}, ["lamp"], (), []),
+    ],
+)
+def test_only_checks_on_inputs_without_a_usable_value_are_left_out(
+    given: dict[str, object], inputs: list[str], unchecked: tuple[str, ...], failing: list[str]
+) -> None:
+    """A value out of its range can still be compared. The resource `lamp` is not the input of that name."""
+    bench = Bench(parse(FITTED))
+    bench.datum("load", 0.5)
+    ready = ask(bench, "lift", GIVEN | given)
+    assert (list(ready.inputs), ready.unchecked, [each.name for each in ready.failing]) == (inputs, unchecked, failing)

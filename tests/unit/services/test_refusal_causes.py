@@ -192,6 +192,14 @@ MIXED = parse(
             precondition { all: resource=(door == SHUT and key == IN and lid == SHUT) }
             result { success DONE }
         }
+        skill one_or_two {
+            precondition { some: resource=(door == SHUT or key == IN and lid == SHUT) }
+            result { success DONE }
+        }
+        skill two_or_two {
+            precondition { some: resource=(door == SHUT and lock == FREE or key == IN and lid == SHUT) }
+            result { success DONE }
+        }
     }
     """
 )
@@ -212,6 +220,8 @@ MIXED = parse(
         ("take", ["lock BROKEN"], {}, {}, "lock BROKEN"),
         ("take", ["lock BROKEN"], {"load": 20.0}, {}, "load 20.0"),
         ("three", ["door OPEN", "key OUT", "lid OPEN", "lid SHUT"], {}, {}, "key OUT"),
+        ("one_or_two", ["door OPEN", "key OUT", "lid OPEN"], {}, {}, "door OPEN"),
+        ("two_or_two", ["door OPEN", "key OUT", "lid OPEN", "lock BROKEN"], {}, {}, "lock BROKEN"),
     ],
 )
 def test_each_side_of_a_guard_is_judged_with_the_present_values(

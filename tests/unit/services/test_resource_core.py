@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import pytest
 from gate import Gate
-from rig import Bench, granted
+from rig import RIG, Bench, granted
 
 from skillwing.services.core.events import TimePassed
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.core.snapshot import FinishedGoal
+from skillwing.services.core.resource_core import ResourceCore
+from skillwing.services.core.snapshot import FinishedGoal, ResourceEntry, Snapshot
+from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import NO_TOKEN, DataSample, Ended, EndKind, NotReady, Record, Violated
 
 
@@ -237,3 +239,23 @@ def test_a_failure_effect_that_cannot_apply_is_loud_and_hides_no_precondition() 
     assert list(verdict.failing) == ["near", "effect warn"]
     assert "no internal transition from BROKEN to UP" in verdict.failing["effect warn"]
     assert gate.core.states["flag"] == "BROKEN"
+
+
+def test_a_token_is_the_robot_time_in_milliseconds_or_the_next_number(bench: Bench) -> None:
+    """A process without a journal continues above the tokens of its predecessor, as long as the clock does."""
+    bench.now = 2.5
+    assert granted(bench.begin("watch", "w1")).token == 2500
+    assert granted(bench.begin("watch", "w2")).token == 2501
+    bench.now = 1000.001
+    assert granted(bench.begin("watch", "w3")).token == 1_000_001
+
+
+def test_states_come_with_the_number_and_the_series_of_their_step() -> None:
+    core = ResourceCore(RIG, source="rm", new_record_id=RecordIds("rm"), snapshot=Snapshot(step=7, epoch="of now"))
+    states = core.resource_states(3.0)
+    assert (states.step, states.epoch, states.t) == (7, "of now", 3.0)
+
+
+def test_a_resource_that_never_changed_has_no_record() -> None:
+    entries = Bench().core.initial_entries()
+    assert entries[0] == ResourceEntry("authority", "ON", 0, "")

@@ -10,10 +10,13 @@ from skill_desk import ENDED, REFUSED, TOKEN, VIOLATED, Desk, dispatching, inter
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import CallHook, Hook
+from skillwing.services.core.skill_events import Terminated
 from skillwing.services.protocol import (
     MAX_MESSAGE_BYTES,
     BeginGoal,
+    Ended,
     Ending,
+    EndKind,
     ErrorCode,
     ErrorReply,
     Lost,
@@ -43,6 +46,14 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
     (validating, lambda d: d.answer(VIOLATED), "RI"),
     (validating, then(Desk.violated, Desk.granted, Desk.ended), "RI"),
     (validating, then(Desk.interrupt, Desk.granted, Desk.ended), "IT"),
+    (validating, then(Desk.interrupt, lambda d: d.answer(ended_by_predecessor())), "S_DONE"),
+    (validating, then(Desk.interrupt, Desk.violated), "RI"),
+    (Desk, then(Desk.start, Desk.violated), "RI"),
+    (Desk, then(Desk.start, lambda d: d.step(lost())), "LOST"),
+    (Desk, then(Desk.start, Desk.interrupt, Desk.violated), "RI"),
+    (Desk, then(Desk.start, Desk.interrupt, Desk.validated, Desk.outcome_committed), "IT"),
+    (Desk, then(Desk.start, Desk.interrupt, lambda d: d.validated("Too windy."), Desk.outcome_committed), "NV"),
+    (Desk, then(Desk.start, Desk.interrupt, Desk.raised, Desk.outcome_committed), "ERROR"),
     (validating, lambda d: d.answer(REFUSED), "LOST"),
     (validating, lambda d: d.answer(ErrorReply(code=ErrorCode.SCHEMA_MISMATCH, message="No.")), "ERROR"),
     (dispatching, then(Desk.terminated, Desk.dispatched, Desk.ended), "S_DONE"),
@@ -75,6 +86,10 @@ ENDINGS: list[tuple[Callable[[], Desk], Callable[[Desk], None], str]] = [
     (lambda: owned(validating=True), then(Desk.owner_gone, Desk.granted, Desk.ended), "IT"),
     (owned, then(Desk.owner_gone, Desk.interrupted, Desk.ended), "IT"),
 ]
+
+
+def ended_by_predecessor() -> Ended:
+    return Ended(goal_id="g", held=True, reason="", step=2, record="rm#2", how=EndKind.RESULT, result="DONE")
 
 
 def lost() -> Lost:
@@ -123,21 +138,44 @@ def test_an_end_is_put_down_to_what_its_developer_names(end: Callable[[Desk], No
 
 
 @pytest.mark.parametrize(
-    "end", [lambda d: d.terminated("STUCK"), lambda d: d.failed(), lambda d: d.terminated("NO_SUCH_RESULT")]
+    "end",
+    [
+        lambda d: d.terminated("STUCK"),
+        lambda d: d.failed(),
+        lambda d: d.raised(),
+        lambda d: d.terminated("NO_SUCH_RESULT"),
+        lambda d: d.terminated("DONE", {"distance": "far"}),
+    ],
 )
-def test_a_failure_that_nobody_explains_is_a_root_and_no_consequence_of_the_goals_start(
+def test_a_failure_that_nobody_explains_comes_of_the_request_to_stop_and_never_of_the_start(
     end: Callable[[Desk], None],
 ) -> None:
     desk = running()
     end(desk)
     assert desk.asked.call.cause is None
-
-
-def test_a_failure_after_a_request_to_stop_comes_of_that_request() -> None:
     desk = interrupting()
     request = desk.records[-1].id
-    desk.terminated("STUCK")
+    end(desk)
     assert desk.asked.call.cause == request
+
+
+def test_a_result_is_reported_with_its_name_and_the_phrase_of_its_developer() -> None:
+    desk = running()
+    desk.step(Terminated("g", "DONE", why="the tape was reached"))
+    assert desk.ends_asked == [("result", "DONE", TOKEN)]
+    desk.ended()
+    assert desk.terminal().reason == "The skill ended with DONE: the tape was reached."
+
+
+def test_a_hook_that_ends_its_own_goal_is_still_seen_to_return() -> None:
+    """`on_dispatch` may end the goal; the phase is RUNNING as soon as that hook is over, as for any other goal."""
+    desk = dispatching()
+    desk.terminated()
+    assert desk.state is State.DISPATCHING
+    desk.dispatched()
+    assert desk.state is State.RUNNING
+    desk.ended()
+    assert [record.after for record in desk.records[-2:]] == ["RUNNING", "S_DONE"]
 
 
 def test_a_cause_that_cannot_be_sent_holds_no_end_up() -> None:

@@ -80,3 +80,13 @@ def test_an_answer_to_no_open_question_ends_nothing() -> None:
     old = EndGoal(goal_id="g", skill="move", token=3, how=EndKind.INTERRUPT)
     desk.step(QuestionAnswered(AskResources(old), ENDED))
     assert desk.state is State.RUNNING
+
+
+def test_the_end_of_a_forgotten_goal_of_that_id_ends_nothing() -> None:
+    desk = running()
+    desk.terminated()
+    old = EndGoal(goal_id="g", skill="move", token=TOKEN - 1, how=EndKind.INTERRUPT)
+    desk.step(QuestionAnswered(AskResources(old), ENDED))
+    assert desk.terminals == []
+    desk.ended()
+    assert desk.terminal().label == "S_DONE"

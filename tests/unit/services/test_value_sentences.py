@@ -201,3 +201,13 @@ def test_of_a_structure_the_field_in_the_guard_is_reported(where: dict[str, obje
     assert explain_failure(expression, Environment(data=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
     expression = Comparison(">", Name("at.z", "input"), high)
     assert explain_failure(expression, Environment(inputs=where)) == "`at.z > 2.0` does not hold: at.z is 1.5."
+
+
+def test_a_guard_that_names_nothing_never_holds() -> None:
+    never = Comparison(">", Literal(1), Literal(2))
+    assert explain_failure(never, Environment()) == "`1 > 2` does not hold: it never does."
+
+
+def test_a_number_out_of_range_is_shown_in_short() -> None:
+    [far] = problems(far=1234567.0)
+    assert far[2] == "`far` is 1.23457e+06 m; it has to lie between 0.5 and 9 m."

@@ -224,12 +224,21 @@ def test_an_end_by_an_earlier_process_is_reported_as_such() -> None:
     assert last_record(desk).cause == "rm#2"
 
 
+def test_an_interrupt_by_an_earlier_process_was_not_forced() -> None:
+    desk = validating()
+    desk.answer(Ended(goal_id="g", held=True, reason="It was.", step=2, record="rm#2", how=EndKind.INTERRUPT))
+    terminal = desk.terminal()
+    assert (terminal.label, terminal.forced) == ("IT", False)
+    assert terminal.reason == "An earlier process of this manager ended it. It was."
+
+
 def test_an_output_that_is_too_long_to_be_sent_is_an_error_that_says_so() -> None:
     desk = Desk(with_a_note())
     desk.start(schema=with_a_note().schema_hash)
     desk.validated()
     desk.granted()
     desk.terminated(output={"note": "x" * MAX_MESSAGE_BYTES})
+    assert desk.asked.call.cause is None, "no consequence of the goal's start"
     desk.ended()
     assert desk.terminal().ending is Ending.ERROR
     assert desk.terminal().reason.startswith("The output of DONE cannot be sent: the message has ")
