@@ -14,7 +14,12 @@ import pytest
 from command_line import Command, Said
 
 from skillwing.dsl import load
+from skillwing.services.history.files import read_records
+from skillwing.services.history.history import History
+from skillwing.services.history.wording import headline
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.run_state import RunState, read_run_state
+from skillwing.services.protocol import Ending, Record
 
 ROVER = Path(__file__).parents[2] / "examples" / "rover" / "rover.skillset"
 TARGET = 'target={"x": 1, "y": 2, "heading": 0}'
@@ -67,8 +72,7 @@ def rover(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Itera
     assert skillwing("keys", "init", str(keys), "--skillset", str(ROVER), "--host", "10.0.0.5").code == 0
     for name, role in {"vic": "viewer", "alice": "client", "bob": "client", "olga": "operator"}.items():
         assert skillwing("keys", "add", name, "--role", role, "--keys", str(keys)).code == 0
-    words = ("mock", str(ROVER), "--keys", str(keys), "--run-dir", str(run_dir), "--no-record", "--detach")
-    started = skillwing(*words)
+    started = skillwing("mock", str(ROVER), "--keys", str(keys), "--run-dir", str(run_dir), "--detach")
     assert started.code == 0, started.error
     try:
         yield Rover(skillwing, keys, run_dir)
@@ -109,6 +113,24 @@ def test_killed_managers_and_a_killed_router_come_back(rover: Rover) -> None:
         assert rover.state.endpoint == endpoint
         done = rover.by("alice", "start", "turn", "heading=0.1", "--follow")
         assert done.code == 0, (process, done.out, done.error)
+
+
+def test_the_loss_of_a_killed_manager_names_its_exit_as_its_cause(rover: Rover) -> None:
+    """The launcher writes under its own name, and the router lets nobody else tell of exits."""
+    assert rover.by("olga", "script", "turn", "forever=true").code == 0
+    assert rover.by("alice", "start", "turn", "heading=0.1").code == 0
+    wait_until(lambda: "RUNNING" in rover.by("vic", "status").out)
+    rover.kill("skill/turn")
+
+    def lost() -> Record | None:
+        by_manager = (each for each in read_records(rover.run_dir) if each.source == RESOURCE_MANAGER)
+        return next((each for each in by_manager if each.after == Ending.LOST), None)
+
+    wait_until(lambda: lost() is not None)
+    record = lost()
+    assert record is not None
+    cause, effect = History.of(read_records(rover.run_dir)).chain(record.id)
+    assert (headline(cause), cause.source, headline(effect)) == ("skill/turn KILLED", "launcher", "turn LOST")
 
 
 def test_doctor_finds_a_healthy_rover_for_everybody(rover: Rover) -> None:

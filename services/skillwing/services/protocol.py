@@ -661,6 +661,17 @@ class Record(Message, frozen=True, kw_only=True):
     detail: dict[str, Any] = {}
 
 
+class NodesExited(Message, frozen=True, kw_only=True):
+    """A process of the robot has ended, and nobody had asked it to. `record` is the id of the timeline record.
+
+    `nodes` are those that shared the process, by the names of their alive tokens.
+    """
+
+    nodes: tuple[str, ...]
+    record: str
+    t: Time
+
+
 class ResourceStep(Message, frozen=True, kw_only=True):
     """One step of the resource manager: everything that it recorded and decided, in order, as one event.
 
@@ -973,6 +984,11 @@ class Keys:
     @property
     def timeline(self) -> str:
         return f"{self.skillset}/timeline"
+
+    @property
+    def exits(self) -> str:
+        """Publications of the launcher about processes that have ended."""
+        return f"{self.skillset}/exit"
 
     def mocked_goal(self, skill: str) -> str:
         """Publications of a mocked skill's goals; `"*"` for all."""

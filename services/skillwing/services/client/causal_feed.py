@@ -225,19 +225,11 @@ def follow_records(
             on_record(record)
         on_status(status)
 
-    subscribe_to_records(bus, keys, on_record, events=True)
-    CausalFeed(bus, keys, on_step=take_step, on_status=take_status)
-
-
-def subscribe_to_records(bus: Bus, keys: Keys, on_record: Callable[[Record], object], *, events: bool) -> None:
-    """Take the records on the timeline's own key. With keys, they have the true name of their source.
-
-    events: with history and recovery.
-    """
     if bus.identity is None:
-        bus.subscribe(keys.timeline, message_reader(Record, on_record), events=events)
+        bus.subscribe(keys.timeline, message_reader(Record, on_record), events=True)
     else:
-        bus.subscribe(signed(keys.timeline, "*"), lambda sample: _take_vouched(sample, on_record), events=events)
+        bus.subscribe(signed(keys.timeline, "*"), lambda sample: _take_vouched(sample, on_record), events=True)
+    CausalFeed(bus, keys, on_step=take_step, on_status=take_status)
 
 
 def _take_vouched(sample: Sample, on_record: Callable[[Record], object]) -> None:

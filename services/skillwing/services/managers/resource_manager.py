@@ -13,7 +13,7 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.printing.source import to_source
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, Publisher, Sample
-from skillwing.services.client.causal_feed import subscribe_to_records
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.events import Event, GoalSilent, ManagerExited, ManagerGone, Resumed, TimePassed
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.leases import Expired
@@ -29,7 +29,7 @@ from skillwing.services.managers.leader_election import LeaderElection
 from skillwing.services.managers.leased_core import LeasedCore
 from skillwing.services.managers.liveliness_monitor import LivelinessMonitor
 from skillwing.services.managers.serving import serve
-from skillwing.services.names import EXITED, KILLED, LAUNCHER, NODES, RESOURCE_MANAGER, STEPS_FOLDER
+from skillwing.services.names import RESOURCE_MANAGER, STEPS_FOLDER
 from skillwing.services.options import required
 from skillwing.services.protocol import (
     AttachManager,
@@ -42,6 +42,7 @@ from skillwing.services.protocol import (
     Keys,
     Lost,
     Message,
+    NodesExited,
     ProtocolError,
     QueryData,
     QueryReady,
@@ -49,7 +50,6 @@ from skillwing.services.protocol import (
     QueryStates,
     ReadyReport,
     Record,
-    RecordKind,
     ResourceStates,
     ResourceStep,
     RobotDescription,
@@ -177,7 +177,7 @@ class ResourceManagerNode:
         for each in self._core.data.names:
             bus.subscribe(keys.data(each), self._on_datum, latest_only=True)
         # No events: an old exit says nothing about the goals of today.
-        subscribe_to_records(bus, keys, self._on_record, events=False)
+        bus.subscribe(keys.exits, message_reader(NodesExited, self._on_exit))
         serve(bus, keys.resource_states, QueryStates, self._answer_states)
         serve(bus, keys.resource_ready, QueryReady, self._answer_ready)
         serve(bus, keys.resource_robot, QueryRobot, self._answer_robot)
@@ -262,14 +262,11 @@ class ResourceManagerNode:
         except (ProtocolError, RefusedError) as error:
             log.debug("dropped a reading of the data manager: %s", error)
 
-    def _on_record(self, record: Record) -> None:
+    def _on_exit(self, exited: NodesExited) -> None:
         """Note the exit of a process, for the causes of losses."""
-        if record.kind is not RecordKind.PROCESS or record.source != LAUNCHER or record.after not in (KILLED, EXITED):
-            return
-        nodes = record.detail.get(NODES)
-        for name in nodes if isinstance(nodes, list) else [record.subject]:
+        for node in exited.nodes:
             with suppress(RefusedError):
-                self._perform(ManagerExited(str(name), record.id, record.t))
+                self._perform(ManagerExited(node, exited.record, exited.t))
 
     def _on_gone(self, process: str) -> None:
         try:

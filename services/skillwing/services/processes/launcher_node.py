@@ -14,7 +14,7 @@ from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.attribution import attributed
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.errors import SkillwingError
-from skillwing.services.names import EXITED, KILLED, LAUNCHER, MISSION, NODES, STARTED
+from skillwing.services.names import EXITED, KILLED, LAUNCHER, MISSION, STARTED
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.mission_slot import MissionSlot, being_started
@@ -25,6 +25,7 @@ from skillwing.services.protocol import (
     Keys,
     M,
     MissionStatus,
+    NodesExited,
     ProtocolError,
     QueryMission,
     RecordKind,
@@ -73,6 +74,7 @@ class LauncherNode:
         self._bus = bus
         keys = self._keys
         self._timeline = Timeline(bus, keys)
+        self._exits = bus.advertise(keys.exits, events=True)
         # No events: their history would show the end of an earlier mission to those who come later.
         self._status = bus.advertise(keys.mission_status)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._slot.note), events=True)
@@ -88,9 +90,9 @@ class LauncherNode:
         if ended.process == MISSION and self._end_mission(ended):
             return False
         after = EXITED if ended.signal is None else KILLED
-        nodes = [node for state in self._launcher.states if state.name == ended.process for node in state.nodes]
-        detail = {NODES: nodes} if nodes else {}
-        self._timeline.record(RecordKind.PROCESS, ended.process, None, after, text=str(ended), detail=detail)
+        record = self._timeline.record(RecordKind.PROCESS, ended.process, None, after, text=str(ended))
+        nodes = next((each.tokens for each in self._launcher.states if each.name == ended.process), (ended.process,))
+        self._exits.put(encode(NodesExited(nodes=nodes, record=record, t=self._bus.now())))
         return True
 
     # --- missions ----------------------------------------------------------------------------------------------------

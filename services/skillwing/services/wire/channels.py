@@ -34,6 +34,7 @@ from skillwing.services.protocol import (
     MockedWorldCall,
     MockPlan,
     ModifyGoal,
+    NodesExited,
     PauseMission,
     QueryData,
     QueryGoal,
@@ -135,6 +136,7 @@ INTERNAL = (
         lambda keys, _: keys.resource_attach, Kind.QUERY, RESOURCES, SKILL, AttachManager, ResourceStates, ATTACHMENTS
     ),
     Channel(Keys.verdict, Kind.EVENTS, RESOURCES, (*SKILL, *BRIDGE), Violated | Lost, each=Each.SKILL),
+    Channel(lambda keys, _: keys.exits, Kind.EVENTS, LAUNCHER, RESOURCES, NodesExited),
     Channel(Keys.mocked_goal, Kind.EVENTS, SKILL, WORLD, MockedGoal, each=Each.SKILL),
 )
 """Keys on which only processes of Skillwing publish and ask. Others may listen."""
