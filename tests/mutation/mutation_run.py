@@ -32,6 +32,7 @@ UNIT_TESTS = (
     "tests/unit/client/test_goal_tracker.py",
     "tests/unit/client/test_lost_goals.py",
     "tests/unit/services/test_retry.py",
+    "tests/unit/services/test_attribution.py",
     "tests/unit/services/test_changes_from_outside.py",
     "tests/unit/services/test_data_core.py",
     "tests/unit/services/test_going_on.py",

@@ -12,6 +12,7 @@ from skill_desk import REFUSED, TOKEN, Desk, dispatching, interrupting, owned, r
 
 from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR
 from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
+from skillwing.services.core.owners import owner_grace
 from skillwing.services.core.skill_actions import AskResources, Hook
 from skillwing.services.core.skill_events import RenewalAnswered
 from skillwing.services.protocol import EndGoal, Ending, ErrorCode, ErrorReply, Granted, ModifyGoal, RenewGoal, State
@@ -144,6 +145,19 @@ def test_a_goal_whose_owner_is_gone_is_asked_to_stop_and_says_why() -> None:
     desk.interrupted()
     desk.ended()
     assert desk.terminal().reason == "Its owner mission-1 is gone."
+
+
+def test_a_goal_has_the_grace_that_its_owner_asked_for_and_no_other() -> None:
+    desk = Desk()
+    assert owner_grace(desk.core.current, "client/mission-1") == 0.0
+    desk.start(owner="client/mission-1", owner_grace=20.0)
+    assert owner_grace(desk.core.current, "client/mission-1") == 20.0
+    assert owner_grace(desk.core.current, "client/mission-2") == 0.0
+    desk.validated()
+    desk.granted()
+    desk.dispatched()
+    desk.owner_gone()
+    assert desk.records[-1].text == "Its owner mission-1 is gone, and has not come back within 20 s."
 
 
 @pytest.mark.parametrize("context", [running, owned])

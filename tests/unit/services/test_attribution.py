@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from msgspec.structs import replace
 
 from skillwing.services.core.attribution import attributed, vouched
 from skillwing.services.core.refusal import RefusedError
@@ -10,15 +11,22 @@ from skillwing.services.protocol import (
     AttachManager,
     BeginGoal,
     EndGoal,
+    Ending,
     EndKind,
     ErrorCode,
+    FireEvent,
     FireExtern,
     InterruptGoal,
+    Message,
+    ModifyGoal,
     QueryStates,
     Record,
     RecordKind,
+    RecordOutcome,
     RenewGoal,
     StartGoal,
+    StartMission,
+    Terminal,
 )
 
 START = StartGoal(goal_id="g", inputs={}, client="bob", schema="")
@@ -33,6 +41,21 @@ def test_the_name_of_the_certificate_counts() -> None:
     assert attributed(InterruptGoal(goal_id="g", client="alice"), "alice").client == "alice"
     assert attributed(FireExtern(resource="r", target="X", source="bridge"), "m600.bridge").source == "m600.bridge"
     assert attributed(QueryStates(), "alice") == QueryStates()
+
+
+@pytest.mark.parametrize(
+    ("request_", "field"),
+    [
+        (START, "client"),
+        (InterruptGoal(goal_id="g", client="bob"), "client"),
+        (ModifyGoal(goal_id="g", request_id="m", inputs={}, client="bob", schema=""), "client"),
+        (StartMission(request_id="m", mission="patrol", client="bob"), "client"),
+        (FireExtern(resource="r", target="X", source="bob"), "source"),
+        (FireEvent(event="storm", source="bob"), "source"),
+    ],
+)
+def test_every_request_of_a_person_gets_the_name_and_keeps_the_rest(request_: Message, field: str) -> None:
+    assert attributed(request_, "alice") == replace(request_, **{field: "alice (bob)"})
 
 
 @pytest.mark.parametrize("given", ["", "bob) asked by (x", "a b", "x" * 41])
@@ -51,10 +74,21 @@ def test_an_owner_of_somebody_else_is_refused(owner: str) -> None:
     request = StartGoal(goal_id="g", inputs={}, client="x", schema="", owner=owner)
     with pytest.raises(RefusedError) as refused:
         attributed(request, "alice")
-    assert refused.value.code is ErrorCode.DENIED
+    assert (refused.value.code, refused.value.message, refused.value.help) == (
+        ErrorCode.DENIED,
+        f"`alice` gives `{owner}` as the owner of a goal, which belongs to somebody else.",
+        "Give `client/alice` or no owner.",
+    )
 
 
 BEGIN = BeginGoal(goal_id="g", skill="land", inputs={}, manager="skill/land", owner="x", schema="")
+OUTCOME = RecordOutcome(
+    goal_id="g",
+    skill="land",
+    terminal=Terminal(ending=Ending.BUSY, reason="It runs another."),
+    manager="skill/land",
+    incarnation="i",
+)
 
 
 @pytest.mark.parametrize(
@@ -64,13 +98,22 @@ BEGIN = BeginGoal(goal_id="g", skill="land", inputs={}, manager="skill/land", ow
         BEGIN,
         EndGoal(goal_id="g", skill="land", token=1, how=EndKind.ERROR),
         RenewGoal(goal_id="g", skill="land", token=1),
+        OUTCOME,
+        replace(OUTCOME, manager="skill/goto"),
+        replace(BEGIN, manager="skill/goto"),
     ],
 )
 def test_a_manager_asks_for_its_own_skill_only(request_: BeginGoal) -> None:
-    assert attributed(request_, "m600.skill.land") == request_
-    for other in ("m600.skill.goto", "m600.bridge", "skill.land", "alice"):
-        with pytest.raises(RefusedError):
+    """The manager that a request names is its asker, and so is the one of the skill that it is about."""
+    foreign = isinstance(request_, BeginGoal | RecordOutcome) and request_.manager != "skill/land"
+    if not foreign:
+        assert attributed(request_, "m600.skill.land") == request_
+    for other in ("m600.skill.goto", "m600.bridge", "skill.land", "alice", "m600.x.skill.land"):
+        with pytest.raises(RefusedError) as refused:
             attributed(request_, other)
+        assert refused.value.code is ErrorCode.DENIED
+        assert refused.value.message.startswith(f"`{other}` asks in the name of `skill/")
+        assert refused.value.help == "A manager asks for its own skill only."
 
 
 def record(record_id: str, source: str) -> Record:
