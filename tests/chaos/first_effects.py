@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from skill_needs import told
 from skillwing.dsl.model import Skillset
-from skillwing.services.names import MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
+from skillwing.services.names import KILLED, MISSION, MOCKED_WORLD, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.protocol import Ending, State
 
@@ -24,14 +24,16 @@ node that made the map diverge was a router that stood still."""
 def first_effects(process: str, skillset: Skillset) -> frozenset[str]:
     """Headlines of the records that failures after the fault of a process may begin with.
 
-    A killed process leaves no record itself. The manager of a skill loses its goals. A process of the functional layer
-    fails the skills that command it. Goals are interrupted whose mission is gone, or whose invariants nobody watches.
+    The launcher records the exit of a killed process. The manager of a skill loses its goals: without that exit as the
+    cause if it was stopped, or if the client alone knew them. A process of the functional layer fails the skills that
+    command it. Goals are interrupted whose mission is gone, or whose invariants nobody watches.
     And data may be late.
     """
     names = [skill.name for skill in skillset.skills]
     stale = [f"{datum.name} STALE" for datum in skillset.data if process in ON_THE_WAY_OF_DATA]
     lost = [f"{name} {Ending.LOST}" for name in names if process == skill_process(name)]
+    exits = [f"{process} {KILLED}"]
     stops = (State.INTERRUPTING, Ending.INTERRUPTED) if process in INTERRUPTS else ()
     stopped = [f"{name} {state}" for name in names for state in stops]
     failed = [f"{name} {Ending.ERROR}" for name, (asked, _) in told().items() if f"fl/{process}/command" in asked]
-    return frozenset([*stale, *lost, *stopped, *failed, *FIRST_SEEN.get(process, ())])
+    return frozenset([*exits, *stale, *lost, *stopped, *failed, *FIRST_SEEN.get(process, ())])

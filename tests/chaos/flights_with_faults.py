@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -132,7 +133,9 @@ def fly(cell: FlightCell) -> FlightResult:
             launcher.start((*_robot(run_dir), _mission()))
             bus = ZenohBus("chaos", ROBOT.name, launcher.endpoint)
             try:
-                return _Flight(bus, skillset, launcher).suffer(cell)
+                flight = _Flight(bus, skillset, launcher)
+                with closing(flight.signs):
+                    return flight.suffer(cell)
             finally:
                 bus.close()
 
@@ -157,14 +160,14 @@ class _Flight:
         self._left_fence = False
         self._harmed = False
         self._lost: dict[str, str] = {}
-        self._signs = Signs(bus, keys, launcher)
+        self.signs = Signs(bus, keys, launcher, ROBOT)
         bus.subscribe(TRUTH, message_reader(Truth, self._on_truth), latest_only=True)
         bus.subscribe(FLIGHT, message_reader(FlightState, self._on_state), latest_only=True)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._on_mission), events=True)
         follow_records(bus, keys, self._on_record)
 
     def suffer(self, cell: FlightCell) -> FlightResult:
-        signs = self._signs
+        signs = self.signs
         if not signs.run_until(lambda: self._truth is not None and cell.moment.reached(self._truth), TO_THE_MOMENT):
             raise RuntimeError(f"The flight did not get to {cell.moment}: {self._status}")
         self._harmed = True
@@ -194,7 +197,7 @@ class _Flight:
             collisions=self._truth.collisions,
             left_fence=self._left_fence,
             world_ended=world_ended,
-            bad_chains=signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
+            bad_chains=signs.bad_exit() + signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
         )
 
     def _stands(self) -> bool:

@@ -106,7 +106,8 @@ class Result:
     again: float | None
     lasted: float = 0.0
     bad_chains: tuple[str, ...] = ()
-    """Failures since the fault whose causes lead nowhere, back in time, or to something unrelated."""
+    """Failures since the fault whose causes lead nowhere, back in time, or to something unrelated, and what is missing
+    of the exit of a killed process."""
 
     @property
     def as_promised(self) -> bool:
@@ -143,7 +144,8 @@ class Stand:
     def __init__(self, run_dir: Path) -> None:
         skillset = load(STAND)
         keys = Keys(skillset.name)
-        self._specs = _processes(run_dir)
+        robot = Robot(name="stand", skillset=STAND, hooks={SKILL: "stand_nodes:WorkManager"}, clock="wall")
+        self._specs = _processes(robot, run_dir)
         self._skillset = skillset
         self._undoing = ExitStack()
         with ExitStack() as undoing:
@@ -152,7 +154,8 @@ class Stand:
             self.launcher.start(self._specs)
             self._bus = ZenohBus("chaos", skillset.name, self.launcher.endpoint)
             undoing.callback(self._bus.close)
-            self.signs = Signs(self._bus, keys, self.launcher)
+            self.signs = Signs(self._bus, keys, self.launcher, robot)
+            undoing.callback(self.signs.close)
             self._client = SkillsetInterface(self._bus, skillset, client="chaos")
             self._statuses: dict[str, GoalStatus] = {}
             self._bus.subscribe(keys.status(SKILL), message_reader(GoalStatus, self._on_status), events=True)
@@ -214,7 +217,7 @@ class Stand:
             free=free,
             again=signs.elapsed - since if works else None,
             lasted=lasted,
-            bad_chains=signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
+            bad_chains=signs.bad_exit() + signs.bad_chains(self._skillset, since_fault, CLOCK_TOLERANCE),
         )
 
     def _goal_in(self, cell: Cell) -> GoalHandle | str:
@@ -271,8 +274,7 @@ class Stand:
         self._statuses[status.goal_id] = status
 
 
-def _processes(run_dir: Path) -> tuple[ProcessSpec, ...]:
-    robot = Robot(name="stand", skillset=STAND, hooks={SKILL: "stand_nodes:WorkManager"}, clock="wall")
+def _processes(robot: Robot, run_dir: Path) -> tuple[ProcessSpec, ...]:
     run = {"run_dir": str(run_dir)}
     specs = {spec.name: spec for spec in mock_processes(robot, run=run)}
     own = skill_process(SKILL)

@@ -12,7 +12,8 @@ import chaos_run
 import pytest
 from first_effects import first_effects
 from flights_with_faults import FlightCell, FlightResult, Moment, flight_cells
-from signs import Fault, Sign
+from msgspec.structs import replace as changed
+from signs import Fault, Sign, exit_problems
 from stand import Cell, Result, Stand
 from stand_nodes import STAND
 from tables import flight_table, manager_table
@@ -55,6 +56,7 @@ def stand(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stand]:
         ("router", Fault.KILL, "INTERRUPTING"),
         ("resource_manager", Fault.KILL, "DISPATCHING"),
         ("skill/work", Fault.STOP, "RUNNING"),
+        ("skill/work", Fault.KILL, "RUNNING"),
         ("mission", Fault.KILL, "RUNNING"),
     ],
 )
@@ -145,6 +147,18 @@ def record(number: int, subject: str, after: str, cause: str | None = None, **fi
 def problems(process: str, skillset: Skillset, *records: Record) -> set[ChainProblem]:
     fault = InjectedFault(0.5, first_effects(process, skillset))
     return {each.problem for each in bad_chains(History.of(records, skillset=skillset), skillset, fault)}
+
+
+def test_a_kill_is_in_the_timeline_and_the_cause_of_the_goals_that_are_lost_for_it() -> None:
+    exit_ = changed(record(1, "skill/work", "KILLED"), source="launcher")
+    lost = changed(record(2, "work", "LOST", "p#1"), source="resource_manager")
+    other = changed(record(3, "other", "LOST"), source="resource_manager")
+    by_client = changed(record(4, "work", "LOST"), source="client")
+    assert exit_problems([exit_, lost, other, by_client], "skill/work") == ()
+    assert exit_problems([lost, changed(exit_, source="mission")], "skill/work") == (
+        "no record says `skill/work KILLED`",
+    )
+    assert exit_problems([exit_, changed(lost, cause=None)], "skill/work") == ("work LOST does not come of the exit",)
 
 
 @pytest.mark.parametrize(
