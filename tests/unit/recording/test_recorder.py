@@ -339,6 +339,14 @@ def test_parts_of_a_recording_are_one_recording_and_can_be_opened_alone(
     assert names == {tmp_path.name}
 
 
+def test_a_recording_has_no_index_that_would_grow_in_memory(tmp_path: Path) -> None:
+    record(tell(), tmp_path)
+    messages = RrdMessages().feed((tmp_path / RECORDING_FILE).read_bytes())[1:]
+    kinds = [struct.unpack_from("<Q", message)[0] for message in messages]
+    assert len(kinds) > 20
+    assert 0 not in kinds, "Rerun ends a file that has an index with a message of this kind"
+
+
 @given(st.binary(max_size=200), st.lists(st.integers(1, 60)))
 def test_a_recording_is_split_at_the_same_places_however_it_comes(tail: bytes, sizes: list[int]) -> None:
     messages = [b"H" * 12, *(struct.pack("<QQ", kind, 5 * kind) + b"x" * 5 * kind for kind in (1, 3, 2))]

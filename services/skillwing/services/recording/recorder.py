@@ -11,6 +11,7 @@ part of the recording, which a viewer shows as one with the first.
 from __future__ import annotations
 
 import logging
+import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -56,6 +57,8 @@ CHECK_PERIOD = 1.0
 """Wall seconds between two checks of the files."""
 RETENTION_CHECKS = 10
 """Checks between two deletions of old parts."""
+RERUN_LOG = "warn,re_log_encoding=error"
+"""Log levels of Rerun. It warns of each file without an index, which is intended (`rerun_stream.py`)."""
 WRITES, FAILS = "RECORDING", "FAILED"
 """States of the recorder in the timeline."""
 
@@ -132,6 +135,7 @@ class Recorder:
     # --- files -------------------------------------------------------------------------------------------------------
 
     def _open_recording(self) -> Recording | None:
+        os.environ.setdefault("RUST_LOG", RERUN_LOG)  # Rerun reads it when it is imported
         try:
             from skillwing.services.recording.rerun_stream import Recording  # noqa: PLC0415  Rerun is optional
         except ModuleNotFoundError as missing:

@@ -91,9 +91,14 @@ class Recording:
         self._file.close()
 
     def _open_file(self) -> RecordingFile:
-        """Turn the stream to another part. Rerun remembers an index of what it wrote until then."""
+        """Turn the stream to another part.
+
+        The parts have no index. Rerun would collect it in memory until the end of a part: some 2 kB for each chunk of
+        1 kB, so that the recorder would grow by 125 MB with a part of 64 MB.
+        """
         file = RecordingFile(self._path.parent, self._path.name)
-        self.stream.set_sinks(rr.FileSink(file.sink), *self._live, default_blueprint=self._blueprint)
+        sink = rr.FileSink(file.sink, write_footer=False)
+        self.stream.set_sinks(sink, *self._live, default_blueprint=self._blueprint)
         file.opened()
         return file
 

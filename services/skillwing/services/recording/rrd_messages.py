@@ -1,7 +1,7 @@
 """Messages of a Rerun recording in a stream of bytes. Pure.
 
 A recording is a header of 12 bytes, then messages. Each begins with its kind and its length, 8 bytes each, little
-endian. The message of kind 0 ends the recording, and what follows it is an index of the file.
+endian. The message of kind 0 ends the recording. In files with an index, the index follows it.
 """
 
 from __future__ import annotations
