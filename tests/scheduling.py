@@ -36,6 +36,7 @@ PROCESSES = (
     "integration/test_system_ends.py",
     "integration/test_two_robots_in_one_world.py",
     "integration/test_typed_clients_zenoh.py",
+    "links/test_absent_link.py",
     "links/test_links.py",
     "unit/recording/test_viewer.py",
 )

@@ -54,7 +54,11 @@ class PassingError(SkillwingError):
 
 
 class NoSystemError(SkillwingError):
-    """No running system."""
+    """No running system. endpoint: of a router that does not answer, None if the reason is another."""
+
+    def __init__(self, message: str, endpoint: str | None = None) -> None:
+        self.endpoint = endpoint
+        super().__init__(message)
 
 
 class NotKnownError(SkillwingError):

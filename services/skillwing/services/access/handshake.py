@@ -13,8 +13,10 @@ from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import NotKnownError, SkillwingError
 
+CONNECT_TIMEOUT = 0.5
+"""Seconds for a connection. Zenoh has tried for longer before, so a router that is there answers soon."""
 TIMEOUT = 2.0
-"""Seconds for a connection, and again for the router's objection to a certificate."""
+"""Seconds for the router's objection to a certificate."""
 OTHER_AUTHORITY = "your certificate comes from another authority than the router's"
 REMOVED = "the router does not know your name, or no longer. It reads the names when it starts"
 _ALERTS = {
@@ -42,10 +44,11 @@ def _objection(endpoint: str, identity: SessionIdentity) -> str | None:
         return f"your certificate `{identity.name}` expired on {expires:%Y-%m-%d}"
     host, port = host_of(endpoint), endpoint.rpartition(":")[2]
     try:
-        connection = socket.create_connection((host, int(port)), TIMEOUT)
+        connection = socket.create_connection((host, int(port)), CONNECT_TIMEOUT)
     except (OSError, ValueError):
         return None
     with connection:
+        connection.settimeout(TIMEOUT)
         return _handshake(connection, host, identity)
 
 

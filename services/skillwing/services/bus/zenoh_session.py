@@ -39,7 +39,7 @@ class RouterUnreachableError(SkillwingError):
     def __init__(self, endpoint: str) -> None:
         self.endpoint = endpoint
         super().__init__(
-            f"No router answers at {endpoint}. Start the system with `skillwing up`, or check the address."
+            f"No router answers at {endpoint}. Start the system with `skillwing up`, or check the address and the link."
         )
 
 

@@ -8,13 +8,14 @@ from itertools import count
 from skillwing.services.access.handshake import REMOVED, explained
 from skillwing.services.access.identity_files import person_identity
 from skillwing.services.bus.clock import Clock
-from skillwing.services.bus.identity import owned_chunk
+from skillwing.services.bus.identity import SessionIdentity, owned_chunk
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
-from skillwing.services.errors import NoSystemError, NotKnownError
+from skillwing.services.errors import NoSystemError, NotKnownError, SkillwingError
 
-CONNECT_TIMEOUT = 3.0
+CONNECT_TIMEOUT = 2.0
+"""Seconds that a router has to answer, as long as the lease after which a silent link counts as broken."""
 _numbers = count(1)
 
 
@@ -32,8 +33,7 @@ def join(
     try:
         bus = ZenohBus(name, robot, endpoint, clock, CONNECT_TIMEOUT, identity=identity, sibling=beside)
     except RouterUnreachableError as error:
-        reason = explained(error, identity)
-        raise (NoSystemError(str(error)) if reason is error else reason) from error
+        raise _reason(error, identity) from error
     if not bus.is_known():
         bus.close()
         raise NotKnownError(endpoint, REMOVED)
@@ -55,6 +55,10 @@ def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
                 if not knows(session, identity):
                     raise NotKnownError(endpoint, REMOVED)
     except RouterUnreachableError as error:
-        reason = explained(error, identity)
-        raise (NoSystemError(str(error)) if reason is error else reason) from error
+        raise _reason(error, identity) from error
     return present
+
+
+def _reason(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:
+    reason = explained(error, identity)
+    return NoSystemError(str(error), error.endpoint) if reason is error else reason

@@ -66,7 +66,7 @@ def find_target_at(endpoint: str, robot: str | None = None, table: str | None = 
     """The system of a robot at an endpoint; robot and table as for `find_target`.
 
     A robot whose resource manager is away is known by the table of SKILLWING_ROBOT, or by that of its name. Raises
-    NoSystemError, SeveralSystemsError, and as `find_robot` does.
+    NoSystemError, at once for a router that does not answer, SeveralSystemsError, and as `find_robot` does.
     """
     if robot is not None and not ROBOT_NAME.fullmatch(robot):
         robot, table = None, table or robot
@@ -77,7 +77,7 @@ def find_target_at(endpoint: str, robot: str | None = None, table: str | None = 
         name, skillset = _chosen(endpoint, robot)
         return _told_target(endpoint, name, skillset)
     except (NoSystemError, NoReplyError) as error:
-        if isinstance(error, SeveralSystemsError):
+        if isinstance(error, SeveralSystemsError) or (isinstance(error, NoSystemError) and error.endpoint is not None):
             raise
         try:
             return _target_of_table(endpoint, robot, known or robot or DEFAULT_ROBOT)

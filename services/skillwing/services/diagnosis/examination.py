@@ -24,7 +24,8 @@ from skillwing.services.access.identity_files import person_identity
 from skillwing.services.access.key_store import KeysError, KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
-from skillwing.services.client.connection import Target, find_target
+from skillwing.services.client.connection import find_target
+from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_target_at
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
@@ -71,10 +72,10 @@ def examine(robot: str | None = None) -> Examination:
     stale = stale_run_states()
     try:
         target = find_target(robot)
-    except NoSystemError:
+    except NoSystemError as error:
         if robot is None and len(running_systems()) > 1:
             raise
-        target = None
+        target = None if error.endpoint is None else _expected_target(error.endpoint, robot)
     return Examination(
         system=None if target is None else examine_system(target),
         stale=stale,
@@ -83,6 +84,14 @@ def examine(robot: str | None = None) -> Examination:
         cores=os.cpu_count() or 1,
         now=datetime.now(UTC),
     )
+
+
+def _expected_target(endpoint: str, robot: str | None) -> Target | None:
+    """The system that should be at a router which does not answer; None without a table of that robot."""
+    try:
+        return find_target_at(endpoint, robot, os.environ.get(TABLE) or robot or DEFAULT_ROBOT)
+    except UnknownNameError:
+        return None
 
 
 def examine_system(target: Target) -> SystemSeen:
