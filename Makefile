@@ -129,10 +129,11 @@ fuzz: setup
 	$(BIN)/python tests/fuzz/fuzz_run.py --write docs/reliability.md $(FUZZ_ARGS)
 	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
 
-# Mocks for many robot hours, faster than wall time: memory of each process, and disk. Half an hour of two cores.
-SOAK_ARGS ?= --hours 2 --rate 20 --speed 10 --hours 24 --rate 1 --speed 80
+# Mocks for many robot hours, faster than wall time: memory of each process, and disk. 40 minutes of two quiet cores.
+# Ctrl-C ends it with a table of what was measured. A finished soak in runs/soak does not run again.
+SOAK_ARGS ?= --hours 24 --rate 2 --speed 60 --hours 2 --rate 20 --speed 10
 soak: setup
-	$(BIN)/python tests/soak/soak_run.py --write docs/reliability.md --write-rates docs/recordings.md $(SOAK_ARGS)
+	$(BIN)/python tests/soak/soak_run.py --results runs/soak --write docs/reliability.md --write-rates docs/recordings.md $(SOAK_ARGS)
 
 # kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
 CHAOS_ARGS ?=

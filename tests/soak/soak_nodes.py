@@ -2,35 +2,45 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, Message, encode
 
 CLOCK_STEP = 0.15
 """Robot seconds between two ticks: less than followers extrapolate."""
 COUNT_KEY = "soak/count"
-COUNT_PERIOD = 60.0
+COUNT_PERIOD = 0.5
 """Robot seconds between two counts."""
+BEHIND = 0.5
+"""Robot seconds of starts by which the client may be behind before time waits for it."""
+LONGEST_HOLD = 0.2
+"""Wall seconds for which time stands at most between two ticks."""
 
 
 class SoakCount(Message, frozen=True, kw_only=True):
-    """Goals that the client has started and seen end. succeeded: among the ended ones."""
+    """Goals that the client has started and seen end. succeeded: among the ended ones.
+
+    behind: robot seconds of starts that are due and not made yet.
+    """
 
     t: float
     started: int
     ended: int
     succeeded: int
+    behind: float
 
 
 class SoakClock:
-    """Owner of robot time, which moves faster than wall time.
+    """Owner of robot time, which moves as fast as the machine starts goals, and no faster than `factor`.
 
-    awaited: keys of alive tokens. Time stands until all are there. factor: robot seconds in a wall second.
+    awaited: keys of alive tokens. Time stands until all are there. factor: most robot seconds in a wall second.
     """
 
     name = "soak_clock"
@@ -39,11 +49,15 @@ class SoakClock:
     def __init__(self, awaited: set[str], factor: float) -> None:
         self._awaited = awaited
         self._factor = factor
+        self._behind = 0.0
 
     def attach(self, bus: Bus) -> None:
         ticks = bus.advertise(CLOCK_KEY)
+        bus.subscribe(COUNT_KEY, message_reader(SoakCount, self._take_count))
 
         def tick() -> None:
+            if self._behind > BEHIND:
+                time.sleep(min(self._behind / self._factor, LONGEST_HOLD))  # the clock does not catch up
             ticks.put(encode(ClockTick(t=bus.now(), factor=self._factor)))
 
         def on_alive(key: str, alive: bool) -> None:
@@ -57,11 +71,15 @@ class SoakClock:
     def detach(self) -> None:
         pass
 
+    def _take_count(self, count: SoakCount) -> None:
+        self._behind = count.behind
+
 
 class SoakClient:
-    """Client that starts each of its skills in turn, at a rate for all of them together.
+    """Client that starts its skills in turn, at a rate for all of them together.
 
-    A skill whose goal has not ended yet is left out in its turn.
+    A skill whose goal has not ended yet is left out in its turn. Starts that are due are made as soon as skills are
+    free, so that the rate is that of the whole soak.
     """
 
     name = "soak_client"
@@ -73,22 +91,35 @@ class SoakClient:
         self._rate = rate
         self._running: dict[str, GoalHandle] = {}
         self._started = self._ended = self._succeeded = self._turn = 0
+        self._begun: float | None = None
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._interface = SkillsetInterface(bus, self._skillset, client="soak")
         self._counts = bus.advertise(COUNT_KEY)
-        bus.every(1.0 / self._rate, self._start_next)
+        bus.every(1.0 / self._rate, self._start_due)
         bus.every(COUNT_PERIOD, self._publish_count)
 
     def detach(self) -> None:
         self._publish_count()
 
-    def _start_next(self) -> None:
+    def _start_due(self) -> None:
         if not self._interface.ready:
             return
-        skill = self._skills[self._turn % len(self._skills)]
-        self._turn += 1
+        if self._begun is None:
+            self._begun = self._bus.now()
+        for _ in range(len(self._skills)):
+            if self._owed() < 1.0:
+                return
+            self._start(self._skills[self._turn % len(self._skills)])
+            self._turn += 1
+
+    def _owed(self) -> float:
+        """Number of starts that are due and not made yet."""
+        begun = self._bus.now() if self._begun is None else self._begun
+        return (self._bus.now() - begun) * self._rate - self._started
+
+    def _start(self, skill: str) -> None:
         before = self._running.get(skill)
         if before is not None:
             if before.terminal is None:
@@ -99,12 +130,18 @@ class SoakClient:
         self._started += 1
 
     def _publish_count(self) -> None:
-        count = SoakCount(t=self._bus.now(), started=self._started, ended=self._ended, succeeded=self._succeeded)
+        count = SoakCount(
+            t=self._bus.now(),
+            started=self._started,
+            ended=self._ended,
+            succeeded=self._succeeded,
+            behind=max(0.0, self._owed() / self._rate),
+        )
         self._counts.put(encode(count))
 
 
 def make_clock(options: dict[str, Any]) -> SoakClock:
-    """Options: `awaited`, keys of alive tokens; `factor`, robot seconds in a wall second."""
+    """Options: `awaited`, keys of alive tokens; `factor`, most robot seconds in a wall second."""
     return SoakClock(set(options["awaited"]), options["factor"])
 
 

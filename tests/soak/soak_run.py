@@ -1,9 +1,11 @@
 """Run mocks for many robot hours, faster than wall time, and measure memory and disk.
 
-    python tests/soak/soak_run.py --hours 4 --speed 10 --write docs/reliability.md
+    python tests/soak/soak_run.py --hours 24 --rate 2 --speed 60 --results runs/soak --write docs/reliability.md
 
-`--hours` may be given several times, each with its `--rate` and `--speed`. Ends with 1 if a process grew, a goal was
-lost, or the files of the run became larger than `--keep`.
+`--hours` may be given several times, each with its `--rate` and `--speed`. Time waits for the starts that are due, so
+that the rate is kept on any machine. With `--results`, a soak that is interrupted leaves what it measured, and one that
+is finished does not run again. Ends with 1 if a process grew, a goal was lost, or the files of the run became larger
+than `--keep`.
 """
 
 from __future__ import annotations
@@ -16,19 +18,22 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
-from soak_figures import HOUR, Sample, Soak, growths, rates_table, table
+import msgspec
+from msgspec.structs import replace
+from soak_figures import HOUR, Sample, Soak, rates_table, table
 from soak_nodes import COUNT_KEY, SoakCount
 
 from skillwing.bt_missions.running.process import mission_process
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.disk import write_whole
 from skillwing.services.history.recording_state import add_up, read_state
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION
@@ -44,7 +49,7 @@ from skillwing.services.terminal.mission_reporter import MissionReporter
 
 MARKS = Marks.named("soak")
 RATES = Marks.named("sizes in an hour")
-LINES = ("north", "east", "south", "west")
+LINES = ("north", "east", "south", "west", "spring", "summer", "autumn", "winter")
 SKILL = """
     resource belt_{0} {{ initial FREE  FREE -> TAKEN  TAKEN -> FREE }}
     skill {0} {{
@@ -62,7 +67,7 @@ MISSION_TREE = """<root BTCPP_format="4" main_tree_to_execute="rounds">
 """
 ROUND = 2.1
 """Robot seconds of one round of the mission, about."""
-SAMPLES = 120
+SAMPLES = 240
 """Measurements in one soak."""
 LONGEST_WAIT = 60.0
 """Wall seconds without progress of robot time after which the soak gives up."""
@@ -70,61 +75,69 @@ LONGEST_WAIT = 60.0
 
 @dataclass
 class _Watch:
-    """State of a running soak."""
+    """State of a running soak. on_sample: takes the soak so far."""
 
+    soak: Soak
+    run_dir: Path
+    on_sample: Callable[[Soak], None]
     counts: list[SoakCount] = field(default_factory=list[SoakCount])
-    samples: list[Sample] = field(default_factory=list[Sample])
-    missions: int = 0
     mission_is_over: bool = False
+    begun: float = field(default_factory=time.monotonic)
 
     def note_mission(self, status: MissionStatus) -> None:
         """Take a status of the mission that runs."""
         self.mission_is_over = status.phase.over
 
+    def sample(self, launcher: Launcher, now: float) -> None:
+        """Measure, and hand on the soak so far."""
+        last = self.counts[-1] if self.counts else SoakCount(t=0.0, started=0, ended=0, succeeded=0, behind=0.0)
+        del self.counts[:-1]
+        self.soak.samples.append(Sample(now, _memory(launcher), _disk(self.run_dir), last.started))
+        others = [state for state in launcher.states if state.name != MISSION]
+        self.soak = replace(
+            self.soak,
+            wall=time.monotonic() - self.begun,
+            ended=last.ended,
+            succeeded=last.succeeded,
+            written=_written(self.run_dir),
+            lost_processes=[each.name for each in others if each.restarts or each.life != "lives"],
+        )
+        self.on_sample(self.soak)
 
-def soak(hours: float, rate: float, speed: float, keep: int, mission_hours: float, settle: float, folder: Path) -> Soak:
-    """One soak in a folder of its own."""
+
+def run(asked: Soak, speed: float, mission_hours: float, folder: Path, on_sample: Callable[[Soak], None]) -> Soak:
+    """Run one soak in a folder of its own. Ctrl-C ends it early; then it is not finished.
+
+    speed: most robot seconds in a wall second. on_sample: takes the soak so far, after each measurement.
+    """
     source, script, tree = folder / "soak.skillset", folder / "soak.mock.toml", folder / "rounds.xml"
     source.write_text(SKILLSET, encoding="utf-8")
     script.write_text(SCRIPT, encoding="utf-8")
     tree.write_text(MISSION_TREE.format(cycles=max(1, round(mission_hours * HOUR / ROUND))), encoding="utf-8")
     robot, run_dir = Robot("soak", source, {}, clock="robot"), folder / "run"
-    run = {"run_dir": str(run_dir), "keep": keep}
+    options = {"run_dir": str(run_dir), "keep": asked.keep}
     write_facts(run_dir, RunFacts(robot=robot.name, skillset=str(source)))
-    client = {"skillset": str(source), "skills": list(LINES), "rate": rate}
+    client = {"skillset": str(source), "skills": list(LINES), "rate": asked.rate}
     robots = (
-        *robot.observers(run),
-        *mock_processes(robot, scripts=[script], run=run),
+        *robot.observers(options),
+        *mock_processes(robot, scripts=[script], run=options),
         ProcessSpec("soak_client", "soak_nodes:make_client", client),
     )
     awaited = [Keys(robot.name).alive(each.name) for each in robots]
     clock = ProcessSpec("soak_clock", "soak_nodes:make_clock", {"factor": speed, "awaited": awaited})
-    mission, watch = mission_process(robot, str(tree), {}), _Watch()
-    begun = time.monotonic()
+    mission, watch = mission_process(robot, str(tree), {}), _Watch(asked, run_dir, on_sample)
     with Launcher(robot.name, robot.load_skillset().name, run_dir, clock="robot", restarts=True) as launcher:
         launcher.start((*robots, clock))
         with _bus(launcher, watch) as bus:
             reporter = MissionReporter(run_dir, robot.name, lambda: launcher.states)
             reporter.attach(bus, lambda text, style: None)
-            _follow(launcher, bus, watch, mission, hours, run_dir)
-            others = [state for state in launcher.states if state.name != MISSION]
-    last = watch.counts[-1]
-    present = [*(state.name for state in others), "driver"]
-    return Soak(
-        hours=(watch.samples[-1].t - watch.samples[0].t) / HOUR,
-        rate=rate,
-        keep=keep,
-        settle=settle,
-        wall=time.monotonic() - begun,
-        started=last.started,
-        ended=last.ended,
-        succeeded=last.succeeded,
-        missions=watch.missions,
-        samples=watch.samples,
-        growths=growths(watch.samples, settle, [*present, MISSION]),
-        written=_written(run_dir),
-        lost_processes=tuple(each.name for each in others if each.restarts or each.life != "lives"),
-    )
+            try:
+                _follow(launcher, bus, watch, mission)
+                watch.soak = replace(watch.soak, finished=True)
+            except KeyboardInterrupt:
+                _say(f"Interrupted after {watch.soak.passed:.1f} robot hours.")
+    on_sample(watch.soak)
+    return watch.soak
 
 
 @contextmanager
@@ -136,11 +149,10 @@ def _bus(launcher: Launcher, watch: _Watch) -> Iterator[ZenohBus]:
         yield bus
 
 
-def _follow(
-    launcher: Launcher, bus: ZenohBus, watch: _Watch, mission: ProcessSpec, hours: float, run_dir: Path
-) -> None:
+def _follow(launcher: Launcher, bus: ZenohBus, watch: _Watch, mission: ProcessSpec) -> None:
     """Let robot time pass, with one mission after the other, and measure from time to time."""
-    end, period, due = hours * HOUR, hours * HOUR / SAMPLES, 0.0
+    end = watch.soak.hours * HOUR
+    period, due = end / SAMPLES, 0.0
     progress, moved = 0.0, time.monotonic()
     while bus.now() < end:
         bus.run_until(lambda due=due: bus.now() >= due, 1.0)
@@ -150,18 +162,17 @@ def _follow(
         if not launcher.running(MISSION):
             watch.mission_is_over = False
             launcher.start([mission])
-            watch.missions += 1
+            watch.soak = replace(watch.soak, missions=watch.soak.missions + 1)
         now = bus.now()
         if now > progress:
             progress, moved = now, time.monotonic()
         elif time.monotonic() - moved > LONGEST_WAIT:
-            sys.exit(f"Robot time stands at {now:.0f} s. See the logs in {run_dir}/logs.")
+            sys.exit(f"Robot time stands at {now:.0f} s. See the logs in {watch.run_dir}/logs.")
         if now >= due:
-            del watch.counts[:-1]
-            watch.samples.append(Sample(now, _memory(launcher), _disk(run_dir)))
+            watch.sample(launcher, now)
             due += period
-            if len(watch.samples) % 10 == 1:
-                _print_progress(watch)
+            if len(watch.soak.samples) % 10 == 1:
+                _print_progress(watch.soak)
 
 
 def _memory(launcher: Launcher) -> dict[str, int]:
@@ -180,11 +191,16 @@ def _written(run_dir: Path) -> dict[str, int]:
     return add_up([there, {name: gone.size for name, gone in read_state(run_dir).deleted.items()}])
 
 
-def _print_progress(watch: _Watch) -> None:
-    last, count = watch.samples[-1], watch.counts[-1] if watch.counts else None
+def _print_progress(soak: Soak) -> None:
+    last = soak.samples[-1]
     memory = " ".join(f"{name}={size / 1e6:.0f}" for name, size in sorted(last.memory.items()))
-    goals = 0 if count is None else count.started
-    sys.stdout.write(f"{last.t / HOUR:6.2f} h  {goals:9,} goals  disk {last.disk / 1e6:7.1f} MB  {memory}\n")
+    _say(
+        f"{last.t / HOUR:6.2f} h  {last.started:9,} goals  {soak.wall:6.0f} s  disk {last.disk / 1e6:7.1f} MB  {memory}"
+    )
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
 
 
@@ -193,40 +209,70 @@ def _machine() -> str:
     return f"{os.cpu_count()} processors, {platform.machine()}, {version}, {datetime.now(UTC):%Y-%m-%d}"
 
 
+def _finished(file: Path | None, asked: Soak) -> Soak | None:
+    """The same soak, if it has run to its end; None otherwise."""
+    if file is None or not file.is_file():
+        return None
+    found = msgspec.json.decode(file.read_bytes(), type=Soak)
+    return found if found.finished and (found.keep, found.settle) == (asked.keep, asked.settle) else None
+
+
+def _soak(asked: Soak, speed: float, mission_hours: float, results: Path | None) -> Soak:
+    """The result of a soak that has run before, or else of this run."""
+    file = None if results is None else results / f"{asked.hours:g}h-{asked.rate:g}.json"
+    if (found := _finished(file, asked)) is not None:
+        return found
+
+    def keep(soak: Soak) -> None:
+        if file is not None:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(file, msgspec.json.encode(soak))
+
+    folder = Path(tempfile.mkdtemp(prefix="soak-"))
+    done = run(asked, speed, mission_hours, folder, keep)
+    for problem in done.problems():
+        _say(f"{problem} See {folder}.")
+    if not done.problems():
+        shutil.rmtree(folder)
+    return done
+
+
+def _parse(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description="Run mocks for many robot hours, and measure memory and disk.")
+    add = parser.add_argument
+    add("--hours", type=float, action="append", help="robot hours; repeatable (default: 1)")
+    add("--rate", type=float, action="append", help="starts a robot second for each (default: 20)")
+    add("--speed", type=float, action="append", help="most robot seconds a second for each (default: 8)")
+    add("--mission-hours", type=float, default=0.25, help="of each mission (default: %(default)s)")
+    add("--settle", type=float, default=1.0, help="hours before memory counts (default: %(default)s)")
+    add("--keep", type=read_size, default=read_size("1GB"), help="of each run (default: 1GB)")
+    add("--results", type=Path, metavar="DIR", help="folder for results; finished soaks there are not run again")
+    add("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
+    add("--write-rates", type=page_with(RATES), metavar="FILE", help="document for the sizes of files")
+    return parser.parse_args(arguments)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the soaks; returns the exit code."""
-    parser = argparse.ArgumentParser(description="Run mocks for many robot hours, and measure memory and disk.")
-    parser.add_argument("--hours", type=float, action="append", help="robot hours; repeatable (default: 1)")
-    parser.add_argument("--rate", type=float, action="append", help="starts a robot second for each (default: 20)")
-    parser.add_argument("--speed", type=float, action="append", help="robot seconds a second for each (default: 8)")
-    parser.add_argument("--mission-hours", type=float, default=0.25, help="of each mission (default: %(default)s)")
-    parser.add_argument("--settle", type=float, default=1.0, help="hours before memory counts (default: %(default)s)")
-    parser.add_argument("--keep", type=read_size, default=read_size("1GB"), help="of each run (default: 1GB)")
-    parser.add_argument("--write", type=page_with(MARKS), metavar="FILE", help="document that gets the table")
-    parser.add_argument("--write-rates", type=page_with(RATES), metavar="FILE", help="document for the sizes of files")
-    asked = parser.parse_args(arguments)
+    asked = _parse(arguments)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(Path(__file__).parent), os.environ.get("PYTHONPATH")]))
     hours = asked.hours or [1.0]
-    rates = asked.rate or []
-    rates += [20.0] * (len(hours) - len(rates))
-    speeds = asked.speed or []
-    speeds += [8.0] * (len(hours) - len(speeds))
+    rates = [*(asked.rate or []), *[20.0] * len(hours)]
+    speeds = [*(asked.speed or []), *[8.0] * len(hours)]
     soaks: list[Soak] = []
-    for each, rate, speed in zip(hours, rates, speeds, strict=True):
-        folder = Path(tempfile.mkdtemp(prefix="soak-"))
-        done = soak(each, rate, speed, asked.keep, asked.mission_hours, asked.settle * HOUR, folder)
-        soaks.append(done)
-        for problem in done.problems():
-            sys.stdout.write(f"{problem} See {folder}.\n")
-        if not done.problems():
-            shutil.rmtree(folder)
-    figures = table(soaks, _machine())
-    sys.stdout.write(f"{figures}\n")
-    if asked.write is not None:
+    for each, rate, speed in zip(hours, rates, speeds, strict=False):
+        wanted = Soak(hours=each, rate=rate, keep=asked.keep, settle=asked.settle * HOUR, machine=_machine())
+        soaks.append(_soak(wanted, speed, asked.mission_hours, asked.results))
+        if not soaks[-1].finished:
+            break
+    figures = table(soaks)
+    _say(figures)
+    if asked.write is not None and figures:
         MARKS.replace(asked.write, figures)
-    if asked.write_rates is not None:
-        RATES.replace(asked.write_rates, rates_table(soaks[0], _machine()))
-    return 1 if any(each.problems() for each in soaks) else 0
+    if asked.write_rates is not None and soaks[0].begun:
+        RATES.replace(asked.write_rates, rates_table(soaks[0]))
+    finished = all(each.finished for each in soaks)
+    return 0 if finished and not any(each.problems() for each in soaks) else 1
 
 
 if __name__ == "__main__":
