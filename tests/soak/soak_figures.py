@@ -1,8 +1,8 @@
 """Figures of a soak: memory and disk over robot time. Pure.
 
-The criterion of memory was set before the runs that it judges. A process is flat if its floor, extrapolated from the
-hours after the first one to the goals of a week at one start a second, rises by less than 25 MB. 15 processes with
-that growth take 375 MB in a week, less than a tenth of the memory of a computer with 4 GB.
+The criterion of memory was set before the runs that it judges. The growth after the first hour is extrapolated to the
+goals of a week at one start a second. A process is flat if its floor rises by less than 25 MB in that week. 15
+processes with that growth take 375 MB, less than a tenth of the memory of a computer with 4 GB.
 
 The floor is the least memory in each of 24 windows. Memory above it is work that waits, such as chunks of the recording
 that Rerun has not written yet. A leak raises the floor. The trend of the floor is its median slope over a quarter of
