@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
+from standing_time import BusInStandingTime
 
 from faulty_network import FaultyNetwork, NetworkConditions
-from skillwing.services.bus import Bus, Handle, Request
+from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.causal_feed import SILENCES_UNTIL_SHOWN, CausalFeed, follow_records
 from skillwing.services.names import RESOURCE_MANAGER
@@ -215,19 +215,6 @@ def test_a_change_of_the_states_is_reported_once_after_its_messages() -> None:
     managers.status(8)
     managers.wait()
     assert told == ["states 7", "step 8", "status 8", "states 8", "status 8"]
-
-
-class BusInStandingTime:
-    """A bus whose robot time stands still: its timers never end, and those of wall time do."""
-
-    def __init__(self, bus: Bus) -> None:
-        self._bus = bus
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._bus, name)
-
-    def after(self, delay: float, action: Callable[[], None], *, wall: bool = False) -> Handle:
-        return self._bus.after(delay, action if wall else lambda: None, wall=True)
 
 
 def test_a_lost_step_is_asked_for_although_robot_time_stands_still() -> None:

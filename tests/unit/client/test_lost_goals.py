@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
+from standing_time import BusInStandingTime
 
 from skillwing.dsl import parse
 from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
-from skillwing.services.client.causal_feed import HOLDS_UNTIL_SHOWN, NO_ANSWER, STILL_HELD, CausalFeed
+from skillwing.services.client.causal_feed import (
+    HOLDS_UNTIL_SHOWN,
+    NO_ANSWER,
+    SILENCES_UNTIL_SHOWN,
+    STILL_HELD,
+    CausalFeed,
+)
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.names import RESOURCE_MANAGER
@@ -113,7 +121,10 @@ def test_a_goal_of_a_manager_that_came_back_before_its_loss_was_shown_is_interru
 
 
 class ReadyDesk:
-    """A feed, and a resource manager that answers by hand whether the goal `g` holds its grant."""
+    """A feed, and a resource manager that answers by hand whether the goal `g` holds its grant.
+
+    Robot time stands still: the mission has to learn of a loss all the same.
+    """
 
     def __init__(self, answer: Callable[[Request], None]) -> None:
         self.network = InProcessNetwork()
@@ -121,17 +132,21 @@ class ReadyDesk:
         self.asked = 0
         self._answer = answer
         manager.serve(KEYS.resource_ready, self._ready)
-        self.refuses_states = False
+        self.refuses_states = self.hides_states = False
         manager.serve(KEYS.resource_states, self._states)
-        self.feed = CausalFeed(self.network.bus("client"), KEYS)
+        bus: Any = BusInStandingTime(self.network.bus("client"))
+        self.feed = CausalFeed(bus, KEYS)
         self.remarks: list[str] = []
         self.network.run_for(1.0)
+        self.lose()
+
+    def lose(self) -> None:
         self.feed.after_release("drive", "g", self.remarks.append)
 
     def _states(self, request: Request) -> None:
         if self.refuses_states:
             refuse(request)
-        else:
+        elif not self.hides_states:
             request.reply(encode(ResourceStates(step=7, states={"wheels": "PARKED"}, t=0.0)))
 
     def _ready(self, request: Request) -> None:
@@ -169,3 +184,24 @@ def test_a_loss_says_that_its_states_are_unknown_if_they_are_refused() -> None:
     desk.refuses_states = True
     desk.network.run_for(1.0)
     assert desk.remarks == [NO_ANSWER]
+
+
+def test_a_loss_says_that_its_states_are_unknown_if_nobody_tells_them() -> None:
+    desk = ReadyDesk(held_by("another"))
+    desk.hides_states = True
+    desk.network.run_for(60.0)
+    assert (desk.remarks, desk.feed.silent) == ([NO_ANSWER], True)
+
+
+def test_a_silent_resource_manager_delays_only_the_first_loss() -> None:
+    """It is asked ten times at the first loss. Then one silence is enough, until it answers again."""
+    desk = ReadyDesk(lambda request: None)
+    desk.hides_states = True
+    desk.network.run_for(60.0)
+    assert (desk.remarks, desk.asked, desk.feed.silent) == ([NO_ANSWER], SILENCES_UNTIL_SHOWN, True)
+    desk.lose()
+    desk.network.run_for(60.0)
+    assert (desk.remarks, desk.asked) == ([NO_ANSWER] * 2, SILENCES_UNTIL_SHOWN + 1)
+    desk.hides_states = False
+    desk.network.run_for(5.0)
+    assert not desk.feed.silent, "the states were asked for until there was an answer"

@@ -179,9 +179,16 @@ def test_a_query_after_a_restart_waits_for_the_data() -> None:
 def test_only_events_and_skills_that_bring_what_is_missing_are_named() -> None:
     source = """
     skillset crane {
-        resource brake { initial SET  extern SET -> LOOSE  extern LOOSE -> SET }
+        resource brake {
+            state { SET LOOSE STUCK }
+            initial SET
+            extern SET -> LOOSE
+            extern LOOSE -> SET
+            extern * -> STUCK
+        }
         resource lamp { initial OFF  extern OFF -> ON  extern ON -> OFF }
         event unlock { effect { brake -> LOOSE } }
+        event jam { effect { brake -> STUCK } }
         event light { effect { lamp -> ON } }
         skill lift { precondition { loose: resource=(brake == LOOSE) } result { success DONE } }
     }
@@ -243,6 +250,7 @@ GIVEN: dict[str, object] = {"most": 1.0, "target": {"x": 1.0, "y": 1.0}, "lamp":
         ({"most": 99.0}, ["most"], (), []),
         ({"most": -1.0}, ["most"], (), ["light"]),
         ({"target": {"x": "far", "y": 1.0}}, ["target.x"], ("near",), []),
+        ({"target": {"x": 9.0, "y": 1.0}}, [], (), ["near"]),
         ({"lamp": "lit"}, ["lamp"], (), []),
     ],
 )

@@ -63,5 +63,5 @@ def _take_from_predecessor(state: ManagerState, grant: Grant, request: BeginGoal
     state.incarnations.check(request.manager, request.incarnation)
     replace_predecessors(state, request.manager, request.incarnation, now)
     finished = state.ledger.finished(grant.goal_id)
-    assert finished is not None, "the grant was a predecessor's"
+    assert finished is not None
     return finished.verdict
