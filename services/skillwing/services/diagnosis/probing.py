@@ -11,7 +11,7 @@ import msgspec
 import zenoh
 
 from skillwing.services.bus.identity import SessionIdentity, signed
-from skillwing.services.bus.zenoh_bus import REFUSAL
+from skillwing.services.bus.zenoh_entities import REFUSAL
 from skillwing.services.diagnosis.evidence import ClockSeen, Probe, ProbeReply
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, ErrorReply, Message, ProtocolError, decode, encode
 

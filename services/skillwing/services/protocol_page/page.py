@@ -9,7 +9,7 @@ import msgspec
 
 from skillwing.services import names
 from skillwing.services.bus import EVENT_HISTORY, backlog
-from skillwing.services.bus.zenoh_bus import REFUSAL, TIMEOUT_REPLY
+from skillwing.services.bus.zenoh_entities import REFUSAL, TIMEOUT_REPLY
 from skillwing.services.bus.zenoh_session import LEASE
 from skillwing.services.core.checks import LONGEST_GOAL_ID
 from skillwing.services.protocol import MAX_MESSAGE_BYTES, MAX_NESTING, PROTOCOL_VERSION, ErrorCode, ErrorReply
