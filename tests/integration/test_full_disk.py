@@ -23,6 +23,7 @@ from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.protocol import GoalStatus, Keys, State, encode
 from skillwing.services.robot import Robot
+from small_disk import fill, free, mounted, obstacle
 
 SKILLSET = """
 skillset press {
@@ -42,24 +43,11 @@ WITHIN = 60.0
 """Longest wait for a change, in wall seconds."""
 
 
-@contextmanager
-def mounted(place: Path, size: int = DISK) -> Iterator[Path]:
-    """A disk of its own in memory."""
-    if os.geteuid() != 0:
-        pytest.skip("only root can mount a small disk")
-    place.mkdir()
-    done = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(place)], check=False)
-    if done.returncode != 0:
-        pytest.skip("no disk can be mounted here")
-    try:
-        yield place
-    finally:
-        subprocess.run(["umount", "--lazy", str(place)], check=True)
-
-
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Path]:
-    with mounted(tmp_path / "disk") as place:
+    if (reason := obstacle()) is not None:
+        pytest.skip(reason)
+    with mounted(tmp_path / "disk", DISK) as place:
         yield place
 
 
@@ -69,23 +57,6 @@ def source(tmp_path: Path) -> Path:
     file.write_text(SKILLSET, encoding="utf-8")
     file.with_name("press.mock.toml").write_text(SCRIPT, encoding="utf-8")
     return file
-
-
-def fill(disk: Path, leave: int = 0) -> None:
-    """Fill a disk to its last byte, or but for some bytes."""
-    content = memoryview(bytes(1 << 16))
-    with (disk / "filler").open("ab", buffering=0) as file:
-        for size in (1 << 16, 1 << 12, 1):
-            try:
-                while (free := os.statvfs(disk).f_bavail * 4096) > leave:
-                    if not file.write(content[: min(size, free - leave)]):
-                        break
-            except OSError:
-                continue
-
-
-def free(disk: Path) -> None:
-    (disk / "filler").unlink()
 
 
 def wait_for(run_dir: Path, wanted: str) -> RecordingState:

@@ -1,0 +1,172 @@
+"""A system of mocks on a small disk, with a client that starts goals all the time."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Any, Self
+
+from full_disk_figures import Outage
+from soak_run import LINES, SCRIPT, SKILLSET
+
+from skillwing.dsl import load
+from skillwing.services.bus.clock import WallClock
+from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.client.goal_handle import GoalHandle
+from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.history.files import read_goals
+from skillwing.services.history.recording_state import read_state
+from skillwing.services.names import skill_process
+from skillwing.services.protocol import Ending
+from small_disk import full
+
+KILLED = ("", "recorder", "resource_manager", skill_process(LINES[0]), "data_manager", "")
+"""Processes that are killed in the outages, in turn; empty for none."""
+RATE = 10.0
+"""Goals that are started in a second."""
+WITHIN = 30.0
+"""Wall seconds in which a process has to be back, or everything to be written again."""
+CLI = [sys.executable, "-m", "skillwing.services.terminal.cli"]
+
+
+@dataclass(slots=True)
+class _Work:
+    """Goals of the client, by id."""
+
+    running: dict[str, GoalHandle] = field(default_factory=dict[str, GoalHandle])
+    ended: dict[str, GoalHandle] = field(default_factory=dict[str, GoalHandle])
+
+
+class MockedSystem:
+    """The system of `skillwing mock`, detached, as a context manager. disk: of its run; folder: of all else."""
+
+    def __init__(self, disk: Path, folder: Path) -> None:
+        self.run_dir = disk / "run"
+        self._disk = disk
+        source = folder / "soak.skillset"
+        source.write_text(SKILLSET, encoding="utf-8")
+        source.with_name("soak.mock.toml").write_text(SCRIPT, encoding="utf-8")
+        self._command("mock", str(source), "--run-dir", str(self.run_dir), "--keep", "100MB", "--detach")
+        self._bus = ZenohBus("client/full_disk", "soak", str(self._status()["endpoint"]), WallClock())
+        self._interface = SkillsetInterface(self._bus, load(source), client="full_disk")
+        self._work, self._turn, self._stops = _Work(), 0, False
+        self._bus.every(1.0 / RATE, self._start_next)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bus.close()
+        subprocess.run([*CLI, "down"], check=False, capture_output=True, timeout=60)
+
+    def work(self, seconds: float) -> None:
+        """Start goals for some wall seconds."""
+        end = monotonic() + seconds
+        self._bus.run_until(lambda: monotonic() >= end, seconds + 1.0)
+
+    def suffer(self, seconds: float, killed: str, kill_at: float) -> Outage:
+        """Keep the disk full for so many wall seconds, and kill a process in it after `kill_at` s."""
+        outage = Outage(seconds=seconds, killed=killed)
+        before = set(self._work.ended)
+        gaps = len(read_state(self.run_dir).gaps)
+        with full(self._disk):
+            end = monotonic() + seconds
+            self.work(kill_at)
+            if killed:
+                self._kill(killed, outage)
+            self.work(max(0.0, end - monotonic() - 5.0))
+            said = self._status()["recording"] or ""
+            if not said.startswith("The run is not recorded."):
+                outage.problems.append(f"`status` says {said!r} on a full disk.")
+            self.work(max(0.0, end - monotonic()))
+        freed = monotonic()
+        if self._bus.run_until(lambda: self._is_well(gaps), WITHIN):
+            outage.back = monotonic() - freed
+        else:
+            outage.problems.append("The recorder does not write again.")
+        self.work(2.0)
+        self._judge(outage, set(self._work.ended) - before, gaps)
+        return outage
+
+    def end(self) -> list[str]:
+        """Stop the system. Returns a sentence for each broken promise about the whole run."""
+        self._stops = True
+        self._bus.run_until(lambda: not self._work.running, WITHIN)
+        problems = [f"A goal of {each.skill} never ended." for each in self._work.running.values()]
+        self._bus.close()
+        self._command("down")
+        replayed = subprocess.run([*CLI, "replay", str(self.run_dir), "--json"], capture_output=True, check=False)
+        if replayed.returncode != 0:
+            problems.append(f"The replay differs: {replayed.stdout.decode()}{replayed.stderr.decode()}")
+        return problems
+
+    def _judge(self, outage: Outage, ended: set[str], gaps: int) -> None:
+        """Compare the goals that ended since the begin of the outage with the files and the gaps."""
+        state = read_state(self.run_dir)
+        there = {status.goal_id for status in read_goals(self.run_dir) if status.terminal is not None}
+        goals = {goal_id: self._work.ended[goal_id] for goal_id in ended}
+        failed = [each for each in goals.values() if not (each.terminal and each.terminal.success)]
+        unrecorded = [goal_id for goal_id in ended if goal_id not in there]
+        told = sum(sum(gap.lost.values()) for gap in state.gaps[gaps:])
+        outage.goals, outage.failed, outage.unrecorded, outage.lost = len(goals), len(failed), len(unrecorded), told
+        expected = {f"skill/{LINES[0]}", "resource_manager"}
+        for each in failed:
+            if not (
+                outage.killed in expected and each.terminal and each.terminal.ending in (Ending.LOST, Ending.ERROR)
+            ):
+                outage.problems.append(f"A goal of {each.skill} ended with {each.terminal}.")
+        if unrecorded and not told:
+            outage.problems.append(f"{len(unrecorded)} goals are missing, and `recording.json` does not say so.")
+        if not goals:
+            outage.problems.append("No goal ended.")
+
+    def _is_well(self, gaps: int) -> bool:
+        state = read_state(self.run_dir)
+        return len(state.gaps) > gaps and state.failing is None
+
+    def _kill(self, process: str, outage: Outage) -> None:
+        """Kill a process with -9, and wait until another one is there."""
+        before = self._processes()[process]["pid"]
+        os.kill(before, 9)
+        end, now = monotonic() + WITHIN, {}
+        while monotonic() < end:
+            now = self._processes()[process]
+            if now["state"] == "runs" and now["pid"] != before:
+                return
+        outage.problems.append(f"{process} does not come back: {now}")
+
+    def _processes(self) -> dict[str, Any]:
+        return self._status()["processes"]
+
+    def _status(self) -> dict[str, Any]:
+        return json.loads(self._command("status", "--json"))
+
+    def _command(self, *words: str) -> str:
+        """Run a command, while goals are started. Raises RuntimeError for an exit code other than 0."""
+        process = subprocess.Popen([*CLI, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        if hasattr(self, "_bus") and not self._bus.closed:
+            self._bus.run_until(lambda: process.poll() is not None, 60.0)
+        said, _ = process.communicate(timeout=60)
+        if process.returncode != 0:
+            raise RuntimeError(f"`skillwing {' '.join(words)}` ended with {process.returncode}: {said}")
+        return said
+
+    def _start_next(self) -> None:
+        for goal_id, goal in list(self._work.running.items()):
+            if goal.terminal is not None:
+                self._work.ended[goal_id] = self._work.running.pop(goal_id)
+        if self._stops or not self._interface.ready:
+            return
+        skill = LINES[self._turn % len(LINES)]
+        self._turn += 1
+        if all(goal.skill != skill for goal in self._work.running.values()):
+            handle = self._interface.start(skill)
+            self._work.running[handle.goal_id] = handle
