@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz soak chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz soak full-disk chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -134,6 +134,11 @@ fuzz: setup
 SOAK_ARGS ?= --hours 24 --rate 2 --speed 60 --hours 2 --rate 20 --speed 10
 soak: setup
 	$(BIN)/python tests/soak/soak_run.py --results runs/soak --write docs/reliability.md --write-rates docs/recordings.md $(SOAK_ARGS)
+
+# A disk that is full for a minute, six times on mocks and once in a flight: root, and a quarter of an hour.
+FULL_DISK_ARGS ?=
+full-disk: setup
+	PYTHONPATH=tests $(BIN)/python tests/soak/full_disk_run.py --write docs/reliability.md $(FULL_DISK_ARGS)
 
 # kill -9 and SIGSTOP of every process in every state of a goal, and in flight. CHAOS_ARGS=--managers for half of it.
 CHAOS_ARGS ?=

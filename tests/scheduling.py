@@ -38,6 +38,7 @@ PROCESSES = (
     "integration/test_typed_clients_zenoh.py",
     "links/test_absent_link.py",
     "links/test_links.py",
+    "soak/test_full_disk_trial.py",
     "unit/recording/test_viewer.py",
 )
 
