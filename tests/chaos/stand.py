@@ -106,8 +106,8 @@ class Result:
     again: float | None
     lasted: float = 0.0
     bad_chains: tuple[str, ...] = ()
-    """Failures since the fault whose causes lead nowhere, back in time, or to something unrelated, and what is missing
-    of the exit of a killed process."""
+    """Failures since the fault whose causes lead nowhere, back in time, or to something unrelated. Exits of killed
+    processes without a record are among them."""
 
     @property
     def as_promised(self) -> bool:

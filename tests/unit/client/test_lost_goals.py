@@ -194,7 +194,7 @@ def test_a_loss_says_that_its_states_are_unknown_if_nobody_tells_them() -> None:
 
 
 def test_a_silent_resource_manager_delays_only_the_first_loss() -> None:
-    """It is asked ten times at the first loss. Then one silence is enough, until it answers again."""
+    """The client asks ten times at the first loss. Then one silence is enough, until there is an answer."""
     desk = ReadyDesk(lambda request: None)
     desk.hides_states = True
     desk.network.run_for(60.0)

@@ -77,7 +77,7 @@ def modify(desk: Desk, inputs: dict[str, Any], **fields: Any) -> None:
 
 
 def refused(ask: Callable[[], object]) -> tuple[str, str]:
-    """What is wrong, and what to do."""
+    """The problem and the remedy of a refusal."""
     with pytest.raises(RefusedError) as refusal:
         ask()
     return refusal.value.message, refusal.value.help

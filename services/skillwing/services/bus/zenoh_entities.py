@@ -1,4 +1,4 @@
-"""What a bus has at its Zenoh session: declarations, publishers, and queries in both directions."""
+"""Entities of a bus at its Zenoh session: declarations, publishers, and queries in both directions."""
 
 from __future__ import annotations
 
