@@ -28,6 +28,8 @@ from skillwing.services.robot import Robot
 
 LOOK = 0.01
 """Wall seconds between two looks at what no message tells."""
+TURN = 0.001
+"""Wall seconds that the launcher's node has at each look to take in its messages."""
 RECORD_WITHIN = 5.0
 """Wall seconds that the record of an exit has to arrive once the system is well again."""
 BAD_ENDS = ("LOST", "ERROR")
@@ -136,7 +138,8 @@ class Signs:
         return exit_problems(self.records[self._before :], self._process)
 
     def _record_exits(self) -> None:
-        self._launcher_bus.run_until(lambda: False, 0.0)
+        # It also follows the clock: an exit counts for grants from before it.
+        self._launcher_bus.run_until(lambda: False, TURN)
         for ended in self._launcher.exits[self._recorded :]:
             self._recorded += 1
             self._launcher_node.take_exit(ended)
