@@ -41,7 +41,8 @@ def _on_mocks(number: int, seconds: float, chance: random.Random, folder: Path) 
             system.work(chance.uniform(2.0, 10.0))
             found.append(system.suffer(seconds, KILLED[turn % len(KILLED)], chance.uniform(0.0, seconds / 2)))
             _say(f"{found[-1]}")
-        found[-1].problems.extend(system.end())
+        if found:
+            found[-1].problems.extend(system.end())
     return found
 
 

@@ -6,6 +6,7 @@ import errno
 import os
 import shutil
 import struct
+import subprocess
 import sys
 from itertools import count
 from pathlib import Path
@@ -345,6 +346,29 @@ def test_a_recording_has_no_index_that_would_grow_in_memory(tmp_path: Path) -> N
     kinds = [struct.unpack_from("<Q", message)[0] for message in messages]
     assert len(kinds) > 20
     assert 0 not in kinds, "Rerun ends a file that has an index with a message of this kind"
+
+
+SETTINGS = """
+import os, sys
+from pathlib import Path
+from skillwing.m600.robot import ROBOT
+from skillwing.services.recording.recorder import make_recorder
+(spec,) = ROBOT.observers({"run_dir": sys.argv[1]})
+assert "rerun" not in sys.modules, "Rerun reads its settings when it is imported"
+make_recorder(spec.resolved().options)
+print(os.environ["MIMALLOC_PURGE_DELAY"], os.environ["RUST_LOG"])
+"""
+
+
+def test_rerun_gets_its_settings_before_it_is_imported_and_keeps_those_of_the_user(tmp_path: Path) -> None:
+    said = subprocess.run(
+        [sys.executable, "-c", SETTINGS, str(tmp_path)],
+        env={**os.environ, "RUST_LOG": "error"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout.split() == ["0", "error"]
 
 
 @given(st.binary(max_size=200), st.lists(st.integers(1, 60)))

@@ -57,8 +57,9 @@ CHECK_PERIOD = 1.0
 """Wall seconds between two checks of the files."""
 RETENTION_CHECKS = 10
 """Checks between two deletions of old parts."""
-RERUN_LOG = "warn,re_log_encoding=error"
-"""Log levels of Rerun. It warns of each file without an index, which is intended (`rerun_stream.py`)."""
+RERUN_ENVIRONMENT = {"RUST_LOG": "warn,re_log_encoding=error", "MIMALLOC_PURGE_DELAY": "0"}
+"""Settings of Rerun, unless the user has others. It warns of each file without an index, which is intended. Its
+allocator would keep the pages of peaks in use: 12 bytes for each message, without an end in sight."""
 WRITES, FAILS = "RECORDING", "FAILED"
 """States of the recorder in the timeline."""
 
@@ -135,7 +136,6 @@ class Recorder:
     # --- files -------------------------------------------------------------------------------------------------------
 
     def _open_recording(self) -> Recording | None:
-        os.environ.setdefault("RUST_LOG", RERUN_LOG)  # Rerun reads it when it is imported
         try:
             from skillwing.services.recording.rerun_stream import Recording  # noqa: PLC0415  Rerun is optional
         except ModuleNotFoundError as missing:
@@ -231,5 +231,7 @@ class Recorder:
 
 def make_recorder(options: dict[str, Any]) -> Recorder:
     """The recorder described by `RecorderOptions`. Raises InvalidOptionError, SkillsetError or OSError."""
+    for name, value in RERUN_ENVIRONMENT.items():
+        os.environ.setdefault(name, value)  # Rerun reads it when it is imported, which comes later
     checked = read_options(options)
     return Recorder(checked, load(Path(checked.skillset)))
