@@ -19,7 +19,8 @@ from keyed_site import PEOPLE, make_store
 from msgspec import structs
 
 from skillwing.dsl import load
-from skillwing.services.access.certificates import Issued, issue, utc_now
+from skillwing.services.access.certificate_facts import Issued, utc_now
+from skillwing.services.access.certificates import issue
 from skillwing.services.access.handshake import explained
 from skillwing.services.access.identity_files import read_identity
 from skillwing.services.access.key_store import KeyStore

@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -209,6 +208,8 @@ class UnknownRobotError(UnknownNameError):
 
 def robot_names() -> tuple[str, ...]:
     """Names of the installed robots."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - as in `find_robot`
+
     return tuple(sorted(entry_points(group=ROBOTS).names))
 
 
@@ -219,6 +220,9 @@ def find_robot(reference: str) -> Robot:
     Raises UnknownRobotError with the installed robots, and InvalidOptionError for a table that is missing or cannot be
     loaded.
     """
+    # Most processes are hosts that the launcher gives factories: they ask for no robot.
+    from importlib.metadata import entry_points  # noqa: PLC0415
+
     found = entry_points(group=ROBOTS, name=reference)
     if found:
         return next(iter(found)).load()

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.services.access.certificates import facts, issue, new_authority, utc_now
+from skillwing.services.access.certificate_facts import utc_now
+from skillwing.services.access.certificates import facts, issue, new_authority
 from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
 from skillwing.services.access.key_store import KeysError, KeyStore
 from skillwing.services.access.policy import RobotAccess

@@ -7,8 +7,7 @@ so that the holder of another one cannot pretend to be the router.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from ipaddress import ip_address
 
 from cryptography import x509
@@ -22,6 +21,7 @@ from cryptography.hazmat.primitives.serialization import (
 )
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
+from skillwing.services.access.certificate_facts import CertificateFacts, Issued
 from skillwing.services.errors import SkillwingError
 
 LONGEST_NAME = 64
@@ -29,25 +29,6 @@ LONGEST_NAME = 64
 CLOCK_SKEW = timedelta(hours=1)
 """Time by which the clock of another machine may be behind."""
 AUTHORITY_NAME = "Skillwing authority"
-ROUTER_NAME = "router"
-
-
-@dataclass(frozen=True, slots=True)
-class Issued:
-    """A certificate and its private key, both as PEM."""
-
-    certificate: bytes
-    key: bytes
-
-
-@dataclass(frozen=True, slots=True)
-class CertificateFacts:
-    """Content of a certificate. name: common name. role: organizational unit, empty for none. expires: UTC."""
-
-    name: str
-    role: str
-    expires: datetime
-    hosts: tuple[str, ...] = ()
 
 
 def new_authority(days: int, now: datetime) -> Issued:
@@ -91,11 +72,6 @@ def facts(certificate: bytes) -> CertificateFacts:
         pass
     name, role = (_attribute(read, oid) for oid in (NameOID.COMMON_NAME, NameOID.ORGANIZATIONAL_UNIT_NAME))
     return CertificateFacts(name, role, read.not_valid_after_utc, hosts)
-
-
-def utc_now() -> datetime:
-    """The present time."""
-    return datetime.now(UTC)
 
 
 def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:

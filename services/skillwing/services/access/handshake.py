@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import socket
-import ssl
 
-from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.exposure import host_of
 from skillwing.services.access.key_store import read_facts
 from skillwing.services.bus.identity import SessionIdentity
@@ -53,6 +52,8 @@ def _objection(endpoint: str, identity: SessionIdentity) -> str | None:
 
 
 def _handshake(connection: socket.socket, host: str, identity: SessionIdentity) -> str | None:
+    import ssl  # noqa: PLC0415 - needed after an error only
+
     try:
         context = ssl.create_default_context(cafile=str(identity.authority))
         context.load_cert_chain(identity.certificate, identity.key)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from datetime import timedelta
 from pathlib import Path
 
-from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.key_store import ROBOTS, ROUTER, KeysError, process_folder, read_facts
 from skillwing.services.access.policy import refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity

@@ -19,15 +19,7 @@ from pathlib import Path
 
 import msgspec
 
-from skillwing.services.access.certificates import (
-    ROUTER_NAME,
-    CertificateFacts,
-    Issued,
-    facts,
-    issue,
-    new_authority,
-    utc_now,
-)
+from skillwing.services.access.certificate_facts import ROUTER_NAME, CertificateFacts, Issued, utc_now
 from skillwing.services.access.policy import RobotAccess, SiteAccess, certificate_name
 from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
 from skillwing.services.errors import InvalidOptionError, SkillwingError
@@ -93,6 +85,8 @@ class KeyStore:
     @classmethod
     def init(cls, folder: Path, hosts: Iterable[str], days: int = DAYS) -> KeyStore:
         """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already."""
+        from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `read_facts`
+
         store = cls(folder)
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (folder / NAMES_FILE).exists():
@@ -202,6 +196,8 @@ class KeyStore:
         return KeyHolder(name, what, read_facts(folder).expires, folder)
 
     def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
+        from skillwing.services.access.certificates import issue  # noqa: PLC0415 - as in `read_facts`
+
         try:
             authority = Issued(
                 *((self.folder / AUTHORITY / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE))
@@ -230,6 +226,9 @@ def process_folder(process: str) -> str:
 
 def read_facts(folder: Path) -> CertificateFacts:
     """The content of the certificate in a folder. Raises KeysError."""
+    # Every process of a robot imports this module. One without keys is spared the library of certificates.
+    from skillwing.services.access.certificates import facts  # noqa: PLC0415
+
     path = folder / CERTIFICATE_FILE
     try:
         return facts(path.read_bytes())

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from skillwing.services.access.certificates import utc_now
+from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.key_store import DAYS, KeyStore
 from skillwing.services.access.robots import robot_access
 from skillwing.services.robot import Robot, find_robot
