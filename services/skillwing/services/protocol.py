@@ -757,7 +757,9 @@ class StartMission(Message, frozen=True, kw_only=True):
     """Run a mission on board: the robot's launcher starts its process. The reply comes once that runs.
 
     `mission` is the name of a mission that is installed on the robot. With `tree`, the text of a tree file, it is a
-    name for that file. `options` are the mission's. The same `request_id` again starts nothing and gets the same reply.
+    name for that file. `options` are the mission's. `robots` are the names of the robots of a mission on several, by
+    their names in the mission; a missing one has that name. The robot of this launcher is one of them. The same
+    `request_id` again starts nothing and gets the same reply.
     """
 
     request_id: Label
@@ -765,6 +767,7 @@ class StartMission(Message, frozen=True, kw_only=True):
     client: Label
     options: dict[str, Any] = {}
     tree: str = ""
+    robots: dict[Label, Label] = {}
 
 
 class QueryMission(Message, frozen=True, kw_only=True):

@@ -22,8 +22,9 @@ from skillwing.bt_missions.cli.mission_robots import (
     models_of,
     only_name,
     robot_names,
+    robots_on_board,
 )
-from skillwing.bt_missions.cli.on_board import make_request, require_tree_fit, run_on_board
+from skillwing.bt_missions.cli.on_board import known_mission, make_request, require_tree_fit, run_on_board
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
@@ -170,7 +171,8 @@ def run(
     second Ctrl-C ends the command at once, without the rescue.
 
     With --on-board the robot's launcher runs the mission, and a broken link to the robot does not matter to it. Ctrl-C
-    then ends this view only; `skillwing mission abort` aborts. See docs/ground_station.md.
+    then ends this view only; `skillwing mission abort` aborts. Of several robots the first one's launcher runs the
+    mission, or that of one more `--robot NAME`. See docs/ground_station.md.
 
     If the system runs in a chosen world (`up --world KIND`), options of the site are set as a planner would set them.
     Options on the command line have priority.
@@ -180,7 +182,7 @@ def run(
     """
     asked = parse_options(options or [])
     if on_board:
-        raise typer.Exit(_run_on_board(name, asked, only_name(robot), owner_grace, as_json=as_json))
+        raise typer.Exit(_run_on_board(name, asked, robot or [], owner_grace, as_json=as_json))
     chosen = _find(name, only_name(robot))
     chosen.read_options(asked)
     console = None if as_json else make_console()
@@ -357,15 +359,19 @@ def nodes(output: OutputOption = None, robot: RobotTableOption = None, skillset:
 
 
 def _run_on_board(
-    name: str, asked: dict[str, Any], robot: str | None, owner_grace: float | None, *, as_json: bool
+    name: str, asked: dict[str, Any], words: list[str], owner_grace: float | None, *, as_json: bool
 ) -> int:
     if owner_grace is not None:
         text = "A mission on board needs no --owner-grace: it is not cut off from its goals. Leave it out."
         raise InvalidOptionError("owner-grace", text)
-    request = make_request(name, asked, new_goal_id())
-    with connect(robot) as system:
-        require_tree_fit(name, asked, system.skillset, system.target)
-        return run_on_board(system, request, None if as_json else make_console())
+    robots = robots_on_board(known_mission(name), words)
+    request = make_request(name, asked, robots.names, new_goal_id())
+    # A tree is checked with all robots. For an installed mission the robot itself does that.
+    roles = robots.names if request.tree else {}
+    with connected(roles or {"": robots.launcher}) as systems:
+        require_tree_fit(name, asked, models_of(systems))
+        role = next((role for role, robot in roles.items() if robot == robots.launcher), "")
+        return run_on_board(systems[role], request, None if as_json else make_console())
 
 
 def _send(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -12,8 +13,7 @@ import typer
 from skillwing.bt_missions.checking.mission_check import robots_problem
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.robots import RobotModel
-from skillwing.dsl.model import UnknownNameError
+from skillwing.bt_missions.mission.robots import RobotModel, names_by_role, names_on_board
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import UnknownRobotError
 from skillwing.services.terminal.completion import running
@@ -51,15 +51,45 @@ def robot_names(mission: Mission, words: Sequence[str]) -> dict[str, str | None]
         if len(words) > 1 or any("=" in word for word in words):
             raise InvalidOptionError("robot", robots_problem(mission, ["several"]))
         return {"": next(iter(words), None)}
-    found: dict[str, str | None] = {robot: robot for robot in mission.robots}
-    for word in words:
-        robot, equals, name = word.partition("=")
-        if not (equals and name):
-            raise InvalidOptionError("robot", robots_problem(mission, []))
-        if robot not in found:
-            raise UnknownNameError(f"robot of {mission.name}", robot, mission.robots)
-        found[robot] = name
-    return found
+    given = _by_role(words)
+    if given is None:
+        raise InvalidOptionError("robot", robots_problem(mission, []))
+    return {**names_by_role(mission, given)}
+
+
+def _by_role(words: Iterable[str]) -> dict[str, str] | None:
+    """Names of robots by their names in a mission, of words such as `left=NAME`; None if one is no such word."""
+    parts = [word.partition("=") for word in words]
+    return {role: name for role, _, name in parts} if all(role and name for role, _, name in parts) else None
+
+
+@dataclass(frozen=True, slots=True)
+class RobotsOnBoard:
+    """Robots of a mission on board. launcher: name of the robot whose launcher runs it, None for the only one that
+    runs. names: the robots of a mission on several, by their names in the mission."""
+
+    launcher: str | None
+    names: Mapping[str, str]
+
+
+def robots_on_board(mission: Mission | None, words: Sequence[str]) -> RobotsOnBoard:
+    """Robots of a mission on board. Of several robots, a word without a role names the one whose launcher runs it, by
+    default the first one. mission: None for one that is installed on the robot only, which checks the names itself.
+
+    Raises as `robot_names` does, and for a launcher that is none of the robots.
+    """
+    launchers, roles = [word for word in words if "=" not in word], [word for word in words if "=" in word]
+    given = _by_role(roles)
+    if given is None or len(launchers) > 1:
+        text = "Of several robots name each by `--robot ROBOT=NAME`, and at most one more by `--robot NAME`, to run it."
+        raise InvalidOptionError("robot", text)
+    launcher = next(iter(launchers), None)
+    if mission is None:
+        return RobotsOnBoard(launcher or next(iter(given.values()), None), given)
+    if not mission.robots:
+        return RobotsOnBoard(robot_names(mission, words)[""], {})
+    first = launcher or next(iter(names_by_role(mission, given).values()))
+    return RobotsOnBoard(first, names_on_board(mission, given, first))
 
 
 def only_name(words: Sequence[str] | None) -> str | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,11 @@ from rich.console import Console
 from skillwing.bt_missions.checking.mission_check import require_fit
 from skillwing.bt_missions.cli.foreground import print_if_open
 from skillwing.bt_missions.cli.watch import SILENCES, ask_latest_status, status_line
+from skillwing.bt_missions.library import UnknownMissionError, find_mission
+from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.xml.mission import load_mission
-from skillwing.dsl.model import Skillset
 from skillwing.services.bus.reading import message_reader
-from skillwing.services.client.connection import Target
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError, TimedOutError
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, StartMission
@@ -45,29 +45,39 @@ class NoLauncherError(SkillwingError):
         )
 
 
-def make_request(name: str, options: dict[str, Any], request_id: str) -> StartMission:
-    """The request for a mission: by its name on the robot, or with the text of a tree file.
+def known_mission(name: str) -> Mission | None:
+    """The mission of a tree file, or an installed one; None for one that is at most installed on the robot.
 
     Raises InvalidOptionError for a Python file, and TreeFileError for a tree file with problems.
     """
-    file = Path(name)
-    if file.suffix == ".py":
+    if Path(name).suffix == ".py":
         text = f"`{name}` is a Python file. Its mission has to be installed on the robot. Then give its name."
         raise InvalidOptionError("on-board", text)
-    if file.suffix != ".xml":
-        return StartMission(request_id=request_id, mission=name, client=CLIENT, options=options)
-    mission = load_mission(file)
-    mission.require_usable()
-    mission.read_options(options)
-    tree = file.read_text(encoding="utf-8")
-    return StartMission(request_id=request_id, mission=file.stem, client=CLIENT, options=options, tree=tree)
+    try:
+        return find_mission(name)
+    except (UnknownMissionError, InvalidOptionError):
+        if Path(name).suffix == ".xml":
+            raise
+        return None
 
 
-def require_tree_fit(name: str, options: dict[str, Any], skillset: Skillset, target: Target) -> None:
-    """Raise FaultyMissionError for a tree file that does not fit the robot, with places in the file as it is here."""
+def make_request(name: str, options: dict[str, Any], robots: Mapping[str, str], request_id: str) -> StartMission:
+    """The request for a mission: by its name on the robot, or with the text of a tree file. robots: of a mission on
+    several. Raises InvalidOptionError for options that do not fit a tree file."""
+    file = Path(name)
+    tree = ""
+    if file.suffix == ".xml":
+        load_mission(file).read_options(options)
+        tree, name = file.read_text(encoding="utf-8"), file.stem
+    return StartMission(
+        request_id=request_id, mission=name, client=CLIENT, options=options, tree=tree, robots=dict(robots)
+    )
+
+
+def require_tree_fit(name: str, options: dict[str, Any], robots: Mapping[str, RobotModel]) -> None:
+    """Raise FaultyMissionError for a tree file that does not fit the robots, with places in the file as it is here."""
     if Path(name).suffix == ".xml":
         mission = load_mission(Path(name))
-        robots = {"": RobotModel(skillset, target.rescue_goal)}
         require_fit(mission, robots, mission.read_options(options))
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from skillwing.dsl.model import Skillset
+from skillwing.bt_missions.mission.mission import Mission
+from skillwing.dsl.model import Skillset, UnknownNameError
+from skillwing.dsl.suggest import listed
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.rescue_goal import RescueGoal
 
 
@@ -14,3 +18,29 @@ class RobotModel:
 
     skillset: Skillset
     rescue_goal: RescueGoal | None = None
+
+
+def names_by_role(mission: Mission, given: Mapping[str, str]) -> dict[str, str]:
+    """Name of each robot of a mission on several, by its name in the mission, which is also the default.
+
+    Raises UnknownNameError for a robot that the mission does not have, and InvalidOptionError for one that is two.
+    """
+    for role in given:
+        if role not in mission.robots:
+            raise UnknownNameError(f"robot of {mission.name}", role, mission.robots)
+    names = {role: given.get(role, role) for role in mission.robots}
+    chosen = list(names.values())
+    if twice := [name for name in names.values() if chosen.count(name) > 1]:
+        roles = [role for role, name in names.items() if name == twice[0]]
+        text = f"Robot `{twice[0]}` cannot be {listed(roles)} of the mission at once. Name another robot for each."
+        raise InvalidOptionError("robot", text)
+    return names
+
+
+def names_on_board(mission: Mission, given: Mapping[str, str], launcher: str) -> dict[str, str]:
+    """The same for a mission that the launcher of the robot `launcher` runs, which has to be one of them."""
+    names = names_by_role(mission, given)
+    if launcher not in names.values():
+        text = f"Mission `{mission.name}` is for {listed(names.values())}, and `{launcher}` is none of them."
+        raise InvalidOptionError("robot", f"{text} The launcher of one of these robots runs it.")
+    return names

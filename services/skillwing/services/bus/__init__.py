@@ -202,13 +202,20 @@ class Bus(Timers, Network, Protocol):
 
 @runtime_checkable
 class MultiRobotBus(Protocol):
-    """A bus that opens further namespaces: for the one process that several robots share, their simulated world."""
+    """A bus that opens further namespaces: for a process of several robots, such as the simulator of their world."""
 
     def beside(self, robot: str) -> Bus:
         """The bus of this node in the namespace of another robot, or this bus for its own.
 
         Both share thread, clock and timers. The new bus closes with this one. There its name is `NAME@ROBOT`, because
         the other robot may have a node of the same name.
+        """
+        ...
+
+    def with_own_time(self, robot: str, *, follows: bool) -> Bus:
+        """The same with the time of that robot, and timers of its own. Both share the thread.
+
+        follows: a process of that robot owns its time; False for wall time.
         """
         ...
 

@@ -30,6 +30,8 @@ PATIENCE = 2.0
 """Wall seconds for which time waits for a follower: as long as a hung process takes to lose its leases."""
 ROUNDING = 1e-6
 """Rounding error of a sum of steps, in robot seconds."""
+LAG = 0.1
+"""Robot seconds by which a process may lag when time runs as fast as possible: one period of the fastest data."""
 LARGEST_LAG = 0.05
 """Wall seconds that a paced clock may lag behind its pace and still catch up."""
 

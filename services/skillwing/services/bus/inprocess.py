@@ -220,6 +220,11 @@ class InProcessBus:
         self._beside.append(self._network.bus(f"{self._name}@{self.robot.name}", robot))
         return self._beside[-1]
 
+    def with_own_time(self, robot: str, *, follows: bool) -> RunnableBus:
+        """See `MultiRobotBus`: all robots of this network have one time. Raises as `beside` does."""
+        del follows
+        return self.beside(robot)
+
     def now(self) -> float:
         return self._network.now()
 

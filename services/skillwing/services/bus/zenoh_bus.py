@@ -26,7 +26,7 @@ from skillwing.services.bus import (
 )
 from skillwing.services.bus.agenda import Entry
 from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
-from skillwing.services.bus.clock import ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
+from skillwing.services.bus.clock import LAG, ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
 from skillwing.services.bus.identity import SessionIdentity, signed
 from skillwing.services.bus.node_loop import NodeLoop, NodeTime
 from skillwing.services.bus.zenoh_entities import (
@@ -113,12 +113,20 @@ class ZenohBus:
 
     def beside(self, robot: str) -> ZenohBus:
         """See `MultiRobotBus`. Raises RouterUnreachableError."""
+        return self._sibling(robot, None)
+
+    def with_own_time(self, robot: str, *, follows: bool) -> ZenohBus:
+        """See `MultiRobotBus`. Raises RouterUnreachableError."""
+        return self._sibling(robot, FollowedClock(lag=LAG) if follows else WallClock())
+
+    def _sibling(self, robot: str, clock: Clock | None) -> ZenohBus:
         if robot == self._robot:
             return self
         return ZenohBus(
             f"{self._name}@{self._robot}",
             robot,
             self._endpoint,
+            clock,
             topology=self._topology,
             identity=self._identity,
             sibling=self,

@@ -25,7 +25,7 @@ from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.identity import SessionIdentity, needs_identity
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError, WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, PassingError, WrongSkillsetError
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
@@ -91,18 +91,6 @@ class Heartbeat:
         bus.after(HEARTBEAT_PERIOD, lambda: self.keep(bus), wall=True)
 
 
-class _UnusableNodeError(SkillwingError):
-    """A node whose files or options are wrong, so that another start would fail in the same way."""
-
-
-def _attach(node: Node, bus: Bus) -> None:
-    """Attach a node. Raises _UnusableNodeError for an InvalidOptionError of it."""
-    try:
-        node.attach(bus)
-    except InvalidOptionError as error:
-        raise _UnusableNodeError(str(error)) from error
-
-
 def _join(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime) -> ZenohBus | int:
     """The bus of a node, or the exit code of a process that cannot have one."""
     identity = None
@@ -132,7 +120,7 @@ def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartb
         return bus
     lifetime.on_end(lambda: bus.post(lambda: None))
     try:
-        _attach(hosted.node, bus)
+        hosted.node.attach(bus)
         if hosted.alive is not None:
             appear(hosted.node, bus, hosted.alive)
         if heartbeat is not None:
@@ -142,7 +130,8 @@ def live(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime, heartb
         if bus.closed:
             return EXIT_OK if getattr(hosted.node, "over", False) else EXIT_REPLACED
         hosted.node.detach()
-    except (WrongSkillsetError, _UnusableNodeError, PassingError) as error:
+    except (WrongSkillsetError, InvalidOptionError, PassingError) as error:
+        # Wrong files or options may be found later than at the start, such as by an answer of another robot.
         code = EXIT_PASSING if isinstance(error, PassingError) else EXIT_CONFIGURATION
         return give_up(error, code, who=hosted.name)
     except Exception:

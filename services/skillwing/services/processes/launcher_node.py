@@ -134,6 +134,8 @@ class LauncherNode:
             "skillset": str(self._robot.skillset),
             "rescue_goal": msgspec.to_builtins(self._robot.rescue_goal),
             "options": message.options,
+            "robot": self._robot.name,
+            "robots": message.robots,
             "sites": {name: dict(site) for name, site in self._sites.items()},
         }
         return ProcessSpec(MISSION, FACTORY, options, essential=False, extra="missions", restart="never")

@@ -15,10 +15,10 @@ from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, 
 
 OUTCOMES_REMEMBERED = 100
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-"""Name of a mission, which is also the begin of a file's name on the robot."""
+"""Name of a mission, which is also the begin of a file's name on the robot. Names of robots have no other signs."""
 FILE = re.compile(r"\.(py|xml)$")
 MOST_OPTIONS = 1 << 16
-"""Bytes of a mission's options as JSON. They are part of a command line."""
+"""Bytes of a mission's options and robots as JSON. They are part of a command line."""
 WAIT = "Wait until it has ended, or abort it with `skillwing mission abort`."
 ON_BOARD = "it runs on board"
 
@@ -119,8 +119,11 @@ def _check(request: StartMission) -> None:
             f"`{request.mission}` is no name of a mission.",
             help="Install a mission in Python on the robot, and give its name. Send a tree file as text.",
         )
+    if wrong := [robot for robot in request.robots.values() if NAME.fullmatch(robot) is None]:
+        text = f"`{wrong[0]}` is no name of a robot."
+        raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give names as of `up --robot-name`.")
     try:
-        too_long = len(json.dumps(request.options)) > MOST_OPTIONS
+        too_long = len(json.dumps([request.options, request.robots])) > MOST_OPTIONS
     except (TypeError, ValueError):
         text = f"The options of `{request.mission}` cannot be written as JSON."
         raise RefusedError(ErrorCode.BAD_REQUEST, text, help="Give texts, numbers and lists.") from None

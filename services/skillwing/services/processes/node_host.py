@@ -26,7 +26,7 @@ from typing import Any, cast, get_args
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.bus import Node, Topology
-from skillwing.services.bus.clock import Clock, FollowedClock, LockstepClock, PacedClock, WallClock
+from skillwing.services.bus.clock import LAG, Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.disk import discard_unwritten
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
@@ -38,8 +38,6 @@ from skillwing.services.robot import ClockKind, ProcessSpec, find_robot
 
 SWITCH_INTERVAL = 0.0005
 """Seconds that one thread may keep the interpreter. With the default of 5 ms, Zenoh's callbacks wait too long."""
-LAG = 0.1
-"""Robot seconds by which a process may lag when time runs as fast as possible: one period of the fastest data."""
 LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s %(name)s: %(message)s"
 SHARED_LOG_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)s [%(threadName)s] %(name)s: %(message)s"
 """Format for several nodes in one log: each line names its thread, which has the name of the node."""
