@@ -134,6 +134,7 @@ ROBOT = Robot(
     # A draft from the skillset would fly to the origin, on the ground, and without its camera.
     mission_templates="skillwing.bt_missions.drone.templates",
     topics="skillwing.onboard.interface.table:TOPICS",
+    shared_processes=("sim",),
     rescue_goal=RescueGoal(
         resource="flight_status",
         state="ON_GROUND",

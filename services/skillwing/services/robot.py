@@ -96,6 +96,8 @@ class Robot:
     published_by: skills without which a datum is not published, by datum.
     topics: `package.module:TOPICS`, the rows of its functional layer with the names of its processes. With keys, each
     of these processes may offer its own topics only. None: they share all keys below `fl/`.
+    shared_processes: processes of the functional layer that work at other robots as well, such as the simulator of a
+    world that several share. With keys, `keys add-robot --with` lets them do there what that robot's own ones may.
     mission_templates: package with `template.xml` and `template.py.txt`, beginnings of own missions. None: they are
     drafted from the skillset.
     rescue_goal: the state to which the robot is brought before anybody leaves it alone. None for a robot that may be
@@ -118,6 +120,7 @@ class Robot:
     without_goals: str = ""
     mission_templates: str | None = None
     topics: str | None = None
+    shared_processes: tuple[str, ...] = ()
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with all its problems."""

@@ -12,6 +12,7 @@ from skillwing.services.access.policy import (
     RobotAccess,
     SiteAccess,
     certificate_name,
+    guest_grants,
     person_grants,
     process_grants,
     refusal,
@@ -166,3 +167,65 @@ def test_rules_for_all_robots_let_nobody_offer_anything() -> None:
         ("query", "ingress"),
         ("reply", "egress"),
     }
+
+
+# --- several robots --------------------------------------------------------------------------------------------------
+
+YARD = RobotAccess("yard", "yard", {"places": Role.FUNCTIONAL_LAYER, "mission": Role.MISSION}, shared=("mission",))
+LEFT = replace(M600, name="left", works_at=("right",))
+RIGHT = replace(M600, name="right")
+
+
+def rules_at(site: SiteAccess, robot: str, name: str) -> dict[str, set[str]]:
+    """Keys of the rules for a certificate in a robot, by the last word of the rule."""
+    rules = {rule["id"]: rule["key_exprs"] for rule in access_control(site)["rules"]}
+    own = f"{robot}:{name}:"
+    return {
+        rule.removeprefix(own): {key.removeprefix(f"robot/{robot}/") for key in keys}
+        for rule, keys in rules.items()
+        if rule.startswith(own)
+    }
+
+
+def test_the_simulator_of_a_shared_world_offers_what_the_other_robots_own_one_would() -> None:
+    site = SiteAccess((LEFT, RIGHT))
+    granted = rules_at(site, "right", "left.sim")
+    own = process_grants(RIGHT, "sim")
+    ticks = {"fl/clock/done/sim", "fl/clock/done/sim@left"}
+    assert {"fl/clock", "fl/imu", "fl/truth"} <= granted["publishes"]
+    assert granted["publishes"] - ticks >= own.streams - ticks - {"m600/timeline/by/right.sim"}
+    assert granted["answers"] >= {f"{key}/by/*" for key in own.serves}
+    assert rules_at(site, "left", "right.sim") == {}, "only one of them flies both"
+
+
+def test_a_mission_on_board_commands_the_other_robot_under_its_own_name() -> None:
+    granted = guest_grants(RIGHT, LEFT, "mission")
+    assert granted.asks == process_grants(RIGHT, "mission").asks >= STARTS
+    assert "m600/alive/client/left.mission~$*" in granted.tokens
+    assert "m600/alive/mission" in granted.tokens
+    assert "m600/timeline/by/left.mission" in granted.events
+    assert not {key for key in granted.tokens | offered(granted) if "right.mission" in key}
+
+
+@pytest.mark.parametrize("process", ["resource_manager", "skill/land", "bridge", "guidance", "recorder", "launcher"])
+def test_other_processes_only_read_the_other_robot(process: str) -> None:
+    viewer = person_grants(RIGHT, Role.VIEWER, f"left.{process.replace('/', '.')}")
+    assert guest_grants(RIGHT, LEFT, process) == viewer
+
+
+def test_the_watch_of_a_yard_only_reads_a_drone() -> None:
+    yard = replace(YARD, works_at=("right",))
+    assert guest_grants(RIGHT, yard, "places").asks == READS
+    assert not guest_grants(RIGHT, yard, "places").serves
+    site = SiteAccess((yard, RIGHT))
+    policy = next(each for each in access_control(site)["policies"] if each["subjects"] == ["yard.places"])
+    assert {"right:listens", "right:hears", "right:recovers"} <= set(policy["rules"])
+
+
+def test_nobody_reaches_a_robot_at_which_it_does_not_work() -> None:
+    site = SiteAccess((YARD, LEFT, RIGHT))
+    for policy in access_control(site)["policies"]:
+        (name,) = policy["subjects"]
+        robots = {rule.partition(":")[0] for rule in policy["rules"]} - {"*"}
+        expected = {"left", "right"} if name.startswith("left.") else {name.partition(".")[0]}
+        assert robots == expected, name

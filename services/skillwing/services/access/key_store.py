@@ -50,11 +50,16 @@ class Topic(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RobotNames(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A robot: its skillset's name, the role of each process, and the topics of its functional layer."""
+    """A robot: its skillset's name, the role of each process, and the topics of its functional layer.
+
+    shared, works_at: as of `RobotAccess`.
+    """
 
     skillset: str
     processes: dict[str, Role]
     topics: tuple[Topic, ...] = ()
+    shared: tuple[str, ...] = ()
+    works_at: tuple[str, ...] = ()
 
 
 class Names(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -125,7 +130,9 @@ class KeyStore:
         """The facts that the policy follows from."""
         names = self.names()
         robots = (
-            RobotAccess(name, robot.skillset, robot.processes, tuple(map(_row, robot.topics)))
+            RobotAccess(
+                *(name, robot.skillset, robot.processes, tuple(map(_row, robot.topics)), robot.shared, robot.works_at)
+            )
             for name, robot in names.robots.items()
         )
         return SiteAccess(tuple(robots), names.people)
@@ -133,7 +140,8 @@ class KeyStore:
     def add_robot(self, robot: RobotAccess) -> None:
         """Issue a certificate for each process of a robot that lacks a lasting one, and take in its present processes.
 
-        The router's certificate is renewed as well, if it ends soon.
+        The robots at which it works are added to those that are known. The router's certificate is renewed as well, if
+        it ends soon.
         """
         names = self.names()
         for process, role in robot.processes.items():
@@ -144,7 +152,9 @@ class KeyStore:
         if not self._lasts(ROUTER):
             self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
         topics = tuple(_topic(row) for row in robot.topics)
-        known = RobotNames(robot.skillset, dict(robot.processes), topics)
+        earlier = names.robots[robot.name].works_at if robot.name in names.robots else ()
+        works_at = tuple(dict.fromkeys((*earlier, *robot.works_at)))
+        known = RobotNames(robot.skillset, dict(robot.processes), topics, robot.shared, works_at)
         self._save(msgspec.structs.replace(names, robots={**names.robots, robot.name: known}))
 
     def add_person(self, name: str, role: Role, days: int | None = None) -> Path:

@@ -63,12 +63,16 @@ class RobotAccess:
 
     skillset: its name. processes: the role of each. topics: rows of its functional layer, each with the names of the
     offering processes; empty for a layer without a table, whose processes share all keys below `fl/`.
+    works_at: names of other robots that its processes may read. shared: processes that act there, too: as the other
+    robot's own process of the same name.
     """
 
     name: str
     skillset: str
     processes: Mapping[str, Role]
     topics: tuple[Channel, ...] = ()
+    shared: tuple[str, ...] = ()
+    works_at: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +102,17 @@ def process_grants(robot: RobotAccess, process: str) -> Grants:
     """The grants of a process in its robot. Raises KeyError for a process that the robot does not have."""
     role = robot.processes[process]
     return _grants(robot, role, process, certificate_name(robot.name, process))
+
+
+def guest_grants(robot: RobotAccess, guest: RobotAccess, process: str) -> Grants:
+    """The grants in a robot of a process of another robot, which works there as well.
+
+    A shared process does what the robot's own one of the same name may, under its own name. All others read.
+    """
+    name = certificate_name(guest.name, process)
+    if process in guest.shared and process in robot.processes:
+        return _grants(robot, robot.processes[process], process, name, guest=guest.name)
+    return _grants(robot, Role.VIEWER, None, name)
 
 
 def person_grants(robot: RobotAccess, role: Role, name: str) -> Grants:
@@ -131,7 +146,7 @@ def _article(noun: str) -> str:
 # --- grants from rows ------------------------------------------------------------------------------------------------
 
 
-def _grants(robot: RobotAccess, role: Role, process: str | None, name: str) -> Grants:
+def _grants(robot: RobotAccess, role: Role, process: str | None, name: str, guest: str = "") -> Grants:
     keys = Keys(robot.skillset)
     streams, events, serves, asks, tokens = (set[str]() for _ in range(5))
     offers = {Kind.STREAM: streams, Kind.ARRAYS: streams, Kind.EVENTS: events, Kind.QUERY: serves, Kind.TOKEN: tokens}
@@ -149,7 +164,7 @@ def _grants(robot: RobotAccess, role: Role, process: str | None, name: str) -> G
         # The name in the key shows who has written a record.
         events -= {keys.timeline}
         events |= {signed(keys.timeline, name)}
-    done = {f"{CLOCK_DONE_KEY}/{own}" for own in _bus_names(role, process, name)}
+    done = {f"{CLOCK_DONE_KEY}/{own}" for own in _bus_names(process, name, guest)}
     streams -= {f"{CLOCK_DONE_KEY}/*"}
     streams |= done
     tokens |= done
@@ -189,6 +204,9 @@ def _alive_names(role: Role, process: str | None, name: str) -> Iterator[str]:
         yield MISSION
 
 
-def _bus_names(role: Role, process: str | None, name: str) -> Iterator[str]:
-    """Names under which a certificate may report its progress in robot time."""
-    yield process if process is not None else owned_chunk(name, "$*")
+def _bus_names(process: str | None, name: str, guest: str) -> Iterator[str]:
+    """Names under which a certificate may report its progress in robot time. guest: the robot that it comes from."""
+    if process is None:
+        yield owned_chunk(name, "$*")
+    else:
+        yield f"{process}@{guest}" if guest else process

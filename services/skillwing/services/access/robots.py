@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from skillwing.services.access.policy import RobotAccess
 from skillwing.services.names import (
     DATA_MANAGER,
@@ -28,10 +30,14 @@ ALWAYS = {
 """Processes that every robot may have, in addition to a manager for each skill and its functional layer."""
 
 
-def robot_access(robot: Robot) -> RobotAccess:
-    """Processes, roles and topics of a robot. Raises as `Robot.load_skillset` and its functional layer do."""
+def robot_access(robot: Robot, works_at: Iterable[str] = ()) -> RobotAccess:
+    """Processes, roles and topics of a robot. works_at: other robots that its processes work at.
+
+    Raises as `Robot.load_skillset` and its functional layer do.
+    """
     skillset = robot.load_skillset()
     layer = {spec.name: Role.FUNCTIONAL_LAYER for spec in robot.functional_layer({})}
     skills = {skill_process(skill.name): Role.SKILL_MANAGER for skill in skillset.skills}
     topics: tuple[Channel, ...] = () if robot.topics is None else imported({"topics": robot.topics}, "topics")
-    return RobotAccess(robot.name, skillset.name, {**layer, **skills, **ALWAYS}, topics)
+    shared = (MISSION, *robot.shared_processes)
+    return RobotAccess(robot.name, skillset.name, {**layer, **skills, **ALWAYS}, topics, shared, tuple(works_at))

@@ -11,6 +11,7 @@ from skillwing.services.access.policy import (
     RobotAccess,
     SiteAccess,
     certificate_name,
+    guest_grants,
     person_grants,
     process_grants,
 )
@@ -36,7 +37,7 @@ def access_control(site: SiteAccess) -> dict[str, Any]:
     for robot in site.robots:
         everybody = list(_rules_of_everybody(robot))
         rules += everybody
-        for name, grants in _named_grants(site, robot):
+        for name, grants in (*_named_grants(site, robot), *_guest_grants(site, robot)):
             own = [*_own_rules(robot, name, grants), *(() if name in granted else _rules_of_a_name(name))]
             rules += own
             granted.setdefault(name, [*common]).extend(rule["id"] for rule in (*everybody, *own))
@@ -54,6 +55,14 @@ def _named_grants(site: SiteAccess, robot: RobotAccess) -> Iterator[tuple[str, G
         yield certificate_name(robot.name, process), process_grants(robot, process)
     for name, role in site.people.items():
         yield name, person_grants(robot, role, name)
+
+
+def _guest_grants(site: SiteAccess, robot: RobotAccess) -> Iterator[tuple[str, Grants]]:
+    """The grants of processes of other robots that work at this one."""
+    for guest in site.robots:
+        if robot.name in guest.works_at and guest is not robot:
+            for process in guest.processes:
+                yield certificate_name(guest.name, process), guest_grants(robot, guest, process)
 
 
 def _rules_of_everybody(robot: RobotAccess) -> Iterator[AccessRule]:

@@ -12,6 +12,7 @@ from rich.table import Table
 from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.key_store import DAYS, KeyStore
 from skillwing.services.access.robots import robot_access
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import Robot, find_robot
 from skillwing.services.terminal.completion import robots
 from skillwing.services.terminal.output import make_console, print_json
@@ -30,6 +31,14 @@ SkillsetOption = Annotated[
 RobotNameOption = Annotated[
     str | None, typer.Option("--robot-name", metavar="NAME", help="Name of this robot, as in `up --robot-name`.")
 ]
+WithOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--with",
+        metavar="NAME",
+        help="Other robot at which missions of this one work; repeatable.",
+    ),
+]
 FOLDER = Path("keys")
 
 
@@ -44,6 +53,7 @@ def init(
     ] = None,
     skillset: SkillsetOption = None,
     robot_name: RobotNameOption = None,
+    beside: WithOption = None,
     days: Annotated[int, typer.Option(metavar="N", min=1, max=3650, help="Validity of certificates.")] = DAYS,
 ) -> None:
     """Make an authority, a certificate for the router, and one for each process of a robot.
@@ -54,7 +64,7 @@ def init(
     """
     table = _table(robot, skillset, robot_name)
     store = KeyStore.init(folder, host or (), days)
-    store.add_robot(robot_access(table))
+    store.add_robot(robot_access(table, _others(table, beside)))
     count = len(store.names().robots[table.name].processes)
     typer.echo(f"{folder} has an authority, and keys for a router and {count} processes of {table.name}.")
     typer.echo(f"Let somebody in: `skillwing keys add NAME --role operator --keys {folder}`.")
@@ -66,13 +76,17 @@ def add_robot(
     folder: DirOption = FOLDER,
     skillset: SkillsetOption = None,
     robot_name: RobotNameOption = None,
+    beside: WithOption = None,
 ) -> None:
     """Make keys for one more robot at the same router, or for new processes of a known one.
+
+    With --with its processes may also read the other robot, and its missions and shared processes, such as a simulator,
+    may act there. See docs/keys.md.
 
     Exit codes: 0 made, 2 unknown robot, or a folder without keys.
     """
     table = _table(robot, skillset, robot_name)
-    KeyStore(folder).add_robot(robot_access(table))
+    KeyStore(folder).add_robot(robot_access(table, _others(table, beside)))
     typer.echo(f"{folder} has keys for {table.name}. {RESTART}")
 
 
@@ -124,6 +138,15 @@ def list_(
         until = f"{each.expires:%Y-%m-%d} ({left} days)" if each.expires > now else f"expired {each.expires:%Y-%m-%d}"
         table.add_row(each.name, each.what, until)
     make_console().print(table)
+
+
+def _others(table: Robot, names: list[str] | None) -> list[str]:
+    """The other robots of `--with`. They may get their keys later. Raises InvalidOptionError."""
+    for name in names or ():
+        require_robot_name(name)
+        if name == table.name:
+            raise InvalidOptionError("with", f"Robot `{name}` works at itself. Name other robots by --with.")
+    return names or []
 
 
 def _table(robot: str, skillset: Path | None, name: str | None) -> Robot:
