@@ -33,6 +33,7 @@ PROCESSES = (
     "integration/test_plain_client.py",
     "integration/test_point_drone.py",
     "integration/test_resource_manager_killed.py",
+    "integration/test_router_tree.py",
     "integration/test_several_robots.py",
     "integration/test_skillset_processes.py",
     "integration/test_system_ends.py",

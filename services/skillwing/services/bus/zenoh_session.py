@@ -24,6 +24,8 @@ CONNECT_TIMEOUT = 10.0
 """Seconds that a process waits for the router before it gives up."""
 KNOWN_TIMEOUT = 2.0
 """Seconds in which a router confirms that it knows a name."""
+RETRY = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2}
+"""Pauses between attempts to reach a router."""
 ANY_PORT = "tcp/127.0.0.1:0"
 """Endpoint of a peer: a port that the system chooses, closed to other machines."""
 RUNTIME = "ZENOH_RUNTIME"
@@ -54,13 +56,21 @@ class EndpointError(SkillwingError):
 
 
 def open_router(
-    endpoint: str, identity: SessionIdentity | None = None, access_control: Mapping[str, Any] | None = None
+    endpoint: str,
+    identity: SessionIdentity | None = None,
+    access_control: Mapping[str, Any] | None = None,
+    upper: str | None = None,
 ) -> zenoh.Session:
     """A session that routes between all sessions at `endpoint` (`tcp/HOST:PORT`, or `tls/...` with an identity).
 
-    access_control: Zenoh's setting of that name, None to allow everything. Raises EndpointError.
+    access_control: Zenoh's setting of that name, None to allow everything. upper: endpoint of a router above this one,
+    which may start later. Raises EndpointError.
     """
     own: dict[str, Any] = {"listen": {"endpoints": [endpoint]}, "scouting": _scouting(delay=0)}
+    if upper is not None:
+        # Routers do not look for others: each has a link to the one above it.
+        own["scouting"] |= {"gossip": {"enabled": False}}
+        own["connect"] = {"endpoints": [upper], "timeout_ms": -1, "exit_on_failure": False, "retry": RETRY}
     if access_control is not None:
         own["access_control"] = dict(access_control)
     try:
@@ -135,7 +145,7 @@ def _open_beside(
         "endpoints": [endpoint],
         "timeout_ms": round(timeout * 1000),
         "exit_on_failure": True,
-        "retry": {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2},
+        "retry": RETRY,
     }
     own: dict[str, Any] = {"listen": {"endpoints": listen}, "connect": connect, "scouting": scouting}
     own |= {} if robot is None else {"namespace": f"robot/{robot}"}

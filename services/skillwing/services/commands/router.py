@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from skillwing.services.access.exposure import require_protected
+from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, run_router
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.system_options import InsecureOption, KeysOption
@@ -19,15 +21,33 @@ def router(
     ] = "tcp/127.0.0.1:7447",
     keys: KeysOption = None,
     insecure: InsecureOption = False,
+    connect: Annotated[
+        str | None, typer.Option(metavar="tcp/HOST:PORT", help="Router above this one, in a tree of routers.")
+    ] = None,
 ) -> None:
     """Run a router until Ctrl-C, and print its address.
 
     Robots join it: `up --router tcp/HOST:PORT`, with keys `up --router tls/HOST:PORT --keys DIR`. It serves every robot
     of the folder of keys. After a change of that folder, restart it: robots and stations find it again.
 
+    With --connect it is a branch of a tree: robots and stations at all its routers reach each other. See docs/fleet.md.
+
     Exit codes: 0 it was told to stop, 1 it could not start, 2 wrong options.
     """
     if keys is not None and listen == "tcp/127.0.0.1:7447":
         listen = LOOPBACK_WITH_KEYS.replace(":0", ":7447")
     require_protected(listen, keys, insecure=insecure)
-    raise typer.Exit(FAILED if run_router(listen, keys, insecure=insecure) else OK)
+    _require_plain(connect, keys)
+    raise typer.Exit(FAILED if run_router(listen, keys, insecure=insecure, upper=connect) else OK)
+
+
+def _require_plain(upper: str | None, keys: Path | None) -> None:
+    """Raise InvalidOptionError for a router in a tree with keys, or an address that is none."""
+    if upper is None:
+        return
+    if keys is not None or upper.startswith("tls/"):
+        text = "A tree of routers has no keys: the rules of a router hold for its own links only."
+        raise InvalidOptionError("connect", f"{text} Let all join one router with --keys.")
+    host, _, port = upper.removeprefix("tcp/").rpartition(":")
+    if not upper.startswith("tcp/") or not host or not port.isdecimal():
+        raise InvalidOptionError("connect", f"`{upper}` is no address of a router. Write tcp/HOST:PORT.")

@@ -33,11 +33,13 @@ INSECURE_VARIABLE = "SKILLWING_INSECURE"
 ATTEMPTS = 20
 
 
-def start_router(listen: str = LOOPBACK, keys: Path | None = None) -> tuple[zenoh.Session, str]:
+def start_router(
+    listen: str = LOOPBACK, keys: Path | None = None, upper: str | None = None
+) -> tuple[zenoh.Session, str]:
     """Open a router at `tcp/HOST:PORT`, or with keys at `tls/...`, and return it with its endpoint.
 
-    Port 0 means any free port. keys: folder of a site (`KeyStore`). Raises EndpointError for an endpoint at which it
-    cannot listen, and KeysError.
+    Port 0 means any free port. keys: folder of a site (`KeyStore`). upper: endpoint of the router above it, None for
+    none. Raises EndpointError for an endpoint at which it cannot listen, and KeysError.
     """
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
@@ -50,7 +52,7 @@ def start_router(listen: str = LOOPBACK, keys: Path | None = None) -> tuple[zeno
         identity = read_identity(store.router_folder)
 
     def open_at(endpoint: str) -> zenoh.Session:
-        session = open_router(endpoint, identity, rules)
+        session = open_router(endpoint, identity, rules, upper)
         # The name in the key is that of the asker's certificate: the rules allow no other.
         session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
         return session
@@ -96,14 +98,16 @@ def main(arguments: list[str] | None = None) -> int:
     return run_router(options.listen, options.keys, insecure=insecure, parent_pipe=options.parent_pipe)
 
 
-def run_router(listen: str, keys: Path | None, *, insecure: bool, parent_pipe: bool = False) -> int:
+def run_router(
+    listen: str, keys: Path | None, *, insecure: bool, parent_pipe: bool = False, upper: str | None = None
+) -> int:
     """Print the endpoint of a router and run it until the process has to end; returns the exit code."""
     lifetime = Lifetime(parent_pipe=parent_pipe)
     try:
         require_protected(listen, keys, insecure=insecure)
         if exposed(listen):
             sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
-        session, endpoint = start_router(listen, keys)
+        session, endpoint = start_router(listen, keys, upper)
     except (InvalidOptionError, KeysError) as error:
         sys.stderr.write(f"{error}\n")
         return EXIT_CONFIGURATION
