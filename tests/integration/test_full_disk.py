@@ -132,6 +132,11 @@ def test_a_full_disk_costs_the_recording_of_its_time_and_nothing_else(
     assert lost, "the disk was full"
     replayed = skillwing("replay", str(robot.run_dir), "--json")
     assert (replayed.code, replayed.json["same"], replayed.json["files"]) == (0, True, 2)
+    fill(disk)
+    drawn = skillwing("timeline", str(robot.run_dir), "--png", str(disk / "run.png"))
+    assert drawn.code == 1
+    assert f"`{disk / 'run.png'}` cannot be written: No space left on device. Free some room" in drawn.error
+    assert not (disk / "run.png").exists()
 
 
 @pytest.mark.parametrize("process", ["recorder", "resource_manager", "skill/push"])

@@ -11,7 +11,7 @@ from time import monotonic, sleep
 from full_disk_figures import MissionOutage
 
 from skillwing.services.history.recording_state import read_state
-from skillwing.services.history.report import read_report
+from skillwing.services.history.report import REPORT_FILE, read_report
 from small_disk import full
 
 CLI = [sys.executable, "-m", "skillwing.services.terminal.cli"]
@@ -45,7 +45,7 @@ def fly(disk: Path, seconds: float, after: float) -> MissionOutage:
 
 def _judge(run_dir: Path, code: int, output: str, seconds: float) -> MissionOutage:
     gaps = read_state(run_dir).gaps
-    report = read_report(run_dir)
+    report = read_report(run_dir) if (run_dir / REPORT_FILE).is_file() else None
     replayed = subprocess.run(
         [*CLI, "replay", str(run_dir), "--json"], capture_output=True, text=True, check=False, timeout=LONGEST
     )

@@ -21,6 +21,8 @@ from skillwing.services.sizes import size_text
 HOUR = 3600.0
 WEEK_GOALS = 604_800
 """Goals of a week at one start a second."""
+LEAST_GOALS = WEEK_GOALS // 10
+"""Goals after the settling time below which a step of a megabyte would look like a leak."""
 GROWTH_ALLOWED = 25.0
 """Megabytes by which the floor of a process may rise in a week."""
 WINDOWS = 24
@@ -57,9 +59,12 @@ class Growth(msgspec.Struct, frozen=True):
 
 
 def growths(samples: Sequence[Sample], settle: float) -> list[Growth]:
-    """Growth of each process that was there from the settling time to the end. settle: robot seconds from the begin."""
+    """Growth of each process that was there from the settling time to the end; none for too few goals.
+
+    settle: robot seconds from the begin.
+    """
     late = [sample for sample in samples if sample.t >= samples[0].t + settle]
-    if len(late) < WINDOWS:
+    if len(late) < WINDOWS or late[-1].started - late[0].started < LEAST_GOALS:
         return []
     found: list[Growth] = []
     for process in late[-1].memory:

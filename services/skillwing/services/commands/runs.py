@@ -96,7 +96,7 @@ def prune(
         typer.echo(f"{run.path}  {size_text(run.size)}")
     total = size_text(sum(run.size for run in chosen))
     did = "would be deleted" if dry_run else "deleted"
-    typer.echo(f"{len(chosen)} run{'' if len(chosen) == 1 else 's'} {did}, {total}.")
+    typer.echo(f"{_counted(chosen)} {did}, {total}.")
 
 
 def _runs() -> list[Run]:
@@ -131,7 +131,11 @@ def _print(found: list[Run]) -> None:
     for run in found:
         for sentence in run.missing:
             console.print(Text(f"{run.path}: {sentence}", style="red"))
-    console.print(f"{len(found)} runs, {size_text(sum(run.size for run in found))}.")
+    console.print(f"{_counted(found)}, {size_text(sum(run.size for run in found))}.")
+
+
+def _counted(found: list[Run]) -> str:
+    return f"{len(found)} run{'' if len(found) == 1 else 's'}"
 
 
 def _duration(seconds: float) -> str:

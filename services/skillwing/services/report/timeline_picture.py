@@ -7,6 +7,7 @@ through both, with its causes in words under the title.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from textwrap import shorten
 from typing import Any
@@ -20,6 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skillwing.dsl.model import Resource
+from skillwing.services.disk import write_whole
 from skillwing.services.history.history import History, SkillBar, StateSpan, SwitchEvent
 from skillwing.services.history.wording import chain_text
 from skillwing.services.recording import palette
@@ -84,7 +86,9 @@ def draw_timeline(
     if steady:
         note = "Unchanged throughout: " + ", ".join(steady)
         figure.text(0.015, 0.012, shorten(note, 210, placeholder=" ..."), fontsize=9, color="#57606a")
-    canvas.print_png(path)
+    picture = BytesIO()
+    canvas.print_png(picture)
+    write_whole(path, picture.getvalue())
 
 
 def _draw_skills(axes: Axes, bars: Sequence[SkillBar], skills: Sequence[str], end: float, letter: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.dsl.commands.source import UsageError
 from skillwing.services.access.key_store import KeysError
-from skillwing.services.disk import UnwritableError
+from skillwing.services.disk import FULL, UnwritableError
 from skillwing.services.errors import (
     BadRecordingError,
     InvalidInputError,
@@ -39,6 +39,9 @@ def user_message(error: Exception) -> str | None:
     match error:
         case SkillwingError() | RefusedError() | SkillsetError() | UnknownNameError() | UsageError():
             return str(error)
+        case OSError() if error.errno in FULL:
+            where = f"`{error.filename}`" if error.filename is not None else "A file"
+            return f"{where} cannot be written: {error.strerror}. Free some room, or name a file on another disk."
         case OSError():
             where = f"`{error.filename}`" if error.filename is not None else "A file or connection"
             return f"{where} cannot be used: {error.strerror or error}. Name one that can."
@@ -48,6 +51,8 @@ def user_message(error: Exception) -> str | None:
 
 def exit_code_of(error: Exception) -> int:
     """The exit code of a command that ended with this error."""
+    if _disk_is_full(error):
+        return FAILED
     match error:
         case SeveralSystemsError():
             return USAGE
@@ -55,8 +60,6 @@ def exit_code_of(error: Exception) -> int:
             return NO_SYSTEM
         case RefusedError() | NotKnownError():
             return REFUSED
-        case UnwritableError(full=True):
-            return FAILED
         case (
             UnknownNameError()
             | KeysError()
@@ -72,6 +75,10 @@ def exit_code_of(error: Exception) -> int:
             return USAGE
         case _:
             return FAILED
+
+
+def _disk_is_full(error: Exception) -> bool:
+    return (isinstance(error, UnwritableError) and error.full) or (isinstance(error, OSError) and error.errno in FULL)
 
 
 def exit_code_of_end(terminal: Terminal) -> int:
