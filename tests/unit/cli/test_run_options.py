@@ -78,6 +78,6 @@ def test_a_mission_gets_the_same_from_the_environment(monkeypatch: pytest.Monkey
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
     assert (
-        mission_context(find_target(), "inspection")
+        mission_context(find_target(table="m600"), "inspection")
         == ROBOT.mission_options({"world": "inspection", "seed": 7})["inspection"]
     )
