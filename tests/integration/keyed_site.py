@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
 import zenoh
+from command_line import run_command
 
 from skillwing.services.access.identity_files import process_identity, read_identity
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
-from skillwing.services.bus.identity import SessionIdentity
+from skillwing.services.bus.identity import WHO, SessionIdentity
 from skillwing.services.bus.zenoh_session import open_client
 from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS, start_router
+from skillwing.services.terminal.exit_codes import OK
 from skillwing.services.wire.channel import Role
 
 PEOPLE = {"vic": Role.VIEWER, "alice": Role.CLIENT, "bob": Role.CLIENT, "olga": Role.OPERATOR}
@@ -65,6 +69,46 @@ def opened_site(robot: str, store: KeyStore | None) -> Iterator[Site]:
         session, endpoint = start_router(LOOPBACK)
     else:
         session, endpoint = start_router(LOOPBACK_WITH_KEYS, store.folder)
+    site = Site(robot, endpoint, session, store)
+    try:
+        yield site
+    finally:
+        site.close()
+
+
+def free_port() -> int:
+    """A port on loopback that nobody listens at."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def opened_by_file(robot: str, store: KeyStore, endpoint: str) -> Iterator[Site]:
+    """A router of Zenoh's own, with the file of `skillwing access-control` and the settings that docs/keys.md names.
+
+    `zenohd` reads its file in the same way: by `Config.from_file`, for a session in the mode `router`.
+    """
+    file = store.folder / "router.json5"
+    said = run_command("access-control", str(file), "--keys", str(store.folder))
+    assert said.code == OK, said.error
+    config = zenoh.Config.from_file(str(file))
+    config.insert_json5("mode", '"router"')
+    config.insert_json5("listen/endpoints", f'["{endpoint}"]')
+    config.insert_json5("scouting/multicast/enabled", "false")
+    folder = store.router_folder
+    tls = {
+        "enable_mtls": True,
+        "root_ca_certificate": str(folder / "authority.pem"),
+        "listen_certificate": str(folder / "certificate.pem"),
+        "listen_private_key": str(folder / "key.pem"),
+        "close_link_on_expiration": True,
+    }
+    config.insert_json5("transport/link/tls", msgspec.json.encode(tls).decode())
+    session = zenoh.open(config)
+    # For the tests, which ask here whether the router has handled all that a session sent before.
+    answer = zenoh.handlers.Callback(lambda query: query.reply(query.key_expr, b""), indirect=False)
+    session.declare_queryable(f"robot/*/{WHO}/*", answer)
     site = Site(robot, endpoint, session, store)
     try:
         yield site

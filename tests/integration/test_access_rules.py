@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from keyed_site import PEOPLE, Site, make_store, opened_site
+from keyed_site import PEOPLE, Site, free_port, make_store, opened_by_file, opened_site
 
 from skillwing.dsl import load
 from skillwing.services.access.policy import Grants, certificate_name, person_grants, process_grants
@@ -81,9 +81,15 @@ def eventually(done: Callable[[], bool]) -> bool:
     return done()
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    with opened_site(ROBOT.name, make_store(tmp_path_factory.mktemp("site") / "keys", ACCESS)) as site:
+@pytest.fixture(scope="module", params=["own", "file"])
+def site(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A site with the own router, and with Zenoh's by the file of `skillwing access-control`."""
+    store = make_store(tmp_path_factory.mktemp("site") / "keys", ACCESS)
+    if request.param == "own":
+        opened = opened_site(ROBOT.name, store)
+    else:
+        opened = opened_by_file(ROBOT.name, store, f"tls/127.0.0.1:{free_port()}")
+    with opened as site:
         yield site
 
 
