@@ -23,23 +23,25 @@ class RobotModel:
 def names_by_role(mission: Mission, given: Mapping[str, str]) -> dict[str, str]:
     """Name of each robot of a mission on several, by its name in the mission, which is also the default.
 
-    Raises UnknownNameError for a robot that the mission does not have, and InvalidOptionError for one that is two.
+    Raises UnknownNameError for a robot that the mission does not have.
     """
     for role in given:
         if role not in mission.robots:
             raise UnknownNameError(f"robot of {mission.name}", role, mission.robots)
-    names = {role: given.get(role, role) for role in mission.robots}
+    return {role: given.get(role, role) for role in mission.robots}
+
+
+def names_on_board(mission: Mission, given: Mapping[str, str], launcher: str) -> dict[str, str]:
+    """The same for a mission that the launcher of the robot `launcher` runs.
+
+    Raises InvalidOptionError if that is none of the robots, and for a robot that is given twice.
+    """
+    names = names_by_role(mission, given)
     chosen = list(names.values())
     if twice := [name for name in names.values() if chosen.count(name) > 1]:
         roles = [role for role, name in names.items() if name == twice[0]]
         text = f"Robot `{twice[0]}` cannot be {listed(roles)} of the mission at once. Name another robot for each."
         raise InvalidOptionError("robot", text)
-    return names
-
-
-def names_on_board(mission: Mission, given: Mapping[str, str], launcher: str) -> dict[str, str]:
-    """The same for a mission that the launcher of the robot `launcher` runs, which has to be one of them."""
-    names = names_by_role(mission, given)
     if launcher not in names.values():
         text = f"Mission `{mission.name}` is for {listed(names.values())}, and `{launcher}` is none of them."
         raise InvalidOptionError("robot", f"{text} The launcher of one of these robots runs it.")
