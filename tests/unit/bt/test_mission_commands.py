@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import msgspec
 import pytest
@@ -19,9 +20,11 @@ from typer.testing import CliRunner
 
 from skillwing.bt_missions import library
 from skillwing.bt_missions.cli.mission import mission
+from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import MissionOptions
 from skillwing.bt_missions.mission.options import InvalidOptionsError, option_text, parse_options
 from skillwing.bt_missions.missions.mapping import MISSION, MappingMissionOptions
+from skillwing.bt_missions.xml.writer import NotWritableError
 from skillwing.dsl import UnknownNameError, parse
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.terminal.error_facts import error_facts
@@ -240,3 +243,59 @@ def test_the_list_of_missions_names_each_option_with_its_default() -> None:
     (entry,) = [each for each in json.loads(result.output) if each["mission"] == "mapping"]
     assert entry["options"]["speed"] == 2.0
     assert "mapping" in CliRunner().invoke(mission, ["list"]).output
+
+
+YARD = Path(__file__).parents[3] / "examples" / "yard"
+ON_SEVERAL = ("--robot", "left=m600", "--robot", "right=m600", "--robot", f"yard={YARD}")
+
+
+def test_a_mission_on_several_robots_is_exported_and_read_again(tmp_path: Path) -> None:
+    written = tmp_path / "survey.xml"
+    result = CliRunner().invoke(
+        mission, ["export", str(YARD / "survey.xml"), "speed=1.5", *ON_SEVERAL, "-o", str(written)]
+    )
+    assert result.exit_code == 0, result.output
+    again = find_mission(str(written))
+    original = find_mission(str(YARD / "survey.xml"))
+    assert (again.robots, again.needs, again.summary) == (original.robots, original.needs, original.summary)
+    checked = CliRunner().invoke(mission, ["check", str(written), *ON_SEVERAL])
+    assert checked.output == "survey: fits left (m600), right (m600), yard (yard)\n"
+    twice = CliRunner().invoke(mission, ["export", str(written), *ON_SEVERAL])
+    assert twice.output == written.read_text(encoding="utf-8")
+    leaves = list(ElementTree.parse(written).iter("goto_straight"))
+    assert {leaf.get("robot") for leaf in leaves} == {"left", "right"}
+    assert {leaf.get("speed") for leaf in leaves} == {"1.5"}
+    assert {f"rescue_{robot}" for robot in ("left", "right")} <= {
+        str(tree.get("ID")) for tree in ElementTree.parse(written).iter("BehaviorTree")
+    }
+
+
+def test_what_a_file_of_several_robots_cannot_hold_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "chase.py"
+    file.write_text(CHASE, encoding="utf-8")
+    result = CliRunner().invoke(mission, ["export", str(file), *ON_SEVERAL[:4]])
+    assert isinstance(result.exception, NotWritableError)
+    assert str(result.exception) == "`follow` reads data of `left`, which a tag of another robot cannot."
+
+
+CHASE = """
+from skillwing.bt_missions.leaves.readings import LatestReading
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
+
+
+class Chase(Mission):
+    name = "chase"
+    summary = "One drone flies to where the other one is."
+    robots = ("left", "right")
+
+    def build(self, context, options):
+        where = LatestReading(context, "position", robot="left")
+        follow = SkillAction("follow", context, "goto_straight", {"target": where}, robot="right")
+        return MissionTrees(follow, rescues={
+            robot: SkillAction("land", context, "land", robot=robot) for robot in self.robots
+        })
+
+
+MISSION = Chase()
+"""

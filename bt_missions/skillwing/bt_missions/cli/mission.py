@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.checking.mission_check import check_mission, check_mission_on, offline_context, require_fit
+from skillwing.bt_missions.checking.mission_check import check_mission, check_mission_on, offline_contexts, require_fit
 from skillwing.bt_missions.cli.draft import write_draft
 from skillwing.bt_missions.cli.foreground import print_if_open, print_link, run_in_foreground, without_link
 from skillwing.bt_missions.cli.mission_robots import (
@@ -35,7 +35,7 @@ from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
-from skillwing.bt_missions.xml.writer import write_mission, write_models
+from skillwing.bt_missions.xml.writer import write_mission, write_mission_on_robots, write_models
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
 from skillwing.services.client.interface import require_allowed
@@ -331,7 +331,7 @@ def export(
     name: MissionName,
     options: OptionWords = None,
     output: OutputOption = None,
-    robot: RobotTableOption = None,
+    robot: RobotTablesOption = None,
     skillset: SkillsetOption = None,
 ) -> None:
     """Write a mission as a tree file (BehaviorTree.CPP 4), with these options as fixed values. See docs/own_mission.md.
@@ -339,17 +339,20 @@ def export(
     Exit codes: 0 written; 1 a part of it is Python code, which a tree file cannot hold; 2 unknown name, malformed
     value, or it does not fit the robot.
     """
-    chosen, model = find_mission(name), choose_robot(robot, skillset)
-    if chosen.robots:
-        raise InvalidOptionError(
-            "mission", f"Mission `{name}` is on several robots, and is not exported. Keep its file."
-        )
+    chosen = find_mission(name)
+    robots = chosen_robots(chosen, robot or [], skillset)
+    models = {role: RobotModel(each.skillset, each.rescue_goal) for role, each in robots.items()}
     given = chosen.read_options(parse_options(options or []))
-    if check_mission(chosen, model.skillset, given, model.rescue_goal):
-        fit = f"Mission `{chosen.name}` does not fit `{model.skillset.name}`"
+    if check_mission_on(chosen, models, given):
+        names = listed(dict.fromkeys(model.skillset.name for model in models.values()))
+        fit = f"Mission `{chosen.name}` does not fit {names}"
         raise InvalidOptionError("mission", f"{fit}. `skillwing mission check` with the same words lists its problems.")
-    trees = chosen.build(offline_context(model.skillset), given)
-    _put(write_mission(chosen.name, trees, model.skillset), output)
+    trees = chosen.build(offline_contexts(models), given)
+    skillsets = {role: model.skillset for role, model in models.items()}
+    if chosen.robots:
+        _put(write_mission_on_robots(chosen, trees, skillsets), output)
+    else:
+        _put(write_mission(chosen.name, trees, skillsets[""]), output)
 
 
 @mission.command()

@@ -9,10 +9,12 @@ from xml.etree import ElementTree
 from py_trees.behaviour import Behaviour
 
 from skillwing.bt_missions.leaves.blackboard_entry import BlackboardEntry
+from skillwing.bt_missions.leaves.readings import LatestReading
 from skillwing.bt_missions.leaves.skill_action import SkillAction
-from skillwing.bt_missions.mission.mission import MissionTrees
+from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.planning.waypoints import WaypointWriter
 from skillwing.bt_missions.subtrees.composites import in_order
+from skillwing.bt_missions.xml.builder import ROBOT
 from skillwing.bt_missions.xml.node_type import NodeType, PortError
 from skillwing.bt_missions.xml.node_types import node_types
 from skillwing.bt_missions.xml.plans import PlanRoute
@@ -33,19 +35,72 @@ class NotWritableError(SkillwingError):
 
 def write_mission(name: str, trees: MissionTrees, skillset: Skillset) -> str:
     """A mission as a tree file, with the values of its options. Raises NotWritableError."""
-    types = node_types(skillset)
+    tops = {name: _with_plan(trees.root), RESCUE: trees.rescue}
+    return _text(_written(name, tops, {"": node_types(skillset)}))
+
+
+def write_mission_on_robots(mission: Mission, trees: MissionTrees, skillsets: Mapping[str, Skillset]) -> str:
+    """The same for a mission on several robots. skillsets: by the names of the robots in the mission.
+
+    Each tag of a robot names it. A file has no plan of waypoints for one of several robots. Raises NotWritableError.
+    """
+    tops = {mission.name: trees.root}
+    tops |= {f"{RESCUE}_{robot}": top for robot in skillsets if (top := trees.rescue_of(robot)) is not None}
+    nodes = [node for top in tops.values() for node in top.iterate()]
+    planned = [node for node in nodes if isinstance(node, WaypointWriter | PlanRoute)]
+    if planned:
+        text = f"`{planned[0].name}` needs a plan, which a tree file of several robots cannot hold."
+        raise NotWritableError([text])
+    if foreign := [text for node in nodes for text in _foreign_readings(node)]:
+        raise NotWritableError(foreign)
+    root = _written(mission.name, tops, {robot: node_types(skillset) for robot, skillset in skillsets.items()})
+    _append_metadata(root, mission)
+    return _text(root)
+
+
+def _written(
+    name: str, tops: Mapping[str, Behaviour | None], types: Mapping[str, Mapping[str, NodeType]]
+) -> ElementTree.Element:
+    """The document of these trees, by their IDs. types: by robot; the only one has an empty name."""
     root = _document(name)
-    problems = list(_entry_problems(trees))
-    for tree, top in ((name, _with_plan(trees.root)), (RESCUE, trees.rescue)):
-        if top is None:
-            continue
-        element = ElementTree.SubElement(root, "BehaviorTree", ID=tree)
-        _append(element, top, types, problems)
+    used_tops = {tree: top for tree, top in tops.items() if top is not None}
+    problems = list(_entry_problems(used_tops.values()))
+    for tree, top in used_tops.items():
+        _append(ElementTree.SubElement(root, "BehaviorTree", ID=tree), top, types, problems)
     if problems:
         raise NotWritableError(dict.fromkeys(problems))
     used = {element.tag for element in root.iter()}
-    _append_models(root, (each for each in types.values() if each.tag in used))
-    return _text(root)
+    known = {tag: kind for own in types.values() for tag, kind in own.items()}
+    _append_models(root, (kind for tag, kind in known.items() if tag in used))
+    return root
+
+
+def _foreign_readings(node: Behaviour) -> Iterator[str]:
+    """Sentences about readings of another robot than that of their tag: `{data.NAME}` is one of the tag's own robot."""
+    values = [*getattr(node, "inputs", {}).values(), getattr(node, "value", None)]
+    for value in values:
+        source = value.source if isinstance(value, BlackboardEntry) else value
+        if isinstance(source, LatestReading) and source.robot != _robot_of(node):
+            yield f"`{node.name}` reads data of `{source.robot}`, which a tag of another robot cannot."
+
+
+def _robot_of(node: Behaviour) -> str:
+    """Name of the robot of a node; empty for one of the mission as a whole."""
+    context = getattr(node, "_context", None)
+    return getattr(node, "robot", "") or getattr(context, "robot", "")
+
+
+def _append_metadata(root: ElementTree.Element, mission: Mission) -> None:
+    """Append the facts by which a file of several robots is read again."""
+    facts = {"summary": mission.summary, "robots": " ".join(mission.robots)}
+    facts["needs"] = "; ".join(f"{need}: {' '.join(states)}" for need, states in mission.needs.items())
+    facts["owner_grace"] = f"{mission.owner_grace:g}" if mission.owner_grace else ""
+    models = root.find(_MODELS)
+    models = ElementTree.SubElement(root, _MODELS) if models is None else models
+    fields = ElementTree.SubElement(ElementTree.SubElement(models, "SubTree", ID=mission.name), "MetadataFields")
+    for key, text in facts.items():
+        if text:
+            ElementTree.SubElement(fields, "Metadata", {key: text})
 
 
 def write_models(skillset: Skillset) -> str:
@@ -73,9 +128,9 @@ def _with_plan(top: Behaviour) -> Behaviour:
     return in_order("with a plan", PlanRoute("plan", routes.pop()), top)
 
 
-def _entry_problems(trees: MissionTrees) -> Iterator[str]:
+def _entry_problems(tops: Iterable[Behaviour]) -> Iterator[str]:
     """Different entries with one name, of which a file would make one entry."""
-    nodes = [node for top in (trees.root, trees.rescue) if top is not None for node in top.iterate()]
+    nodes = [node for top in tops for node in top.iterate()]
     leaves = [node for node in nodes if isinstance(node, SkillAction)]
     written = {entry for leaf in leaves for entry in leaf.outputs.values()}
     read = {value for leaf in leaves for value in leaf.inputs.values() if isinstance(value, BlackboardEntry)}
@@ -85,12 +140,16 @@ def _entry_problems(trees: MissionTrees) -> Iterator[str]:
             yield f"Two entries are called `{{{name}}}`; give them different names."
 
 
-def _append(parent: ElementTree.Element, node: Behaviour, types: Mapping[str, NodeType], problems: list[str]) -> None:
+def _append(
+    parent: ElementTree.Element, node: Behaviour, types: Mapping[str, Mapping[str, NodeType]], problems: list[str]
+) -> None:
     tag, attributes = "AlwaysFailure", dict[str, str]()
+    robot = "" if "" in types else _robot_of(node)
     try:
-        tag, attributes = _described(node, types)
+        tag, attributes = _described(node, types[robot or next(iter(types))])
     except PortError as error:
         problems.append(str(error))
+    attributes |= {ROBOT: robot} if robot else {}
     element = ElementTree.SubElement(parent, tag, {"name": node.name, **attributes})
     for child in node.children:
         _append(element, child, types, problems)
