@@ -83,6 +83,10 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
+def _confirm(query: zenoh.Query) -> None:
+    query.reply(query.key_expr, b"")
+
+
 @contextmanager
 def opened_by_file(robot: str, store: KeyStore, endpoint: str) -> Iterator[Site]:
     """A router of Zenoh's own, with the file of `skillwing access-control` and the settings that docs/keys.md names.
@@ -107,8 +111,7 @@ def opened_by_file(robot: str, store: KeyStore, endpoint: str) -> Iterator[Site]
     config.insert_json5("transport/link/tls", msgspec.json.encode(tls).decode())
     session = zenoh.open(config)
     # For the tests, which ask here whether the router has handled all that a session sent before.
-    answer = zenoh.handlers.Callback(lambda query: query.reply(query.key_expr, b""), indirect=False)
-    session.declare_queryable(f"robot/*/{WHO}/*", answer)
+    session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
     site = Site(robot, endpoint, session, store)
     try:
         yield site
