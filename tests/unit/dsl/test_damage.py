@@ -11,8 +11,9 @@ from skillwing.dsl.checking.checker import check
 from skillwing.dsl.reading.dialect import lex
 
 HERE = Path(__file__).parent
+YARD = HERE.parents[2] / "examples" / "yard" / "yard.skillset"
 FILES = sorted(
-    [*HERE.glob("cases/valid/*.skillset"), HERE.parents[2] / "services" / "skillwing" / "m600" / "m600.skillset"]
+    [*HERE.glob("cases/valid/*.skillset"), HERE.parents[2] / "services" / "skillwing" / "m600" / "m600.skillset", YARD]
 )
 SYNTAX = {f"SW00{digit}" for digit in range(1, 7)}
 
@@ -66,6 +67,29 @@ def test_a_damaged_resource_may_be_in_any_of_its_states() -> None:
     skill = "resource r { A -> B } skill k { precondition { p: resource=(%s) } result { D } }"
     assert codes(skill % "r == B") == ["SW030"]
     assert codes(skill % "r == A and r == B") == ["SW030", "SW050"]
+
+
+@pytest.mark.parametrize(
+    ("sound", "broken", "code"),
+    [
+        ("data=(pad_empty > 2.0)", "data=(pad_empty >> 2.0)", "SW002"),
+        ("resource=(pad == FREE)", "resource=(pad = FREE)", "SW005"),
+        ("resource=(pad == HELD)", "resource=(pad == HLD)", "SW011"),
+        ("resource=(pad == HELD)", "resource=(pd == HELD)", "SW010"),
+    ],
+)
+def test_an_effect_that_skills_and_extern_may_take_is_no_error_beside_a_damaged_guard(
+    sound: str, broken: str, code: str
+) -> None:
+    text = YARD.read_text(encoding="utf-8")
+    assert [item.code for item in check(text.replace(sound, broken, 1), "yard").diagnostics] == [code]
+
+
+def test_an_effect_that_is_extern_alone_is_reported_beside_damage() -> None:
+    resource = "resource lock { initial OPEN  OPEN -> SHUT  extern SHUT -> OPEN }"
+    guard = "precondition { p: resource=(lock == SHT) success free }"
+    skill = f"skill k {{ effect {{ free: lock -> OPEN }} {guard} result {{ DONE }} }}"
+    assert codes(resource + skill) == ["SW040", "SW011"]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

@@ -44,13 +44,19 @@ class EffectAnalysis:
     def _judge_transition(
         self, effect: Effect, change: tuple[str, str], span: Span, states: frozenset[str], when: str, comes_about: bool
     ) -> bool:
-        """Report a transition that cannot be taken from any of the states; return whether it was reported."""
+        """Report a transition that cannot be taken from any of the states.
+
+        Return whether it was reported, or left open because of an error elsewhere.
+        """
         name, target = change
         resource = self._space.resource(name)
         into = [edge for edge in resource.transitions if edge.target == target]
         if states <= {target} or any(edge.source in states and not edge.extern for edge in into):
             return False
+        open_to_skills = not all(edge.extern for edge in into)
         if any(edge.source in states and edge.extern for edge in into):
+            if open_to_skills and name in self._space.unconstrained:
+                return True  # The states are too many: the resource may only be where the skill may move it.
             message = (
                 f"`{effect.name}` drives `{name} -> {target}`, which is extern: only the functional layer may take it."
             )
@@ -58,7 +64,7 @@ class EffectAnalysis:
             self._add_once("SW040", span, message, advice)
         elif target in states:
             return False  # It can only ever find the resource there already, which changes nothing.
-        elif all(edge.extern for edge in into):
+        elif not open_to_skills:
             message = f"`{name}` has no transition to `{target}` that a skill may take."
             self._add_once(
                 "SW041",
