@@ -19,16 +19,16 @@ from pathlib import Path
 import msgspec
 from performance_page import again_by, machine, table
 
+from skillwing.evaluation import fleet
 from skillwing.evaluation.campaign.flight_code import flight_code
-from skillwing.evaluation.fleet import plan as plan_module
 from skillwing.evaluation.fleet.plan import FleetCondition, FleetPlan
 from skillwing.evaluation.fleet.result import FleetResult
-from skillwing.evaluation.flights import session as session_module
 from skillwing.evaluation.flights.result import End
 from skillwing.services.terminal.doc_sections import Marks, PageError
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
 MARKS = Marks.named("flights of two drones")
+HISTORY = Path(__file__).parents[1] / "tests" / "history"
 
 
 class StoredFlight(msgspec.Struct, frozen=True):
@@ -39,10 +39,16 @@ class StoredFlight(msgspec.Struct, frozen=True):
 
 
 def fly(plan: FleetPlan) -> FleetResult:
-    """Fly one plan in a process of its own."""
+    """Fly one plan in a process of its own, and judge the history of the pad."""
+    sys.path.insert(0, str(HISTORY))
+    from pad_history import PadHistory  # noqa: PLC0415 - a folder of the tests
+
     from skillwing.evaluation.fleet.flight import fly_fleet  # noqa: PLC0415 - loads physics
 
-    return fly_fleet(plan)
+    history = PadHistory()
+    result = fly_fleet(plan, tap=history.take)
+    verdict = history.judge()
+    return msgspec.structs.replace(result, history="" if verdict.linearizable else str(verdict))
 
 
 def fly_all(plans: Sequence[FleetPlan], store: Path, code: str, jobs: int) -> list[FleetResult]:
@@ -66,7 +72,9 @@ def line(result: FleetResult) -> str:
     """A flight in a line."""
     parts = [f"{robot} {each.phase or 'cut off'}, {each.end}" for robot, each in result.robots.items()]
     broken = [f"BROKEN: {robot} {', '.join(each.broken)}" for robot, each in result.robots.items() if each.broken]
-    return "; ".join([f"{result.plan.name}: {result.end_time:.0f} s", *parts, *broken, *filter(None, [result.error])])
+    pad = ["BROKEN: both on the pad"] if result.met else []
+    rest = [*pad, *filter(None, [result.history, result.error])]
+    return "; ".join([f"{result.plan.name}: {result.end_time:.0f} s", *parts, *broken, *rest])
 
 
 def rows(results: Iterable[FleetResult]) -> list[list[str]]:
@@ -90,6 +98,9 @@ def _row(condition: FleetCondition, flown: Sequence[FleetResult]) -> list[str]:
         str(sum(each.end in (End.FLYING, End.NOT_LANDED, End.BROKE_OFF) for each in drones)),
         f"{sum(result.succeeded for result in flown)} of {len(drones)}",
         f"{sum(each.end is End.HOME for each in drones)} of {len(drones)}",
+        str(sum(result.met > 0 for result in flown)),
+        f"{sum(not result.history for result in flown)} of {len(flown)}",
+        f"{sum(sum(result.visits.values()) for result in flown)}",
         f"{min(distances):.1f} m" if distances else "-",
         middle,
         f"{max(result.end_time for result in flown):.0f} s",
@@ -100,7 +111,8 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
     """The lines between the marks of the page."""
     heads = (
         *("condition", "flights", "collisions", "left the fence", "drones not on the ground at the end"),
-        *("missions that succeeded", "drones at home", "least distance", "mapped by both, median", "longest flight"),
+        *("missions that succeeded", "drones at home", "both on the pad", "linearizable", "landings on the pad"),
+        *("least distance", "mapped by both, median", "longest flight"),
     )
     seconds = sum(result.processor_time for result in results)
     return "\n".join(
@@ -114,8 +126,10 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
 
 
 def code_of_fleets() -> str:
-    """Twelve hexadecimal digits, equal for equal code: of all that flies one drone, and of the plans for two."""
-    own = b"".join(Path(str(module.__file__)).read_bytes() for module in (plan_module, session_module))
+    """Twelve hexadecimal digits, equal for equal code: of all that flies one drone, of the yard, and of two drones."""
+    yard = Path(__file__).parents[1] / "examples" / "yard"
+    files = sorted(file for folder in (Path(fleet.__path__[0]), yard) for file in folder.iterdir() if file.is_file())
+    own = b"".join(file.read_bytes() for file in files)
     return hashlib.sha256(flight_code().digest.encode() + own).hexdigest()[:12]
 
 

@@ -21,8 +21,8 @@ HOOKS = {
 
 
 def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
-    """The watch of the places."""
-    given = {"skillset": str(SKILLSET), "places": PLACES, "robots": ROBOTS}
+    """The watch of the places. options: `places` for others than these."""
+    given = {"skillset": str(SKILLSET), "places": options.get("places", PLACES), "robots": ROBOTS}
     return (ProcessSpec("places", "yard.watch:make_places", given, essential=False),)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -13,15 +14,19 @@ from hypothesis import strategies as st
 from skillwing.evaluation.fleet.flight import fly_fleet, processes
 from skillwing.evaluation.fleet.plan import LEFT, RIGHT, ROBOTS, WORLD, FleetCondition, FleetPlan, halves
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
+from skillwing.evaluation.fleet.yard import YARD, PadWitness
 from skillwing.evaluation.flights.result import End
+from skillwing.onboard.topics.truth import Truth
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.history.files import TIMELINE_FILE
+from skillwing.services.names import MISSION, RESOURCE_MANAGER
 from skillwing.sim_mujoco.world.kinds import make_site
 
 PLANS = st.builds(FleetPlan, seed=st.integers(0, 10_000), condition=st.sampled_from(list(FleetCondition)))
 APART = 9.0
 """Distance between the halves away from the pad [m]."""
 NEAR_PAD = 8.0
+KILLED = {FleetCondition.LINK: (LEFT, MISSION), FleetCondition.JUDGE: (YARD, RESOURCE_MANAGER)}
 
 
 @given(PLANS)
@@ -30,8 +35,8 @@ def test_a_condition_concerns_one_robot_and_the_first_one_has_the_simulator(plan
     assert tuple(drones) == ROBOTS
     with_faults = [robot for robot, own in drones.items() if own.get("faults")]
     assert with_faults == ([plan.hit] if plan.condition is FleetCondition.CAMERA else [])
-    cut = [robot for robot in ROBOTS if plan.cut(robot) is not None]
-    assert cut == ([plan.hit] if plan.condition is FleetCondition.LINK else [])
+    killed = None if (kill := plan.kill()) is None else (kill.robot, kill.process)
+    assert killed == KILLED.get(plan.condition)
     names = {robot: [spec.name for spec in processes(plan, robot, None)] for robot in ROBOTS}
     assert names[LEFT].count("sim") == 1
     assert "sim" not in names[RIGHT]
@@ -70,6 +75,36 @@ def test_only_a_courtyard_is_divided() -> None:
 def test_the_promise_holds_for_both_drones(left: RobotResult, right: RobotResult, kept: bool) -> None:
     result = FleetResult(plan=FleetPlan(seed=1), robots={LEFT: left, RIGHT: right})
     assert result.kept is kept
+
+
+@pytest.mark.parametrize("broken", [{"met": 1}, {"history": "not linearizable"}])
+def test_two_drones_on_the_pad_and_a_wrong_history_break_the_promise(broken: dict[str, Any]) -> None:
+    robots: dict[str, RobotResult] = {robot: RobotResult(end=End.HOME) for robot in ROBOTS}
+    assert FleetResult(plan=FleetPlan(seed=1), robots=robots).kept
+    assert not FleetResult(plan=FleetPlan(seed=1), robots=robots, **broken).kept
+
+
+def truth(t: float, x: float, y: float, z: float) -> Truth:
+    return Truth(
+        t=t,
+        position=(x, y, z),
+        quaternion=(1.0, 0.0, 0.0, 0.0),
+        velocity=(0.0, 0.0, 0.0),
+        collisions=0,
+        clearance=1.0,
+        inside_fence=True,
+    )
+
+
+def test_the_witness_sees_two_drones_on_the_pad_at_one_moment_only() -> None:
+    witness = PadWitness(ROBOTS)
+    witness.take(LEFT, truth(1.0, 0.0, 0.0, 0.5))
+    witness.take(RIGHT, truth(1.0, 0.0, -4.0, 0.5))
+    witness.take(RIGHT, truth(9.0, 0.0, -1.0, 4.0))
+    assert witness.met == []
+    assert witness.visits == {LEFT: 1, RIGHT: 0}
+    witness.take(LEFT, truth(9.0, 1.0, 1.0, 0.5))
+    assert witness.met == [9.0]
 
 
 @pytest.mark.slow

@@ -2,8 +2,8 @@
 
     python -m skillwing.evaluation.fleet.demo [--seed 1] [--condition camera] [--speed max] [--run-dir runs/fleet]
 
-Each drone maps one half of a courtyard. The run directory gets a folder for each robot, as of `skillwing demo`, and the
-picture `fleet.png` of both flights.
+Each drone maps one half of a courtyard, and then lands on the pad that both share. The run directory gets a folder for
+each robot, as of `skillwing demo`, and the picture `fleet.png` of both flights.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from skillwing.evaluation.fleet.flight import coverage, flights_of, judged
+from skillwing.evaluation.fleet.flight import coverage, flight_of, judged
 from skillwing.evaluation.fleet.over_zenoh import Systems
 from skillwing.evaluation.fleet.picture import Drawn, draw_fleet
 from skillwing.evaluation.fleet.plan import ROBOTS, WORLD, FleetCondition, FleetPlan
@@ -54,7 +54,8 @@ def sentence(result: FleetResult) -> str:
         f"{robot} {each.phase or 'without a mission'}, {each.end}" for robot, each in result.robots.items()
     )
     least = "" if result.separation is None else f", least distance {result.separation:.1f} m"
-    return f"{collisions} collisions{least}; {ends}"
+    met = "both drones there at once" if result.met else "never both drones there at once"
+    return f"{collisions} collisions{least}; {sum(result.visits.values())} landings on the pad, {met}; {ends}"
 
 
 def main() -> int:
@@ -69,15 +70,15 @@ def main() -> int:
     if any((run_dir / robot / TIMELINE_FILE).exists() for robot in ROBOTS):
         parser.error(f"{given.run_dir} holds a run already; choose another directory")
     plan = FleetPlan(seed=given.seed, condition=given.condition)
-    flights, console = flights_of(plan, run_dir, speed=given.speed), make_console()
+    flight, console = flight_of(plan, run_dir, run_dir, speed=given.speed), make_console()
     try:
-        with Systems(flights, run_dir) as systems:
+        with Systems(flight, run_dir) as systems:
             console.print(f"Two robots fly at {systems.endpoint}: {plan.condition.summary}.")
             sessions = systems.follow(LONGEST, PATIENCE, console.print)
     except SkillwingError as error:
         sys.stderr.write(f"{error}\n")
         return 1
-    result = judged(plan, flights, sessions)
+    result = judged(plan, flight, sessions)
     draw(plan, run_dir, result)
     console.print(f"{sentence(result)}\nRecordings and pictures: {given.run_dir}", soft_wrap=True)
     return 0 if result.kept and not result.error else 1

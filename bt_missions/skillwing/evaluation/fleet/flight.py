@@ -1,56 +1,74 @@
-"""One flight of two drones in one world, with all processes of both robots in this process, and its judgement.
+"""One flight of two drones in one world, with all processes of both and of the yard in this process, and its verdict.
 
 A repeated plan gives the same flight, bit by bit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from skillwing.bt_missions.running.process import mission_process
+from skillwing.evaluation.fleet import survey
 from skillwing.evaluation.fleet.plan import ROBOTS, WORLD, FleetPlan
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
+from skillwing.evaluation.fleet.session import DroneFlight, FleetFlight, together
+from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_processes
 from skillwing.evaluation.flights.coverage import SavedMap, judge_map
 from skillwing.evaluation.flights.observer import FlightObserver
-from skillwing.evaluation.flights.session import RobotFlight, SessionEnd, together
+from skillwing.evaluation.flights.session import SessionEnd
 from skillwing.evaluation.judged_flight import LONGEST, processor_time
 from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.inprocess import SentMessage
+from skillwing.services.names import MISSION
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import World, make_world
 
-MAPPING = "mapping"
+FACTORY = "skillwing.bt_missions.running.on_board:make_mission_on_board"
 
 
-def fly_fleet(plan: FleetPlan, run_dir: Path | None = None, *, longest: float = LONGEST) -> FleetResult:
+def fly_fleet(
+    plan: FleetPlan,
+    run_dir: Path | None = None,
+    *,
+    longest: float = LONGEST,
+    tap: Callable[[SentMessage], None] | None = None,
+) -> FleetResult:
     """Fly a plan to its end and judge the flight.
 
     run_dir: an empty directory for recordings, in a folder for each robot. longest: limit of the flight [robot s].
+    tap: receives every message.
     """
     begun = processor_time()
-    flights = flights_of(plan, run_dir)
-    result = judged(plan, flights, together(flights, longest))
+    with tempfile.TemporaryDirectory() as journal:
+        flight = flight_of(plan, run_dir, run_dir or Path(journal))
+        result = judged(plan, flight, together(flight, longest, tap))
     return msgspec.structs.replace(result, processor_time=round(processor_time() - begun, 2))
 
 
-def flights_of(plan: FleetPlan, run_dir: Path | None = None, *, speed: float | None = None) -> dict[str, RobotFlight]:
-    """Observer and processes of each robot. speed: robot seconds per second, for real processes."""
+def flight_of(plan: FleetPlan, run_dir: Path | None, journal: Path, *, speed: float | None = None) -> FleetFlight:
+    """All parts of a flight. journal: folder for that of the yard. speed: robot seconds per second, for real
+    processes."""
     terrain = make_world(plan.seed, WORLD).terrain
-    return {
-        robot: RobotFlight(
-            FlightObserver(ROBOT.skillset.stem, terrain), processes(plan, robot, run_dir, speed), plan.cut(robot)
-        )
-        for robot in ROBOTS
-    }
+    return FleetFlight(
+        drones={
+            robot: DroneFlight(FlightObserver(ROBOT.skillset.stem, terrain), processes(plan, robot, run_dir, speed))
+            for robot in ROBOTS
+        },
+        yard=yard_processes(journal / YARD),
+        witness=PadWitness(ROBOTS),
+        mission=mission_of(plan),
+        kill=plan.kill(),
+    )
 
 
-def judged(plan: FleetPlan, flights: Mapping[str, RobotFlight], sessions: Mapping[str, SessionEnd]) -> FleetResult:
+def judged(plan: FleetPlan, flight: FleetFlight, sessions: Mapping[str, SessionEnd]) -> FleetResult:
     """Result of a flight by what its observers have seen."""
-    observers = {robot: flight.observer for robot, flight in flights.items()}
+    observers = {robot: drone.observer for robot, drone in flight.drones.items()}
     first = sessions[ROBOTS[0]]
     distances = [round(each.separation, 3) for each in observers.values() if each.separation is not None]
     maps = [each.map for each in observers.values()]
@@ -59,21 +77,34 @@ def judged(plan: FleetPlan, flights: Mapping[str, RobotFlight], sessions: Mappin
         robots={robot: _result(observers[robot], session) for robot, session in sessions.items()},
         separation=min(distances) if distances else None,
         coverage=None if first.error else coverage(make_world(plan.seed, WORLD), plan, maps),
+        met=len(flight.witness.met),
+        visits=dict(flight.witness.visits),
         end_time=round(first.end_time, 3),
         error=first.error,
     )
 
 
 def processes(plan: FleetPlan, robot: str, run_dir: Path | None, speed: float | None = None) -> tuple[ProcessSpec, ...]:
-    """Processes of one robot and its mission: observers first, the mission last."""
+    """Processes of one drone, without a mission: observers first."""
     table, options = replace(ROBOT, name=robot), plan.robot_options(robot)
     if speed is not None:
         options["speed"] = speed
     if run_dir is not None:
         (run_dir / robot).mkdir(parents=True, exist_ok=True)
         options["run_dir"] = str(run_dir / robot)
-    mission = mission_process(table, MAPPING, plan.mission_options(robot))
-    return (*table.observers(options), *table.functional_layer(options), *table.managers(options), mission)
+    return (*table.observers(options), *table.functional_layer(options), *table.managers(options))
+
+
+def mission_of(plan: FleetPlan) -> ProcessSpec:
+    """The mission of both drones, as the launcher of the first one runs it on board."""
+    given = {
+        "mission": str(survey.__file__),
+        "skillset": str(ROBOT.skillset),
+        "robot": ROBOTS[0],
+        "robots": {},
+        "options": plan.mission_options(),
+    }
+    return ProcessSpec(MISSION, FACTORY, given, extra="missions", restart="never")
 
 
 def coverage(world: World, plan: FleetPlan, maps: list[SavedMap | None]) -> float | None:

@@ -1,50 +1,58 @@
-"""Flight of two drones by real processes: a system for each robot, one router, and one simulator."""
+"""Flight of two drones by real processes: a system for each drone and for the yard, one router, one simulator."""
 
 from __future__ import annotations
 
 import os
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from pathlib import Path
 
+from skillwing.evaluation.fleet.session import FleetFlight
+from skillwing.evaluation.fleet.yard import YARD, yard_table
+from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
-from skillwing.evaluation.flights.session import MAP_TIMEOUT, RobotFlight, SessionEnd
+from skillwing.evaluation.flights.session import MAP_TIMEOUT, SessionEnd
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import TimedOutError
 from skillwing.services.names import MISSION
 from skillwing.services.processes.launcher import ROUTER, Launcher
+from skillwing.services.robot import Robot
 
 TURN = 0.1
 """Wall seconds for which one observer receives before the other one does."""
 
 
 class Systems:
-    """The systems of all robots of a flight, as children of this process. The first one has router and simulator.
+    """The systems of all robots of a flight, as children of this process. The first drone has router and simulator.
 
-    flights: by robot; the last process of each is its mission, which starts when the processes of all robots are there.
-    folder: for the logs, with a folder for each robot. Use it as a context manager; it stops all processes.
-    Raises StartError and RouterUnreachableError.
+    The mission starts when the processes of all robots are there. A process that is killed comes back by its launcher,
+    but the mission. folder: for the logs, with a folder for each robot. Use it as a context manager; it stops all
+    processes. Raises StartError and RouterUnreachableError.
     """
 
-    def __init__(self, flights: Mapping[str, RobotFlight], folder: Path) -> None:
-        self._flights = flights
+    def __init__(self, flight: FleetFlight, folder: Path) -> None:
+        self._flight = flight
         self._folder = folder
         self._stack = ExitStack()
         self._launchers: dict[str, Launcher] = {}
         self._buses: dict[str, ZenohBus] = {}
-        self._cut: set[str] = set()
+        self._killed = False
 
     def __enter__(self) -> Systems:
         with ExitStack() as started:
             started.callback(self._stack.close)
-            for robot, flight in self._flights.items():
-                self._start(robot, flight)
-            for robot, flight in self._flights.items():
-                self._launchers[robot].start(flight.specs[-1:])
+            for name, drone in self._flight.drones.items():
+                launcher = self._launcher(name, ROBOT)
+                self._observe(name, drone.observer)
+                launcher.start(drone.specs)
+            yard = self._launcher(YARD, yard_table())
+            self._flight.witness.attach(next(iter(self._buses.values())))
+            yard.start(self._flight.yard)
+            self._launchers[self._first].start([self._flight.mission])
             started.pop_all()
         return self
 
@@ -54,68 +62,77 @@ class Systems:
     @property
     def endpoint(self) -> str:
         """Endpoint of the router."""
-        return next(iter(self._launchers.values())).endpoint
+        return self._launchers[self._first].endpoint
 
     def follow(self, longest: float, patience: float, say: Callable[[str], None]) -> dict[str, SessionEnd]:
-        """Wait until all robots have come to their end, and fetch their maps; at most `longest` robot seconds.
+        """Wait until all drones have come to their end, and fetch their maps; at most `longest` robot seconds.
 
-        say: gets a line for each mission that ends. Raises TimedOutError after `patience` wall seconds.
+        say: gets a line for each drone, and for a process that is killed. Raises TimedOutError after `patience` wall
+        seconds.
         """
-        deadline, over = time.monotonic() + patience, set[str]()
-        while len(over) < len(self._flights) and not self._dead() and self._now() < longest:
+        deadline = time.monotonic() + patience
+        while not self._flight.over(self._now()) and not self._dead() and self._now() < longest:
             if time.monotonic() > deadline:
                 raise TimedOutError("The end of the flight", patience)
             self._receive()
-            self._cut_links()
-            for robot, flight in self._flights.items():
-                if robot not in over and flight.over(self._now()):
-                    over.add(robot)
-                    say(f"{robot}: {flight.observer.end} at {self._now():.1f} s")
-        ended = {robot: self._ended(flight) for robot, flight in self._flights.items()}
+            self._kill(say)
+        ended = {name: self._ended(drone.observer) for name, drone in self._flight.drones.items()}
+        for name, session in ended.items():
+            say(f"{name}: {session.end} at {session.end_time:.1f} s")
         self._fetch_maps()
         return ended
 
-    def _start(self, robot: str, flight: RobotFlight) -> None:
+    @property
+    def _first(self) -> str:
+        return next(iter(self._flight.drones))
+
+    def _launcher(self, name: str, table: Robot) -> Launcher:
         router = self.endpoint if self._launchers else None
-        launcher = Launcher(
-            robot, ROBOT.skillset.stem, self._folder / robot, clock=ROBOT.clock, router=router, restarts=True
-        )
-        self._launchers[robot] = self._stack.enter_context(launcher)
+        folder = self._folder / name
+        launcher = Launcher(name, table.skillset.stem, folder, clock=table.clock, router=router, restarts=True)
+        self._launchers[name] = self._stack.enter_context(launcher)
         if router is None:
             launcher.start_router()
-        bus = ZenohBus(flight.observer.name, robot, launcher.endpoint, FollowedClock())
-        self._buses[robot] = self._stack.enter_context(closing(bus))
-        flight.observer.attach(bus)
-        launcher.start(flight.specs[:-1])
+        return launcher
+
+    def _observe(self, name: str, observer: FlightObserver) -> None:
+        bus = ZenohBus(observer.name, name, self.endpoint, FollowedClock())
+        self._buses[name] = self._stack.enter_context(closing(bus))
+        observer.attach(bus)
 
     def _receive(self) -> None:
         for bus in self._buses.values():
             bus.run_until(lambda: False, TURN / len(self._buses))
 
-    def _cut_links(self) -> None:
-        """Kill each mission whose link to the ground fails now."""
-        for robot, flight in self._flights.items():
-            if flight.cut is not None and robot not in self._cut and self._now() >= flight.cut:
-                self._cut.add(robot)
-                os.kill(self._launchers[robot].pids[MISSION], signal.SIGKILL)
+    def _kill(self, say: Callable[[str], None]) -> None:
+        """Kill the process of the plan when its time has come."""
+        kill = self._flight.kill
+        if kill is None or self._killed or self._now() < kill.t:
+            return
+        self._killed = True
+        os.kill(self._launchers[kill.robot].pids[kill.process], signal.SIGKILL)
+        say(f"{kill.robot}: {kill.process} was killed at {self._now():.1f} s")
 
     def _now(self) -> float:
         return max(bus.now() for bus in self._buses.values())
 
     def _dead(self) -> str:
-        """Sentences on essential processes that were given up."""
+        """Sentences on essential processes that were given up, and on a mission that has crashed."""
         found: list[str] = []
-        for robot, launcher in self._launchers.items():
-            essential = {ROUTER, *(spec.name for spec in self._flights[robot].specs if spec.essential)}
-            essential -= {MISSION} if robot in self._cut else set()
-            found += [f"{robot}: {exit_}" for exit_ in launcher.exits if exit_.final and exit_.process in essential]
+        for name, launcher in self._launchers.items():
+            specs = self._flight.yard if name == YARD else self._flight.drones[name].specs
+            essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
+            if not self._killed:
+                essential.add(MISSION)
+            given_up = [each for each in launcher.exits if each.final and each.process in essential]
+            found += [f"{name}: {each}" for each in given_up if each.exit_code != 0]
         return " ".join(found)
 
-    def _ended(self, flight: RobotFlight) -> SessionEnd:
+    def _ended(self, observer: FlightObserver) -> SessionEnd:
         dead = self._dead()
-        return SessionEnd(End.BROKE_OFF if dead else flight.observer.end, self._now(), dead)
+        return SessionEnd(End.BROKE_OFF if dead else observer.end, self._now(), dead)
 
     def _fetch_maps(self) -> None:
-        for robot, flight in self._flights.items():
-            flight.observer.ask_for_map()
-            self._buses[robot].run_until(lambda observer=flight.observer: observer.map is not None, MAP_TIMEOUT)
+        for name, drone in self._flight.drones.items():
+            drone.observer.ask_for_map()
+            self._buses[name].run_until(lambda observer=drone.observer: observer.map is not None, MAP_TIMEOUT)

@@ -16,6 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from skillwing.evaluation.fleet.yard import PAD
 from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.judge.obstacle_shapes import draw_plan
 from skillwing.onboard.topics.truth import Truth
@@ -59,6 +60,10 @@ def draw_fleet(file: Path, world: World, robots: Mapping[str, Drawn], title: str
     fence = Rectangle((west, south), east - west, north - south, fill=False, ec="#c77700", ls="-.", lw=1.2)
     fence.set_label("geofence")
     axes.add_patch(fence)
+    west, south, east, north = PAD
+    pad = Rectangle((west, south), east - west, north - south, fill=False, ec=_INK, lw=1.6, zorder=6)
+    pad.set_label("pad that both share")
+    axes.add_patch(pad)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]", aspect="equal")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(file)

@@ -3,25 +3,34 @@
 from __future__ import annotations
 
 import random
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 import msgspec
 
+from skillwing.evaluation.fleet.survey import DRONES as ROBOTS
+from skillwing.evaluation.fleet.yard import YARD
 from skillwing.evaluation.flights.conditions import Condition, draw
 from skillwing.evaluation.flights.plan import Place, way_time
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.names import MISSION, RESOURCE_MANAGER
 from skillwing.sim_mujoco.launching import mapping_mission
 from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.standing import standing_places
 
-LEFT, RIGHT = "left", "right"
-ROBOTS = (LEFT, RIGHT)
-"""Names of the robots. The simulator belongs to the first one."""
+LEFT, RIGHT = ROBOTS
+"""Names of the drones. The simulator belongs to the first one."""
 WORLD = "courtyard"
-EARLIEST_CUT = 5.0
-"""Least robot time at which a mission is cut off [s]."""
+EARLIEST_KILL = 5.0
+"""Least robot time at which a process is killed [s]."""
+VISIT_TIME = 40.0
+"""Time that a visit to the pad takes [s], roughly."""
+LONGEST_ABSENCE = 30.0
+"""Longest time after which a killed judge is started again [s], if it is."""
+PATIENCE = 90.0
+"""Longest wait of a drone for the pad [s]."""
 
 
 class FleetCondition(StrEnum):
@@ -30,6 +39,7 @@ class FleetCondition(StrEnum):
     NONE = "none"
     CAMERA = "camera"
     LINK = "link"
+    JUDGE = "judge"
 
     @property
     def summary(self) -> str:
@@ -39,12 +49,23 @@ class FleetCondition(StrEnum):
 _SUMMARIES = {
     FleetCondition.NONE: "nothing goes wrong",
     FleetCondition.CAMERA: "the depth camera of one drone fails, in one of six ways, for a while or for good",
-    FleetCondition.LINK: "the link from the ground to one drone fails for good: its mission is gone",
+    FleetCondition.LINK: "the link from the ground to both drones fails for good: their mission is gone",
+    FleetCondition.JUDGE: "the judge of the shared pad is killed; in half of the flights it comes back",
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Kill:
+    """A process that is killed, at a robot time in s. back_after: time until its next start, None for never."""
+
+    t: float
+    robot: str
+    process: str
+    back_after: float | None = None
+
+
 class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """Plan of a flight of two drones in a courtyard. Each maps one half."""
+    """Plan of a flight of two drones in a courtyard. Each maps one half, and then visits the pad that they share."""
 
     seed: int
     condition: FleetCondition = FleetCondition.NONE
@@ -56,7 +77,7 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def hit(self) -> str:
-        """The robot that the condition concerns."""
+        """The robot whose camera fails."""
         return ROBOTS[self._chance().randrange(len(ROBOTS))]
 
     def site(self) -> Site:
@@ -76,17 +97,32 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
             own[self.hit] = draw(Condition.CAMERA, self.seed, way_time(self.way(self.hit)))
         return options | {"robots": own}
 
-    def mission_options(self, robot: str) -> dict[str, Any]:
-        """Options of a robot's mission: its half, and the area of detours of the whole site."""
-        return {**mapping_mission(self.site()), "route": self.routes()[robot]}
+    def mission_options(self) -> dict[str, Any]:
+        """Options of the mission: the half of each robot, and the area of detours of the whole site."""
+        mapping, routes = mapping_mission(self.site()), self.routes()
+        homes = {robot: (x, y, routes[robot][0][2]) for robot, (x, y) in self.homes().items()}
+        return {
+            "routes": routes,
+            "homes": homes,
+            "patience": PATIENCE,
+            **{name: mapping[name] for name in ("area", "return_height") if name in mapping},
+        }
 
-    def cut(self, robot: str) -> float | None:
-        """Robot time at which the link to a robot fails for good [s]; None for never."""
-        if self.condition is not FleetCondition.LINK or robot != self.hit:
-            return None
+    def kill(self) -> Kill | None:
+        """The process that is killed in this flight."""
         chance = self._chance()
         chance.random()
-        return round(chance.uniform(EARLIEST_CUT, 2.0 * way_time(self.way(robot))), 2)
+        longest = 2.0 * max(way_time(self.way(robot)) for robot in ROBOTS) + 2.0 * VISIT_TIME
+        t = round(chance.uniform(EARLIEST_KILL, longest), 2)
+        match self.condition:
+            case FleetCondition.LINK:
+                return Kill(t, LEFT, MISSION)
+            case FleetCondition.JUDGE:
+                returns = chance.random() < 0.5
+                back_after = round(chance.uniform(1.0, LONGEST_ABSENCE), 2) if returns else None
+                return Kill(t, YARD, RESOURCE_MANAGER, back_after)
+            case FleetCondition.NONE | FleetCondition.CAMERA:
+                return None
 
     def way(self, robot: str) -> tuple[Place, ...]:
         """Planned way of a robot, from over its home to over its home."""
@@ -106,7 +142,7 @@ def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     """Waypoints of each robot in a courtyard: the left one maps its north-west, the right one its south-east.
 
     The ways lie on the legs of the site's route, where obstacles leave room. They are 9 m apart, except within 8 m of
-    the pad. From its last waypoint each robot flies home over everything.
+    the pad, and pass at 4 m from the pad. From its last waypoint each robot flies home over everything.
 
     Raises InvalidOptionError for another kind of world.
     """
@@ -115,5 +151,5 @@ def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     (east, south, height), (_, north, _), (west, _, _), _ = site.route
     middle = (south + north) / 2.0
     left = (1.0, 4.5, height), (west, north, height), (west + 10.0, north, height)
-    right = (4.0, south, height), (east, south, height), (east, middle, height)
+    right = (7.0, south - 4.0, height), (east, south, height), (east, middle, height)
     return {LEFT: left, RIGHT: right}

@@ -32,21 +32,26 @@ class RobotResult(msgspec.Struct, frozen=True, kw_only=True):
 
 class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
     """robots: results by robot. separation: least distance between the drones, tip to tip [m]. coverage: share of the
-    surface in view of both ways that either map has; None if it was not judged. end_time: when both had come to their
-    end [robot s]. processor_time: seconds. error: why the flight broke off, empty if it did not."""
+    surface in view of both ways that either map has; None if it was not judged. met: moments at which both drones were
+    on the pad or above it. history: what does not fit in the history of the pad; empty if it is linearizable or was
+    not judged. visits: landings on the pad, by robot. end_time: when both had come to their end [robot s].
+    processor_time: seconds. error: why the flight broke off, empty if it did not."""
 
     plan: FleetPlan
     robots: dict[str, RobotResult]
     separation: float | None = None
     coverage: float | None = None
+    met: int = 0
+    history: str = ""
+    visits: dict[str, int] = {}
     end_time: float = 0.0
     processor_time: float = 0.0
     error: str = ""
 
     @property
     def kept(self) -> bool:
-        """The promise: nothing was hit, the fence was kept, and both drones stand."""
-        return not any(each.broken for each in self.robots.values())
+        """The promise: nothing was hit, the fence was kept, both drones stand, and never were both on the pad."""
+        return not self.met and not self.history and not any(each.broken for each in self.robots.values())
 
     @property
     def succeeded(self) -> int:

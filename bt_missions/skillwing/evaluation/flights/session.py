@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, closing
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
 
 from skillwing.evaluation.flights.observer import FlightObserver
@@ -16,7 +15,6 @@ from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.errors import SkillwingError, TimedOutError
-from skillwing.services.names import MISSION
 from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.robot import ProcessSpec
@@ -45,46 +43,17 @@ class SessionEnd:
 
 def in_process(observer: FlightObserver, specs: Sequence[ProcessSpec], longest: float) -> SessionEnd:
     """Host all processes here, in virtual time; whatever goes wrong in a node breaks the flight off."""
-    return together({ROBOT.name: RobotFlight(observer, specs)}, longest)[ROBOT.name]
-
-
-@dataclass(frozen=True, slots=True)
-class RobotFlight:
-    """The part of one robot in a flight: its observer and its processes. cut: time at which its mission is killed,
-    as by a link to the ground that fails for good [robot s]; None for never."""
-
-    observer: FlightObserver
-    specs: Sequence[ProcessSpec]
-    cut: float | None = None
-
-    def over(self, now: float) -> bool:
-        """True if the mission is over, or cut off, and the drone has come to its end."""
-        is_cut = self.cut is not None and now > self.cut
-        return self.observer.over or (is_cut and self.observer.end is not End.FLYING)
-
-
-def together(flights: Mapping[str, RobotFlight], longest: float) -> dict[str, SessionEnd]:
-    """Host all processes of all robots here, on one network in virtual time. The first robot's simulator comes first.
-
-    flights: by the name of the robot. An exception in any node breaks the flights of all robots off.
-    """
     network = InProcessNetwork()
-    with ExitStack() as stack:
+    with RobotInProcess(ROBOT, network) as robot:
         try:
-            for name, flight in flights.items():
-                robot = stack.enter_context(RobotInProcess(replace(ROBOT, name=name), network))
-                robot.attach(flight.observer)
-                robot.start(flight.specs)
-                if flight.cut is not None:
-                    network.schedule(flight.cut, partial(robot.kill, MISSION))
-            network.run_until(lambda: all(each.over(network.now()) for each in flights.values()), longest)
-            ended = {name: SessionEnd(each.observer.end, network.now()) for name, each in flights.items()}
-            for each in flights.values():
-                each.observer.ask_for_map()
+            robot.attach(observer)
+            robot.start(specs)
+            network.run_until(lambda: observer.over, longest)
+            ended = SessionEnd(observer.end, network.now())
+            observer.ask_for_map()
             network.run_for(LAST_WORDS)
         except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
-            why = f"{type(failure).__name__}: {failure}"
-            return {name: SessionEnd(End.BROKE_OFF, network.now(), why) for name in flights}
+            return SessionEnd(End.BROKE_OFF, network.now(), f"{type(failure).__name__}: {failure}")
     return ended
 
 

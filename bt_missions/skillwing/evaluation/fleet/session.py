@@ -1,0 +1,87 @@
+"""Session of two drones and the yard in this process and in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
+
+from skillwing.evaluation.fleet.plan import Kill
+from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_table
+from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.session import LAST_WORDS, SessionEnd
+from skillwing.m600.robot import ROBOT
+from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
+from skillwing.services.names import MISSION
+from skillwing.services.processes.in_process import RobotInProcess
+from skillwing.services.robot import ProcessSpec
+
+
+@dataclass(frozen=True, slots=True)
+class DroneFlight:
+    """The part of one drone in a flight: its observer and its processes."""
+
+    observer: FlightObserver
+    specs: Sequence[ProcessSpec]
+
+
+@dataclass(frozen=True, slots=True)
+class FleetFlight:
+    """All parts of a flight. drones: by name; the first one has the simulator and the mission. yard: the processes of
+    the yard. witness: of the pad. mission: starts last. kill: what is killed meanwhile."""
+
+    drones: Mapping[str, DroneFlight]
+    yard: Sequence[ProcessSpec]
+    witness: PadWitness
+    mission: ProcessSpec
+    kill: Kill | None
+
+    def over(self, now: float) -> bool:
+        """True if the mission is over, or killed, and both drones have come to their end."""
+        killed = self.kill is not None and self.kill.process == MISSION and now > self.kill.t
+        observers = [each.observer for each in self.drones.values()]
+        return all(each.over or (killed and each.end is not End.FLYING) for each in observers)
+
+
+def together(
+    flight: FleetFlight, longest: float, tap: Callable[[SentMessage], None] | None = None
+) -> dict[str, SessionEnd]:
+    """Host all processes of all robots here, on one network in virtual time.
+
+    tap: receives every message. An exception in any node breaks the flights of all robots off.
+    """
+    network = InProcessNetwork()
+    network.tap = tap
+    with ExitStack() as stack:
+        try:
+            robots = {name: RobotInProcess(replace(ROBOT, name=name), network) for name in flight.drones}
+            robots[YARD] = RobotInProcess(yard_table(), network)
+            for robot in robots.values():
+                stack.enter_context(robot)
+            for name, drone in flight.drones.items():
+                robots[name].attach(drone.observer)
+                robots[name].start(drone.specs)
+            robots[YARD].attach(flight.witness)
+            robots[YARD].start(flight.yard)
+            first = next(iter(flight.drones))
+            robots[first].start((flight.mission,))
+            if flight.kill is not None:
+                _schedule(network, robots[flight.kill.robot], flight.kill, (*flight.yard, flight.mission))
+            network.run_until(lambda: flight.over(network.now()), longest)
+            ended = {name: SessionEnd(each.observer.end, network.now()) for name, each in flight.drones.items()}
+            for each in flight.drones.values():
+                each.observer.ask_for_map()
+            network.run_for(LAST_WORDS)
+        except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
+            why = f"{type(failure).__name__}: {failure}"
+            return {name: SessionEnd(End.BROKE_OFF, network.now(), why) for name in flight.drones}
+    return ended
+
+
+def _schedule(network: InProcessNetwork, robot: RobotInProcess, kill: Kill, specs: Sequence[ProcessSpec]) -> None:
+    network.schedule(kill.t, partial(robot.kill, kill.process))
+    if kill.back_after is not None:
+        again = [spec for spec in specs if spec.name == kill.process]
+        network.schedule(kill.t + kill.back_after, partial(robot.start, again))

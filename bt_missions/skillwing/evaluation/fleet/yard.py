@@ -1,0 +1,79 @@
+"""The yard of a flight: the judge that lends the shared pad, and a witness of who was on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from skillwing.onboard.topics.truth import TRUTH, Truth
+from skillwing.services.bus import Bus, MultiRobotBus
+from skillwing.services.bus.reading import message_reader
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.robot import ProcessSpec, Robot, find_robot
+
+YARD = "yard"
+FOLDER = Path(__file__).parents[4] / "examples" / "yard"
+PAD = (-2.2, -2.2, 2.2, 2.2)
+"""Borders of the pad in m: west, south, east, north. The yard adds a margin of 1 m; the drones stand 4 m away."""
+SAME_TIME = 0.05
+"""Largest difference in s between two positions that count as of one moment."""
+ON_GROUND = 1.0
+"""Height of a drone above the pad that stands on it, at most [m]."""
+
+
+def yard_table() -> Robot:
+    """The table of `examples/yard`. Raises InvalidOptionError without the folder, as in an installed package."""
+    if not FOLDER.is_dir():
+        raise InvalidOptionError(
+            "robot", f"There is no folder {FOLDER}. Fly two drones from a clone of the repository."
+        )
+    return find_robot(str(FOLDER))
+
+
+def yard_processes(run_dir: Path) -> tuple[ProcessSpec, ...]:
+    """The processes of the yard with one place, the pad. run_dir: gets the journal of the judge."""
+    table, options = yard_table(), {"places": {"pad": list(PAD)}, "run_dir": str(run_dir)}
+    run_dir.mkdir(parents=True, exist_ok=True)
+    return (*table.functional_layer(options), *table.managers(options))
+
+
+class PadWitness:
+    """Node that receives the true positions of the drones. It belongs to the yard, and no process knows of it.
+
+    met: times at which two drones were on the pad or above it, in s. visits: landings on the pad, by drone.
+    """
+
+    name = "witness"
+    owns_clock = False
+
+    def __init__(self, drones: tuple[str, ...]) -> None:
+        self._latest: dict[str, Truth] = {}
+        self._stands: dict[str, bool] = dict.fromkeys(drones, False)
+        self.met: list[float] = []
+        self.visits = dict.fromkeys(drones, 0)
+
+    def attach(self, bus: Bus) -> None:
+        if not isinstance(bus, MultiRobotBus):
+            raise TypeError(f"{self.name} watches several robots, and needs a bus that reaches them")
+        for drone in self.visits:
+            take = message_reader(Truth, lambda truth, drone=drone: self.take(drone, truth))
+            bus.beside(drone).subscribe(TRUTH, take)
+
+    def detach(self) -> None:
+        """Do nothing: the witness holds no resources."""
+
+    def take(self, drone: str, truth: Truth) -> None:
+        """Note the true state of a drone."""
+        self._latest[drone] = truth
+        here = [each for each in self._latest.values() if abs(each.t - truth.t) <= SAME_TIME and on_pad(each)]
+        if len(here) > 1 and on_pad(truth):
+            self.met.append(truth.t)
+        stands = on_pad(truth) and truth.position[2] < ON_GROUND
+        if stands and not self._stands[drone]:
+            self.visits[drone] += 1
+        self._stands[drone] = stands
+
+
+def on_pad(truth: Truth) -> bool:
+    """True for a drone on the pad, or at any height above it."""
+    (x, y, _), (west, south, east, north) = truth.position, PAD
+    return west <= x <= east and south <= y <= north

@@ -1,0 +1,52 @@
+"""Histories of a shared pad of which it is known whether they can have happened."""
+
+from __future__ import annotations
+
+import pytest
+from linearizability import Operation, check
+from pad_history import FREE, UNCLEAR, Answer, Call, Change, GiveBack, Pad, Renew, Take, Told
+
+YES, NO, OVER, REFUSED = Answer.YES, Answer.NO, Answer.OVER, Answer.REFUSED
+
+
+def op(call: Call, answer: Answer | None, called: int, answered: int | None) -> Told:
+    return Operation("anybody", call, answer, called, answered)
+
+
+CLEARED = op(Change(FREE), YES, 0, 1)
+LEFT = op(Take("left"), YES, 2, 3)
+
+POSSIBLE = {
+    "the second one gets it when it was given back and seen empty": [
+        *(CLEARED, LEFT, op(Take("right"), NO, 4, 5), op(GiveBack("left"), OVER, 6, 7)),
+        *(op(Take("right"), NO, 8, 9), op(Change(FREE), YES, 10, 11), op(Take("right"), YES, 12, 13)),
+    ],
+    "a start that overlaps the clearing": [op(Change(FREE), YES, 0, 9), op(Take("left"), YES, 1, 2)],
+    "the judge ends a goal itself": [
+        *(CLEARED, LEFT, op(GiveBack("left"), None, 2, None)),
+        *(op(Renew("left"), OVER, 5, 6), op(Change(FREE), YES, 7, 8), op(Take("right"), YES, 9, 10)),
+    ],
+    "a repeated start is the same grant": [CLEARED, LEFT, op(Take("left"), YES, 4, 5)],
+    "an error tells nothing": [CLEARED, LEFT, op(GiveBack("left"), REFUSED, 4, 5), op(Renew("left"), YES, 6, 7)],
+    "an unanswered start may have been lost": [CLEARED, op(Take("left"), None, 2, None), op(Take("right"), YES, 4, 5)],
+    "an intruder": [CLEARED, op(Change(UNCLEAR), YES, 2, 3), op(Take("left"), NO, 4, 5)],
+}
+IMPOSSIBLE = {
+    "two at once": [CLEARED, LEFT, op(Take("right"), YES, 4, 5)],
+    "free without being seen empty": [CLEARED, LEFT, op(GiveBack("left"), OVER, 4, 5), op(Take("right"), YES, 6, 7)],
+    "free from the start": [LEFT],
+    "refused although it is free": [CLEARED, op(Take("left"), NO, 2, 3)],
+    "cleared while it is held": [CLEARED, LEFT, op(Change(FREE), YES, 4, 5)],
+    "renewed after its end": [CLEARED, LEFT, op(GiveBack("left"), OVER, 4, 5), op(Renew("left"), YES, 6, 7)],
+    "a grant that is forgotten": [CLEARED, LEFT, op(Renew("left"), OVER, 4, 5)],
+}
+
+
+@pytest.mark.parametrize("history", POSSIBLE.values(), ids=POSSIBLE)
+def test_a_history_that_can_have_happened(history: list[Told]) -> None:
+    assert check(Pad(), history).linearizable
+
+
+@pytest.mark.parametrize("history", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_a_history_that_cannot(history: list[Told]) -> None:
+    assert not check(Pad(), history).linearizable
