@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from recorded_way import BLOCKED, ROUTE, truth
 
-from skillwing.evaluation.flights.coverage import SavedMap
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_picture import MapScene
 from skillwing.m600.robot import ROBOT

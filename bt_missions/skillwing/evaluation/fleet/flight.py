@@ -18,8 +18,9 @@ from skillwing.evaluation.fleet.plan import ROBOTS, WORLD, FleetPlan
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
 from skillwing.evaluation.fleet.session import DroneFlight, FleetFlight, together
 from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_processes
-from skillwing.evaluation.flights.coverage import SavedMap, judge_map
+from skillwing.evaluation.flights.coverage import judge_map
 from skillwing.evaluation.flights.observer import FlightObserver
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.flights.session import SessionEnd
 from skillwing.evaluation.judged_flight import LONGEST, processor_time
 from skillwing.m600.robot import ROBOT

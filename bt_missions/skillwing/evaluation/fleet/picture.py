@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from skillwing.evaluation.fleet.yard import PAD
-from skillwing.evaluation.flights.coverage import SavedMap
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.judge.obstacle_shapes import draw_plan
 from skillwing.onboard.topics.truth import Truth
 from skillwing.sim_mujoco.world.footprint import Point

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.onboard.frames.vectors import Vector
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.triangles import Triangles
@@ -51,15 +52,6 @@ class MapQuality:
     buildings: float | None
     terrain: float | None
     error: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class SavedMap:
-    """Centres (n, 3) of occupied voxels [m], and the mapping node's name for the source of its poses."""
-
-    centres: NDArray[np.float32]
-    voxel_size: float
-    pose_source: str
 
 
 class CoverageJudge:

@@ -8,8 +8,8 @@ import math
 import numpy as np
 
 from skillwing.evaluation.flights.cost import CostMeter
-from skillwing.evaluation.flights.coverage import SavedMap
 from skillwing.evaluation.flights.result import End
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.onboard.frames.extent import TIP_RADIUS
 from skillwing.onboard.topics.common import Empty, Vector2
 from skillwing.onboard.topics.flight import FLIGHT, FlightState

@@ -12,8 +12,9 @@ from pathlib import Path
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl.model import Skillset
-from skillwing.evaluation.flights.coverage import MapCoverage, SavedMap, judge_map
+from skillwing.evaluation.flights.coverage import MapCoverage, judge_map
 from skillwing.evaluation.flights.plan import planned_way
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.judge.flight_log import read_flight, read_map
 from skillwing.evaluation.judge.flight_map import map_scene
 from skillwing.evaluation.judge.map_picture import draw_map

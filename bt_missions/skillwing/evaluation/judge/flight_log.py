@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skillwing.evaluation.flights.coverage import SavedMap
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.onboard.topics.common import Empty
 from skillwing.onboard.topics.mapping import MAP, MAP_SNAPSHOT, MAPPING_STATUS, MapHeader, MappingStatus
 from skillwing.onboard.topics.truth import TRUTH, Truth

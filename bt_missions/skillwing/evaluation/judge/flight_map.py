@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from skillwing.evaluation.flights.coverage import SavedMap
+from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.judge.map_picture import Flown, Happening, MapScene
 from skillwing.onboard.topics.common import Vector3
 from skillwing.onboard.topics.truth import Truth
