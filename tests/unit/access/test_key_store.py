@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from skillwing.services.access import key_store
 from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.certificates import facts, issue, new_authority
 from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
@@ -78,6 +79,48 @@ def test_keys_of_a_new_process_are_added_and_the_others_stay(store: KeyStore) ->
     store.add_robot(RobotAccess("rover", "rover", more))
     require_certificates(store.folder, "rover", ["skill/drive", "skill/lift"])
     assert (store.folder / "robots" / "rover" / "skill.drive" / "key.pem").read_bytes() == before
+
+
+def contents(store: KeyStore) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in store.folder.rglob("*") if path.is_file()}
+
+
+def test_a_prepared_folder_has_what_was_named_and_is_left_alone_the_next_time(tmp_path: Path) -> None:
+    store = KeyStore.prepare(tmp_path / "keys", ["router"], [ROVER], ["cli"])
+    assert store.site().robots == (ROVER,)
+    assert store.site().people == {"cli": Role.OPERATOR}
+    store.add_person("alice", Role.VIEWER)
+    before = contents(store)
+    KeyStore.prepare(store.folder, ["router"], [ROVER], ["cli"])
+    assert contents(store) == before
+
+
+def test_a_prepared_folder_takes_in_a_new_host_and_changes_the_router_alone(tmp_path: Path) -> None:
+    store = KeyStore.prepare(tmp_path / "keys", ["router"], [ROVER], ["cli"])
+    before = contents(store)
+    KeyStore.prepare(store.folder, ["router", "10.0.0.5"], [ROVER], ["cli"])
+    assert {"router", "10.0.0.5"} <= set(facts((store.router_folder / "certificate.pem").read_bytes()).hosts)
+    after = contents(store)
+    changed = {path.relative_to(store.folder) for path in after if after[path] != before[path]}
+    assert changed == {Path("names.json"), Path("router/certificate.pem"), Path("router/key.pem")}
+
+
+def test_a_prepared_folder_is_renewed_at_the_next_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = KeyStore.prepare(tmp_path / "keys", [], [ROVER], ["cli"])
+    later = utc_now() + timedelta(days=366)
+    monkeypatch.setattr(key_store, "utc_now", lambda: later)
+    assert {holder.expires < later for holder in store.holders()} == {True}
+    KeyStore.prepare(store.folder, [], [ROVER], ["cli"])
+    assert {holder.expires - later > timedelta(days=364) for holder in store.holders()} == {True}
+
+
+def test_keys_of_a_lost_authority_are_made_again(tmp_path: Path) -> None:
+    """In containers each folder is a volume, and one of them can be removed."""
+    store = KeyStore.prepare(tmp_path / "keys", [], [ROVER], ["cli"])
+    (store.folder / "names.json").unlink()
+    KeyStore.prepare(store.folder, [], [ROVER], ["cli"])
+    authority = (store.folder / "authority" / "certificate.pem").read_bytes()
+    assert {(holder.folder / "authority.pem").read_bytes() for holder in store.holders()} == {authority}
 
 
 def test_a_robot_does_not_start_with_keys_that_end_today(tmp_path: Path) -> None:

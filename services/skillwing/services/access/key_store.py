@@ -102,6 +102,27 @@ class KeyStore:
         store._save(names)
         return store
 
+    @classmethod
+    def prepare(
+        cls, folder: Path, hosts: Iterable[str], robots: Iterable[RobotAccess], operators: Iterable[str]
+    ) -> KeyStore:
+        """The folder with all that is named: missing keys are made, and those that end soon are renewed.
+
+        Repeated calls change nothing else. Raises KeysError and InvalidOptionError as the other methods do.
+        """
+        store = cls(folder)
+        if (folder / NAMES_FILE).exists():
+            store.add_hosts(hosts)
+        else:
+            store = cls.init(folder, hosts)
+        for robot in robots:
+            store.add_robot(robot)
+        for name in operators:
+            known = store.names().people.get(name) == Role.OPERATOR
+            if not known or not store._lasts(f"{PEOPLE_FOLDER}/{name}"):
+                store.add_person(name, Role.OPERATOR)
+        return store
+
     @property
     def router_folder(self) -> Path:
         """Folder of the router's certificate."""
@@ -136,6 +157,14 @@ class KeyStore:
             for name, robot in names.robots.items()
         )
         return SiteAccess(tuple(robots), names.people)
+
+    def add_hosts(self, hosts: Iterable[str]) -> None:
+        """Name further hosts at which the router is reached. Its certificate is issued again if one of them is new."""
+        names = self.names()
+        every = tuple(dict.fromkeys((*names.hosts, *hosts)))
+        if every != names.hosts:
+            self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, every)
+            self._save(msgspec.structs.replace(names, hosts=every))
 
     def add_robot(self, robot: RobotAccess) -> None:
         """Issue a certificate for each process of a robot that lacks a lasting one, and take in its present processes.
@@ -197,9 +226,13 @@ class KeyStore:
             yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
 
     def _lasts(self, place: str) -> bool:
-        """True for a certificate that is there, and valid for longer than `RENEWAL`."""
+        """True for a certificate of this authority that is there, and valid for longer than `RENEWAL`."""
         folder = self.folder / place
-        return (folder / CERTIFICATE_FILE).exists() and read_facts(folder).expires - utc_now() > RENEWAL
+        if not (folder / CERTIFICATE_FILE).exists() or read_facts(folder).expires - utc_now() <= RENEWAL:
+            return False
+        # A folder can outlive its authority where they are separate volumes.
+        authority = self.folder / AUTHORITY / CERTIFICATE_FILE
+        return not authority.exists() or (folder / AUTHORITY_FILE).read_bytes() == authority.read_bytes()
 
     def _holder(self, place: str, what: str, name: str) -> KeyHolder:
         folder = self.folder / place

@@ -71,6 +71,32 @@ def init(
 
 
 @keys.command()
+def prepare(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder, new or not.")] = FOLDER,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option("--robot", "-r", metavar="NAME", help="Robot, as for `up`; repeatable.", autocompletion=robots),
+    ] = None,
+    host: Annotated[
+        list[str] | None, typer.Option("--host", metavar="HOST", help="Name or address of the router; repeatable.")
+    ] = None,
+    operator: Annotated[
+        list[str] | None, typer.Option("--operator", metavar="NAME", help="Person or station; repeatable.")
+    ] = None,
+) -> None:
+    """Make what is missing in a folder of keys, and renew what ends within 30 days.
+
+    For scripts and containers, which call it at every start. What is there already, and lasts, is not changed.
+
+    Exit codes: 0 ready, 2 unknown robot, or a name that cannot be one.
+    """
+    tables = [find_robot(name) for name in robot or ()]
+    store = KeyStore.prepare(folder, host or (), map(robot_access, tables), operator or ())
+    count = sum(1 for _ in store.holders())
+    typer.echo(f"{folder} has {count} certificates, for hosts {', '.join(store.names().hosts)}.")
+
+
+@keys.command()
 def add_robot(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Robot, as for `up`.", autocompletion=robots)],
     folder: DirOption = FOLDER,
