@@ -47,6 +47,9 @@ RUN /build/bin/pip wheel --no-deps --no-build-isolation --wheel-dir /wheel . \
 FROM ${BASE} AS runtime
 RUN useradd --create-home --uid 1000 skillwing \
     && install -d -o skillwing -g skillwing /home/skillwing/runs
+# Where volumes are mounted: each new one takes its owner from the folder of the image.
+RUN cd /home/skillwing && install -d -m 700 -o skillwing -g skillwing keys keys/authority keys/people keys/people/cli \
+    keys/robots keys/robots/m600 keys/robots/m600-mocks
 COPY --from=packages /opt/skillwing /opt/skillwing
 # One container is one process of the system, and takes one core for its matrices (processes/child.py).
 ENV PATH=/opt/skillwing/bin:$PATH PYTHONUNBUFFERED=1 OMP_NUM_THREADS=1

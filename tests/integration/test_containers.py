@@ -1,4 +1,4 @@
-"""docker-compose.yml on a real engine: images, mocks, a flight and the shutdown (`make containers-test`).
+"""docker-compose.yml on a real engine: images, keys, mocks, a flight and the shutdown (`make containers-test`).
 
 The images are built first, from the current code; SKILLWING_BUILD_ARGS holds options of the build, as `--build-arg
 PIP_INDEX_URL=...`. The project has a name and ports of its own, apart from those of running containers. The build
@@ -19,6 +19,7 @@ import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
+from datetime import UTC, datetime
 from http import HTTPStatus
 from pathlib import Path
 from urllib.request import urlopen
@@ -26,16 +27,19 @@ from urllib.request import urlopen
 import pytest
 
 from skillwing.m600.mocked import ROBOT as MOCKS
+from skillwing.services.access.key_store import KeysError, KeyStore
 from skillwing.services.client.connection import Connection, find_target, open_connection
+from skillwing.services.errors import NoSystemError, NotKnownError
 from skillwing.services.protocol import Keys
 from skillwing.services.recording.run_facts import read_facts
 from skillwing.services.report.run_reports import write_reports
+from skillwing.services.wire.channel import Role
 
 ROOT = Path(__file__).parents[2]
 PROJECT = f"skillwing-test-{os.getpid()}"
 ROLES = ("manager", "onboard", "sim", "mission", "recorder", "viewer")
 PROFILES = ("--profile", "mapping", "--profile", "mocks", "--profile", "cli")
-CHOSEN = ("SEED", "WORLD", "SPEED", "FAULTS", "LINK", "SCENARIO")
+CHOSEN = ("SEED", "WORLD", "SPEED", "FAULTS", "LINK", "SCENARIO", "HOST_ADDRESS")
 PORTS = ("ZENOH_PORT", "PAGE_PORT", "STREAM_PORT")
 WITHIN = 180.0
 """Longest wait for an event in containers on a busy machine [s]."""
@@ -49,6 +53,19 @@ from importlib.util import find_spec
 names = ("pip", "numpy", "scipy", "mujoco", "embreex", "av", "py_trees", "rerun", "rerun_cli")
 print(os.getuid(), *(name for name in names if find_spec(name)))
 """
+FOLDER = "/home/skillwing/keys"
+EXPIRED = """
+from datetime import timedelta
+from pathlib import Path
+from skillwing.services.access import key_store
+from skillwing.services.commands.keys import prepare
+for certificate in Path("keys").glob("[rp]*/**/certificate.pem"):
+    certificate.unlink()
+then = key_store.utc_now() - timedelta(days=400)
+key_store.utc_now = lambda: then
+prepare(Path("keys"), ["m600", "m600-mocks"], [], ["cli"])
+"""
+"""A folder of keys as it was made 400 days ago."""
 HEAVY = {
     "manager": "",
     "onboard": "numpy scipy av",
@@ -194,11 +211,15 @@ def stack(images: Stack) -> Iterator[Stack]:
         images.compose("down", "--volumes", "--timeout", "5")
 
 
+def endpoint(stack: Stack, protocol: str = "tls") -> str:
+    return f"{protocol}/127.0.0.1:{stack.ports['ZENOH_PORT']}"
+
+
 @contextmanager
 def connected(stack: Stack) -> Iterator[tuple[Connection, set[str]]]:
     """Connection through the published port, and the current alive tokens of the mocks."""
     alive: set[str] = set()
-    target = find_target(endpoint=f"tcp/127.0.0.1:{stack.ports['ZENOH_PORT']}", table=MOCKS.name)
+    target = find_target(endpoint=endpoint(stack), table=MOCKS.name)
     with open_connection(target, client="test") as connection:
         every = Keys(MOCKS.skillset.stem).alive("**")
         connection.bus.watch_alive(every, lambda key, lives: (alive.add if lives else alive.discard)(key))
@@ -207,7 +228,7 @@ def connected(stack: Stack) -> Iterator[tuple[Connection, set[str]]]:
 
 def test_the_engine_reads_the_file() -> None:
     services = Stack().compose("config", "--services", timeout=60.0).stdout.split()
-    assert {"router", "sim", "mission", "mocks", "recorder", "viewer", "cli"} <= set(services)
+    assert {"keys", "router", "sim", "mission", "mocks", "recorder", "viewer", "cli"} <= set(services)
 
 
 @pytest.mark.parametrize("role", ROLES)
@@ -232,8 +253,54 @@ def test_an_image_holds_what_its_role_needs_and_runs_as_nobody_in_particular(ima
     assert "PIP_" not in history.stdout
 
 
-def test_mocks_take_goals_come_back_and_end_well(stack: Stack) -> None:
+def refuse_strangers(stack: Stack, foreign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fail if the published port lets in anybody without a key of this site."""
+    monkeypatch.delenv("SKILLWING_KEYS", raising=False)
+    with pytest.raises(KeysError, match="asks for a key"):
+        find_target(endpoint=endpoint(stack), table=MOCKS.name)
+    with pytest.raises(NoSystemError):
+        find_target(endpoint=endpoint(stack, "tcp"), table=MOCKS.name)
+    mallory = KeyStore.init(foreign, []).add_person("mallory", Role.OPERATOR)
+    monkeypatch.setenv("SKILLWING_KEYS", str(mallory))
+    with pytest.raises(NotKnownError):
+        find_target(endpoint=endpoint(stack), table=MOCKS.name)
+
+
+def let_in(stack: Stack, name: str, into: Path) -> Path:
+    """The folder of a new operator, made and copied as docs/containers.md says."""
+    stack.compose("run", "--rm", "-T", "keys", "add", name, "--role", "operator")
+    stack.compose("restart", "router", timeout=DOWN_WITHIN)
+    return stack.copied_out("keys", f"{FOLDER}/people/{name}", into)
+
+
+def days_left(stack: Stack) -> dict[str, int]:
+    """Days of validity of each certificate of the project, negative after its end."""
+    holders = json.loads(stack.compose("run", "--rm", "-T", "keys", "list", "--json").stdout)
+    return {each["name"]: (datetime.fromisoformat(each["expires"]) - datetime.now(UTC)).days for each in holders}
+
+
+def test_keys_outlive_the_containers_and_are_renewed(stack: Stack) -> None:
+    stack.compose("run", "--rm", "-T", "keys")
+    made = days_left(stack)
+    assert {"router", "cli", "m600.sim", "m600.viewer", "m600-mocks.mocked_world"} <= made.keys()
+    assert min(made.values()) >= 363
+    stack.compose("run", "--rm", "-T", "keys", "add", "alice", "--role", "viewer")
+    stack.compose("down", timeout=DOWN_WITHIN)
+    assert days_left(stack).keys() == made.keys() | {"alice"}
+
+    stack.compose("run", "--rm", "-T", "--entrypoint", "python3", "keys", "-c", EXPIRED)
+    aged = days_left(stack)
+    assert all(aged[name] < 0 for name in made), aged
+    stack.compose("up", "--no-build", "--detach", "router")
+    assert stack.compose("ps", "--quiet", "router").stdout.strip()
+    renewed = days_left(stack)
+    assert all(renewed[name] >= 363 for name in made), renewed
+
+
+def test_mocks_take_goals_come_back_and_end_well(stack: Stack, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stack.compose("up", "--no-build", "--detach", "mocks")
+    refuse_strangers(stack, tmp_path / "foreign", monkeypatch)
+    monkeypatch.setenv("SKILLWING_KEYS", str(let_in(stack, "alice", tmp_path)))
     keys = Keys(MOCKS.skillset.stem)
     wanted = {keys.alive(spec.name) for spec in (*MOCKS.functional_layer({}), *MOCKS.managers())}
     hover = keys.alive("skill/hover")
@@ -261,7 +328,7 @@ def test_mocks_take_goals_come_back_and_end_well(stack: Stack) -> None:
 
     stack.compose("stop", timeout=DOWN_WITHIN)
     codes = stack.codes()
-    assert set(codes) == {name for name in codes if name == "router" or name.startswith("mock")}
+    assert set(codes) == {name for name in codes if name in ("keys", "router") or name.startswith("mock")}
     assert codes == dict.fromkeys(codes, 0)
     stack.compose("down", "--volumes", timeout=DOWN_WITHIN)
     assert stack.left() == []

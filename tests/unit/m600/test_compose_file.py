@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import image_imports
 import pytest
 import yaml
 from compose_services import COMPOSE_FILE, renewed
@@ -28,7 +32,22 @@ IMAGES = {
 }
 """Image of a process, by the extra that the process needs."""
 RUN = {"run_dir": "/home/skillwing/runs/containers"}
-FOR_EVERY_PROCESS = {"CONNECT", "ROBOT", "HEARTBEAT"}
+FOR_EVERY_PROCESS = {"CONNECT", "KEYS", "ROBOT", "HEARTBEAT"}
+FOLDER = "/home/skillwing/keys"
+KEYS_OF = {
+    "keys": {
+        "site_keys": "",
+        "authority": "/authority",
+        "robot_keys": "/robots/m600",
+        "mock_keys": "/robots/m600-mocks",
+        "people_keys": "/people",
+        "cli_keys": "/people/cli",
+    },
+    "router": {"site_keys": ""},
+    "cli": {"cli_keys": ""},
+}
+"""Places of volumes in the folder of keys, by service. All other services have the volume of their robot."""
+FACTORY = re.compile(r"skillwing[\w.]*:\w+")
 
 
 def table(robot: Robot) -> dict[str, ProcessSpec]:
@@ -59,9 +78,32 @@ def test_every_process_of_the_table_has_a_container_with_the_image_that_it_needs
         assert services[name]["image"] == IMAGES[spec.extra], name
 
 
+def imported_in(image: str) -> set[str]:
+    """What the processes of an image import by name at their start."""
+    specs = [spec for robot in (ROBOT, MOCKS) for spec in table(robot).values() if IMAGES[spec.extra] == image]
+    found = {each for spec in specs for each in FACTORY.findall(json.dumps(asdict(spec), default=str))}
+    if image == "skillwing-viewer":
+        found.add("skillwing.services.viewer.web_viewer:make_web_viewer")
+    if image == "skillwing-mission":
+        found |= {"skillwing.services.terminal.cli"} | {entry.value for entry in installed_missions().values()}
+    return found
+
+
+@pytest.mark.parametrize("image", sorted({service["image"] for service in SERVICES.values()}))
+def test_an_image_has_the_packages_that_its_processes_import(image: str) -> None:
+    lock = ROOT / "locks" / f"{image.removeprefix('skillwing-')}.lock"
+    # The viewer's image has Rerun as a program, and no packages beyond the manager's.
+    lock = lock if lock.exists() else ROOT / "locks" / "manager.lock"
+    wanted = imported_in(image)
+    assert wanted
+    words = [sys.executable, str(Path(image_imports.__file__)), str(lock), *sorted(wanted)]
+    done = subprocess.run(words, check=False, capture_output=True, text=True, timeout=120)
+    assert (done.stdout, done.returncode) == ("", 0), done.stderr
+
+
 def test_what_starts_by_itself_is_the_robot_and_mocks_and_missions_start_when_they_are_asked_for() -> None:
     by_itself = {name for name, service in SERVICES.items() if not service.get("profiles")}
-    assert by_itself == {name.replace("/", "_") for name in table(ROBOT)} | {"router", "viewer"}
+    assert by_itself == {name.replace("/", "_") for name in table(ROBOT)} | {"keys", "router", "viewer"}
     profiles = {profile for service in SERVICES.values() for profile in service.get("profiles", ())}
     assert profiles == {"mapping", "inspection", "mocks", "cli"}
     flown = [service["command"][0] for service in SERVICES.values() if service["image"] == "skillwing-mission"]
@@ -77,6 +119,43 @@ def test_no_image_is_looked_for_in_a_registry(name: str) -> None:
 def test_who_asks_for_the_mocks_gets_all_of_them_and_nothing_else() -> None:
     mocks = {name for name, service in SERVICES.items() if service.get("profiles") == ["mocks"]}
     assert {"mocks", *SERVICES["mocks"]["depends_on"]} == mocks | {"router"}
+    assert SERVICES["router"]["depends_on"].keys() == {"keys"}
+
+
+def key_volumes(name: str) -> dict[str, tuple[str, str]]:
+    """The volumes with keys of a service: place and mode by name."""
+    found = [volume.split(":") for volume in SERVICES[name]["volumes"] if isinstance(volume, str)]
+    return {volume: (place, (*mode, "rw")[0]) for volume, place, *mode in found if volume != "runs"}
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_a_container_has_the_keys_that_it_needs_and_no_others(name: str) -> None:
+    """Who has the authority can let in anybody. `keys` alone has it, writes, and has no network."""
+    robot = "mock_keys" if SERVICES[name].get("profiles") == ["mocks"] else "robot_keys"
+    mode = "rw" if name == "keys" else "ro"
+    wanted = KEYS_OF.get(name, {robot: ""})
+    assert key_volumes(name) == {volume: (f"{FOLDER}{place}", mode) for volume, place in wanted.items()}
+    assert SERVICES[name].get("network_mode") == ("none" if name == "keys" else None)
+
+
+def test_nobody_reaches_the_router_without_keys() -> None:
+    assert SERVICES["router"]["command"] == ["--listen", "tls/0.0.0.0:7447", "--keys", FOLDER]
+    assert SERVICES["router"]["depends_on"]["keys"] == {"condition": "service_completed_successfully"}
+    for service in SERVICES.values():
+        assert "SKILLWING_INSECURE" not in service["environment"]
+        assert service["environment"].get("SKILLWING_CONNECT", "tls/router:7447") == "tls/router:7447"
+
+
+def test_the_keys_are_those_of_both_robots_the_command_line_and_the_router_s_hosts() -> None:
+    action, *words = SERVICES["keys"]["command"]
+    assert action == "prepare"
+    assert set(words) == {
+        f"--robot={ROBOT.name}",
+        f"--robot={MOCKS.name}",
+        "--host=router",
+        "--host=${HOST_ADDRESS:-127.0.0.1}",
+        "--operator=cli",
+    }
 
 
 @pytest.mark.parametrize("name", HOSTED)
@@ -90,7 +169,7 @@ def test_a_process_is_watched_over_and_ended_well(name: str) -> None:
 @pytest.mark.parametrize("name", SERVICES)
 def test_a_container_has_bounds_and_no_rights_beyond_its_own(name: str) -> None:
     service = SERVICES[name]
-    assert service.keys().isdisjoint({"privileged", "network_mode", "cap_add", "pid", "user"})
+    assert service.keys().isdisjoint({"privileged", "cap_add", "pid", "user"})
     assert service["cap_drop"] == ["ALL"]
     assert service["security_opt"] == ["no-new-privileges"]
     assert service["mem_limit"] and service["pids_limit"]
@@ -120,10 +199,12 @@ def test_the_viewer_tells_the_addresses_that_are_opened() -> None:
     assert ports == [told["page"], told["stream"]]
 
 
-def test_only_loopback_of_the_host_is_opened() -> None:
-    ports = [port for service in SERVICES.values() for port in service.get("ports", ())]
-    assert ports
-    assert all(re.fullmatch(r"127\.0\.0\.1:\$\{[A-Z_]+:-(\d+)\}:\1", port) for port in ports)
+def test_only_loopback_of_the_host_is_opened_and_another_address_with_keys() -> None:
+    opened = {name: service["ports"] for name, service in SERVICES.items() if "ports" in service}
+    assert opened.pop("router") == ["${HOST_ADDRESS:-127.0.0.1}:${ZENOH_PORT:-7447}:7447"]
+    # A viewer asks nobody for keys.
+    assert opened.keys() == {"viewer"}
+    assert all(re.fullmatch(r"127\.0\.0\.1:\$\{[A-Z_]+:-(\d+)\}:\1", port) for port in opened["viewer"])
 
 
 def test_variables_are_those_that_processes_read() -> None:
