@@ -115,7 +115,7 @@ def test_a_prepared_folder_is_renewed_at_the_next_start(tmp_path: Path, monkeypa
 
 
 def test_keys_of_a_lost_authority_are_made_again(tmp_path: Path) -> None:
-    """In containers each folder is a volume, and one of them can be removed."""
+    """Each folder is a volume in containers, and one of them can be removed."""
     store = KeyStore.prepare(tmp_path / "keys", [], [ROVER], ["cli"])
     (store.folder / "names.json").unlink()
     KeyStore.prepare(store.folder, [], [ROVER], ["cli"])

@@ -79,7 +79,7 @@ def test_every_process_of_the_table_has_a_container_with_the_image_that_it_needs
 
 
 def imported_in(image: str) -> set[str]:
-    """What the processes of an image import by name at their start."""
+    """Modules and functions that the processes of an image import by name."""
     specs = [spec for robot in (ROBOT, MOCKS) for spec in table(robot).values() if IMAGES[spec.extra] == image]
     found = {each for spec in specs for each in FACTORY.findall(json.dumps(asdict(spec), default=str))}
     if image == "skillwing-viewer":
@@ -130,7 +130,7 @@ def key_volumes(name: str) -> dict[str, tuple[str, str]]:
 
 @pytest.mark.parametrize("name", SERVICES)
 def test_a_container_has_the_keys_that_it_needs_and_no_others(name: str) -> None:
-    """Who has the authority can let in anybody. `keys` alone has it, writes, and has no network."""
+    """The authority lets in anybody. `keys` alone has it, writes, and has no network."""
     robot = "mock_keys" if SERVICES[name].get("profiles") == ["mocks"] else "robot_keys"
     mode = "rw" if name == "keys" else "ro"
     wanted = KEYS_OF.get(name, {robot: ""})
