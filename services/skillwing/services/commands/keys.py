@@ -91,9 +91,8 @@ def prepare(
     Exit codes: 0 ready, 2 unknown robot, or a name that cannot be one.
     """
     tables = [find_robot(name) for name in robot or ()]
-    store = KeyStore.prepare(folder, host or (), map(robot_access, tables), operator or ())
-    count = sum(1 for _ in store.holders())
-    typer.echo(f"{folder} has {count} certificates, for hosts {', '.join(store.names().hosts)}.")
+    names = KeyStore.prepare(folder, host or (), map(robot_access, tables), operator or ()).names()
+    typer.echo(f"{folder} has keys of {', '.join((*names.robots, *names.people))}. Router: {', '.join(names.hosts)}.")
 
 
 @keys.command()
