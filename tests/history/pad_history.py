@@ -135,8 +135,8 @@ class PadHistory:
     @property
     def operations(self) -> tuple[Told, ...]:
         """All operations so far. Each goal that was granted may also be ended by the judge, at any time after that."""
-        ends = [
-            Operation[Call, Answer]("judge", GiveBack(told.call.goal), None, told.called, None)
+        ends: list[Told] = [
+            Operation("judge", GiveBack(told.call.goal), None, told.called, None)
             for told in self._done
             if isinstance(told.call, Take) and told.answer is Answer.YES
         ]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 from linearizability import Operation, check
-from pad_history import FREE, UNCLEAR, Answer, Call, Change, GiveBack, Pad, Renew, Take, Told
+from pad_history import FREE, UNCLEAR, Answer, Call, Change, GiveBack, Pad, PadHistory, Renew, Take, Told
+
+from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.protocol import BeginGoal, FireEvent, Granted, Keys, Message, NotReady, ResourceStates, encode
 
 YES, NO, OVER, REFUSED = Answer.YES, Answer.NO, Answer.OVER, Answer.REFUSED
 
@@ -50,3 +53,36 @@ def test_a_history_that_can_have_happened(history: list[Told]) -> None:
 @pytest.mark.parametrize("history", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
 def test_a_history_that_cannot(history: list[Told]) -> None:
     assert not check(Pad(), history).linearizable
+
+
+def begin(goal: str) -> BeginGoal:
+    return BeginGoal(goal_id=goal, skill="hold_pad", inputs={}, manager="m", owner="o", schema="")
+
+
+def granted(goal: str) -> Granted:
+    return Granted(goal_id=goal, token=1, step=1, record="r")
+
+
+@pytest.mark.parametrize("right", [NotReady, Granted])
+def test_a_history_is_read_from_the_messages_of_a_network(right: type[Message]) -> None:
+    """The first question is lost: nobody serves its key yet."""
+    network, keys, history = InProcessNetwork(), Keys("yard"), PadHistory()
+    network.tap = history.take
+    asker, judge = network.bus("hold_pad", "yard"), network.bus("judge", "yard")
+    answers: list[Message] = [granted("left"), granted("right")]
+    if right is NotReady:
+        answers[1] = NotReady(goal_id="right", failing={"free": "held"}, step=1, record="r")
+
+    def ask(key: str, message: Message) -> None:
+        asker.ask(key, encode(message), lambda answer: None)
+        network.run_for(0.1)
+
+    ask(keys.resource_goal, begin("lost"))
+    judge.serve(keys.resource_goal, lambda request: request.reply(encode(answers.pop(0))))
+    cleared = ResourceStates(states={}, step=1, epoch="e", t=0.0)
+    judge.serve(keys.event("pad_cleared"), lambda request: request.reply(encode(cleared)))
+    ask(keys.event("pad_cleared"), FireEvent(event="pad_cleared", source="places"))
+    ask(keys.resource_goal, begin("left"))
+    ask(keys.resource_goal, begin("right"))
+    assert len(history.operations) == 5 + (right is Granted)
+    assert history.judge().linearizable is (right is NotReady)
