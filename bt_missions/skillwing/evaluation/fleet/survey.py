@@ -76,7 +76,7 @@ def _map_and_visit(context: MissionContext, drone: str, options: SurveyOptions) 
 
 
 def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behaviour:
-    """Under the lease of the pad. A drone that loses the lease in the air lands where it is, which is not the pad.
+    """The visit under the lease of the pad. A drone that loses the lease in the air lands where it is.
 
     Where the yard sees the drone in the place of the pad, nobody else gets the pad. So the drone goes on there.
     """
@@ -96,7 +96,7 @@ def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behav
 
 
 def _pad_and_home(own: MissionContext, sensor: Sensor, drone: str, options: SurveyOptions) -> Behaviour:
-    """To the pad, down to it, up again, and to above the home."""
+    """A visit with one sensor: to the pad, down to it, up again, and to above the home."""
     x, y, height = options.homes[drone]
     return in_order(
         f"visit by {sensor.name}",
