@@ -29,7 +29,7 @@ import pytest
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.services.access.key_store import KeysError, KeyStore
 from skillwing.services.client.connection import Connection, find_target, open_connection
-from skillwing.services.errors import NoSystemError, NotKnownError
+from skillwing.services.errors import NoSystemError, NotKnownError, SkillwingError
 from skillwing.services.protocol import Keys
 from skillwing.services.recording.run_facts import read_facts
 from skillwing.services.report.run_reports import write_reports
@@ -257,14 +257,17 @@ def test_an_image_holds_what_its_role_needs_and_runs_as_nobody_in_particular(ima
 def refuse_strangers(stack: Stack, foreign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Fail if the published port lets in anybody without a key of this site."""
     monkeypatch.delenv("SKILLWING_KEYS", raising=False)
-    with pytest.raises(KeysError, match="asks for a key"):
-        find_target(endpoint=endpoint(stack), table=MOCKS.name)
-    with pytest.raises(NoSystemError):
-        find_target(endpoint=endpoint(stack, "tcp"), table=MOCKS.name)
+    refused(stack, "tls", KeysError)
+    refused(stack, "tcp", NoSystemError)
     mallory = KeyStore.init(foreign, []).add_person("mallory", Role.OPERATOR)
     monkeypatch.setenv("SKILLWING_KEYS", str(mallory))
-    with pytest.raises(NotKnownError):
-        find_target(endpoint=endpoint(stack), table=MOCKS.name)
+    refused(stack, "tls", NotKnownError)
+
+
+def refused(stack: Stack, protocol: str, kind: type[SkillwingError]) -> None:
+    target = find_target(endpoint=endpoint(stack, protocol), table=MOCKS.name)
+    with pytest.raises(kind), open_connection(target, client="stranger"):
+        pass
 
 
 def let_in(stack: Stack, name: str, into: Path) -> Path:
