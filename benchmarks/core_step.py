@@ -174,7 +174,7 @@ def extern_with_invariants() -> Callable[[], None]:
 
 def goal_life() -> Callable[[], None]:
     """The life of a goal in a skill core; 6 steps."""
-    core, ids = SkillCore(BENCH, "arm", source="skill/arm", new_record_id=RecordIds("arm")), goals()
+    core, ids = SkillCore(BENCH, "arm", source="skill/arm", incarnation="one", new_record_id=RecordIds("arm")), goals()
     numbers = iter(range(1 << 40))
     return lambda: live(core, next(ids), next(numbers))
 

@@ -14,7 +14,9 @@ import multiprocessing
 import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from performance_page import again_by, machine, table
@@ -41,11 +43,10 @@ class StoredFlight(msgspec.Struct, frozen=True):
 def fly(plan: FleetPlan) -> FleetResult:
     """Fly one plan in a process of its own, and judge the history of the pad."""
     sys.path.insert(0, str(HISTORY))
-    from pad_history import PadHistory  # noqa: PLC0415 - a folder of the tests
-
+    pad_history: Any = import_module("pad_history")
     from skillwing.evaluation.fleet.flight import fly_fleet  # noqa: PLC0415 - loads physics
 
-    history = PadHistory()
+    history = pad_history.PadHistory()
     result = fly_fleet(plan, tap=history.take)
     verdict = history.judge()
     return msgspec.structs.replace(result, history="" if verdict.linearizable else str(verdict))

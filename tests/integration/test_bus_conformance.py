@@ -209,9 +209,10 @@ def test_streams_have_no_past(world: World) -> None:
     samples: list[Sample] = []
     b.subscribe("x", samples.append)
     settle(world, a, b)
-    publisher.put(b"now")
+    # A stream may lose a sample.
+    a.every(0.1, lambda: publisher.put(b"now"))
     assert world.run_until(lambda: bool(samples))
-    assert heard(samples) == [b"now"]
+    assert set(heard(samples)) == {b"now"}
 
 
 def test_a_busy_node_gets_the_newest_sample_of_each_key(world: World) -> None:
