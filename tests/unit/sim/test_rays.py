@@ -79,6 +79,6 @@ def test_a_function_is_compiled_also_where_no_folder_can_hold_it(monkeypatch: py
             raise RuntimeError("cannot cache function: no locator available")
         return lambda function: function
 
-    monkeypatch.setattr(compilation, "njit", njit)
+    monkeypatch.setattr("numba.njit", njit)
     assert compilation.compiled(len) is len
     assert tried == [True, False]
