@@ -171,7 +171,7 @@ def test_the_plain_client_knows_the_rules(rover: Rover) -> None:
         )
         # 1: the goal has ended without a success, of which the rules know nothing.
         assert done.returncode in codes, done.stderr
-        assert code == 0 or "Nobody answers on `rover/skill/drive_to/start`" in done.stderr
+        assert 2 not in codes or "Nobody answers on `rover/skill/drive_to/start`" in done.stderr
 
 
 def test_an_address_that_strangers_reach_is_refused_without_keys(skillwing: Command) -> None:
