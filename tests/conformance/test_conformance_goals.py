@@ -6,7 +6,6 @@ from typing import Any
 
 import msgspec
 import pytest
-from conformance_stages import InProcessStage
 from conformance_system import SILENT, System
 
 from skillwing.services.bus import Answer, Refused
@@ -193,8 +192,6 @@ def test_what_a_skill_says_after_the_end_changes_nothing(system: System) -> None
 
 
 def test_of_two_results_the_first_counts(system: System) -> None:
-    if not isinstance(system.stage, InProcessStage):
-        pytest.skip("a mocked process may be told of the second result before it has reported the first one")
     system.trigger("part", "PRESENT")
     goal = system.run("grip", forever=True)
     system.stage.freeze("resource_manager")
