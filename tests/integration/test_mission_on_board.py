@@ -6,21 +6,19 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import psutil
 import pytest
 from command_line import Command
+from running_system import goal_runs, process_id, until
 
 from skillwing.bt_missions.cli.watch import ask_latest_status
 from skillwing.services.history.files import read_records
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headline
-from skillwing.services.processes.run_state import read_run_state
-from skillwing.services.protocol import Ending, MissionStatus, Record, State
+from skillwing.services.protocol import Ending, MissionStatus, Record
 from skillwing.services.terminal.connection import connect
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, USAGE
 
@@ -101,24 +99,6 @@ def read_until(process: subprocess.Popen[str], text: str) -> str:
     return "".join(lines)
 
 
-def until(found: Callable[[], Any], what: str) -> Any:
-    deadline = time.monotonic() + PATIENCE
-    while not (seen := found()):
-        assert time.monotonic() < deadline, what
-        time.sleep(0.05)
-    return seen
-
-
-def pid_of(name: str) -> int | None:
-    state = read_run_state(ROBOT)
-    return None if state is None else next((each.pid for each in state.processes if each.name == name), None)
-
-
-def goal_runs(skillwing: Command, skill: str) -> bool:
-    goals = skillwing("status", "--json").json["goals"]
-    return any((each["skill"], each["state"]) == (skill, State.RUNNING) for each in goals)
-
-
 def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
     run_dir: Path, skillwing: Command, tree: Callable[[str], str]
 ) -> None:
@@ -137,10 +117,10 @@ def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
     assert shown["processes"]["mission"]["state"] == "runs"
     assert shown["mission"]["mission"] == "hop"
     assert "it can be aborted" in skillwing("mission", "pause").error, "the mission itself answers"
-    mission = psutil.Process(pid_of("mission"))
+    mission = psutil.Process(process_id(ROBOT, "mission"))
     assert skillwing("mission", "abort").code == OK
     psutil.wait_procs([mission], timeout=PATIENCE)
-    until(lambda: pid_of("mission") is None, "the launcher to forget the mission")
+    until(lambda: process_id(ROBOT, "mission") is None, "the launcher to forget the mission")
     assert "mission" not in skillwing("status", "--json").json["processes"]
     assert (run_dir / "trees" / "patrol.xml").is_file()
 
@@ -182,7 +162,7 @@ def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goal
 ) -> None:
     command = follow(tree())
     read_until(command, "hover")
-    os.kill(until(lambda: pid_of("mission"), "the mission's process"), signal.SIGKILL)
+    os.kill(until(lambda: process_id(ROBOT, "mission"), "the mission's process"), signal.SIGKILL)
     said, _ = command.communicate(timeout=PATIENCE)
     assert command.returncode == FAILED
     assert "its process has ended: mission was killed by SIGKILL." in said
@@ -203,8 +183,8 @@ def test_the_loss_of_a_killed_manager_names_its_exit_as_its_cause(
     command = follow(tree())
     read_until(command, "hover")
     # A mission shows a skill before its goal has a grant, which alone can be lost.
-    until(lambda: goal_runs(skillwing, "hover"), "the goal to run")
-    os.kill(until(lambda: pid_of("skill/hover"), "the manager"), signal.SIGKILL)
+    until(lambda: goal_runs(skillwing, ROBOT, "hover"), "the goal to run")
+    os.kill(until(lambda: process_id(ROBOT, "skill/hover"), "the manager"), signal.SIGKILL)
     said, _ = command.communicate(timeout=PATIENCE)
     assert command.returncode == OK, "the tree lands after the loss of `hover`: " + said
 

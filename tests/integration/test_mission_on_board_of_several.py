@@ -6,20 +6,18 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from command_line import Command
+from running_system import PATIENCE, goal_runs, process_id, until
 
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, NO_SYSTEM, OK, REFUSED, USAGE
 
 pytestmark = pytest.mark.slow
 
-PATIENCE = 60.0
 CLI = (sys.executable, "-m", "skillwing.services.terminal.cli")
 SHUTTLE = """
 skillset shuttle {
@@ -91,19 +89,6 @@ def tree(tmp_path: Path) -> Callable[[str], str]:
 NAMED = ("--robot", "left=first", "--robot", "right=second")
 
 
-def until(found: Callable[[], Any], what: str) -> Any:
-    deadline = time.monotonic() + PATIENCE
-    while not (seen := found()):
-        assert time.monotonic() < deadline, what
-        time.sleep(0.05)
-    return seen
-
-
-def mission_process(robot: str) -> int | None:
-    state = read_run_state(robot)
-    return None if state is None else next((each.pid for each in state.processes if each.name == "mission"), None)
-
-
 def shown_phase(skillwing: Command, robot: str) -> str | None:
     shown = skillwing("status", "--json", "--robot", robot).json.get("mission")
     return None if shown is None else shown["phase"]
@@ -135,7 +120,7 @@ def test_the_launcher_of_one_robot_runs_the_mission_on_both(
     assert said.code == OK, said.error
     assert said.json["phase"] == "SUCCEEDED"
     assert list((robots / runs_it / "trees").glob("both*.xml"))
-    until(lambda: mission_process(runs_it) is None, "the end of its process")
+    until(lambda: process_id(runs_it, "mission") is None, "the end of its process")
 
 
 def test_a_mission_on_board_is_shown_and_aborted_at_each_of_its_robots(
@@ -147,12 +132,12 @@ def test_a_mission_on_board_is_shown_and_aborted_at_each_of_its_robots(
     assert command.wait(PATIENCE) == INTERRUPTED
     for robot in ("first", "second"):
         assert shown_phase(skillwing, robot) == "RUNNING"
-    assert mission_process("first")
-    assert mission_process("second") is None
+    assert process_id("first", "mission")
+    assert process_id("second", "mission") is None
     busy = skillwing("mission", "run", tree(""), *NAMED, "--robot", "second", "--on-board")
     assert (busy.code, "runs here already" in busy.error) == (REFUSED, True)
     assert skillwing("mission", "abort", "--robot", "second").code == OK
-    until(lambda: mission_process("first") is None, "the end of its process")
+    until(lambda: process_id("first", "mission") is None, "the end of its process")
     for robot in ("first", "second"):
         assert skillwing("start", "go", "--follow", "--robot", robot).code == OK, "for those who come next"
 
@@ -193,9 +178,10 @@ def test_a_mission_whose_process_is_killed_leaves_both_robots_usable(
 ) -> None:
     del robots
     command = started(tree("<wait/>"), *NAMED)
-    os.kill(until(lambda: mission_process("first"), "the mission's process"), signal.SIGKILL)
+    os.kill(until(lambda: process_id("first", "mission"), "the mission's process"), signal.SIGKILL)
     said, _ = command.communicate(timeout=PATIENCE)
     assert command.returncode == FAILED
     assert "its process has ended: mission was killed by SIGKILL." in said
-    # The goals of the dead mission end first.
-    until(lambda: skillwing("mission", "run", tree(""), *NAMED, "--on-board").code == OK, "another mission")
+    until(lambda: not goal_runs(skillwing, "second", "go"), "the end of the goal of the dead mission")
+    again = skillwing("mission", "run", tree(""), *NAMED, "--on-board")
+    assert again.code == OK, again.error
