@@ -6,25 +6,25 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 from command_line import Command
+from running_system import PATIENCE, until
 
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.causal_feed import follow_records
+from skillwing.services.history.history import History
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import Keys, Record
 from skillwing.services.terminal.exit_codes import OK, USAGE
 
 pytestmark = pytest.mark.slow
 
-PATIENCE = 60.0
 ROBOTS = ("first", "second")
 SHUTTLE = """
 skillset shuttle {
@@ -80,13 +80,6 @@ class Tree:
     routers: dict[str, RouterProcess] = field(default_factory=dict[str, RouterProcess])
 
 
-def until(done: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not done():
-        assert time.monotonic() < deadline, what
-        time.sleep(0.05)
-
-
 @pytest.fixture(scope="module")
 def tree(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tree]:
     folder = tmp_path_factory.mktemp("tree")
@@ -134,16 +127,22 @@ def test_a_mission_spans_both_branches(skillwing: Command, words: tuple[str, ...
     assert said.json["phase"] == "SUCCEEDED"
 
 
-def test_who_comes_late_hears_the_history_with_causes_before_effects(tree: Tree, skillwing: Command) -> None:
+def test_who_comes_late_hears_the_whole_history_with_all_causes(tree: Tree, skillwing: Command) -> None:
     assert skillwing("start", "go", "--robot", "first", "--follow").code == OK
-    records: list[Record] = []
+    records: dict[str, Record] = {}
     with closing(ZenohBus("late", "first", tree.upper.endpoint)) as bus:
-        follow_records(bus, Keys("shuttle"), records.append)
-        assert bus.run_until(lambda: any(each.after == "S_THERE" for each in records), PATIENCE), records
-    at = {record.id: number for number, record in enumerate(records)}
-    effects = [record for record in records if record.cause in at]
-    assert effects
-    assert [record for record in effects if at[str(record.cause)] > at[record.id]] == []
+        follow_records(bus, Keys("shuttle"), lambda record: records.update({record.id: record}))
+
+        def missing() -> list[Record]:
+            return [record for record in records.values() if record.cause is not None and record.cause not in records]
+
+        def is_whole() -> bool:
+            return any(each.after == "S_THERE" for each in records.values()) and not missing()
+
+        assert bus.run_until(is_whole, PATIENCE), missing()
+    end = next(each.id for each in records.values() if each.after == "S_THERE")
+    chain = History.of(list(records.values())).chain(end)
+    assert {"GRANTED", "RUNNING"} <= {each.after for each in chain}, chain
 
 
 def test_the_death_of_a_manager_is_seen_over_two_routers(tree: Tree) -> None:

@@ -213,7 +213,8 @@ def follow_records(
 ) -> None:
     """Follow all timeline records of a robot and the statuses of its goals, in causal order.
 
-    The record of a status comes right before it. With keys, records have the true name of their source.
+    The record of a status comes right before it. Records from before the subscription come in any order of processes.
+    With keys, records have the true name of their source.
     """
 
     def take_step(step: ResourceStep) -> None:
