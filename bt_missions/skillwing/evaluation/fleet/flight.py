@@ -25,11 +25,9 @@ from skillwing.evaluation.flights.session import SessionEnd
 from skillwing.evaluation.judged_flight import LONGEST, processor_time
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import SentMessage
-from skillwing.services.names import MISSION
+from skillwing.services.processes.launcher_node import mission_on_board
 from skillwing.services.robot import ProcessSpec
 from skillwing.sim_mujoco.world.world import World, make_world
-
-FACTORY = "skillwing.bt_missions.running.on_board:make_mission_on_board"
 
 
 def fly_fleet(
@@ -62,7 +60,7 @@ def flight_of(plan: FleetPlan, run_dir: Path | None, journal: Path, *, speed: fl
         },
         yard=yard_processes(journal / YARD),
         witness=PadWitness(ROBOTS),
-        mission=mission_of(plan),
+        mission=mission_on_board(replace(ROBOT, name=ROBOTS[0]), str(survey.__file__), plan.mission_options()),
         kill=plan.kill(),
     )
 
@@ -94,18 +92,6 @@ def processes(plan: FleetPlan, robot: str, run_dir: Path | None, speed: float | 
         (run_dir / robot).mkdir(parents=True, exist_ok=True)
         options["run_dir"] = str(run_dir / robot)
     return (*table.observers(options), *table.functional_layer(options), *table.managers(options))
-
-
-def mission_of(plan: FleetPlan) -> ProcessSpec:
-    """The mission of both drones, as the launcher of the first one runs it on board."""
-    given = {
-        "mission": str(survey.__file__),
-        "skillset": str(ROBOT.skillset),
-        "robot": ROBOTS[0],
-        "robots": {},
-        "options": plan.mission_options(),
-    }
-    return ProcessSpec(MISSION, FACTORY, given, extra="missions", restart="never")
 
 
 def coverage(world: World, plan: FleetPlan, maps: list[SavedMap | None]) -> float | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import msgspec
@@ -41,6 +42,30 @@ TREES = "trees"
 """Folder of the tree files that were sent to this robot, in the directory of its run."""
 
 log = logging.getLogger(__name__)
+
+
+def mission_on_board(
+    robot: Robot,
+    mission: str,
+    options: Mapping[str, Any],
+    *,
+    robots: Mapping[str, str] = MappingProxyType({}),
+    sites: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+) -> ProcessSpec:
+    """The process of a mission on board of a robot, by the mission's name or file.
+
+    robots: of a mission on several, by their names in the mission. sites: options of missions by the site, by mission.
+    """
+    given = {
+        "mission": mission,
+        "skillset": str(robot.skillset),
+        "rescue_goal": msgspec.to_builtins(robot.rescue_goal),
+        "options": dict(options),
+        "robot": robot.name,
+        "robots": dict(robots),
+        "sites": {name: dict(site) for name, site in sites.items()},
+    }
+    return ProcessSpec(MISSION, FACTORY, given, essential=False, extra="missions", restart="never")
 
 
 class ProcessLauncher(Protocol):
@@ -129,16 +154,7 @@ class LauncherNode:
             file = self._launcher.run_dir / TREES / f"{mission}{number}.xml"
             _write(file, message.tree)
             mission = str(file)
-        options = {
-            "mission": mission,
-            "skillset": str(self._robot.skillset),
-            "rescue_goal": msgspec.to_builtins(self._robot.rescue_goal),
-            "options": message.options,
-            "robot": self._robot.name,
-            "robots": message.robots,
-            "sites": {name: dict(site) for name, site in self._sites.items()},
-        }
-        return ProcessSpec(MISSION, FACTORY, options, essential=False, extra="missions", restart="never")
+        return mission_on_board(self._robot, mission, message.options, robots=message.robots, sites=self._sites)
 
     def _on_alive(self, _key: str, alive: bool) -> None:
         if alive:
