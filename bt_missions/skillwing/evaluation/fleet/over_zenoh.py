@@ -122,7 +122,7 @@ class Systems:
         for name, launcher in self._launchers.items():
             specs = self._flight.yard if name == YARD else self._flight.drones[name].specs
             essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
-            if not self._killed:
+            if not (self._killed and self._flight.kills_mission):
                 essential.add(MISSION)
             given_up = [each for each in launcher.exits if each.final and each.process in essential]
             found += [f"{name}: {each}" for each in given_up if each.exit_code != 0]

@@ -11,7 +11,7 @@ from skillwing.evaluation.fleet.plan import Kill
 from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_table
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
-from skillwing.evaluation.flights.session import LAST_WORDS, SessionEnd
+from skillwing.evaluation.flights.session import SessionEnd, followed
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
 from skillwing.services.names import MISSION
@@ -38,9 +38,14 @@ class FleetFlight:
     mission: ProcessSpec
     kill: Kill | None
 
+    @property
+    def kills_mission(self) -> bool:
+        """True if the mission itself is killed."""
+        return self.kill is not None and self.kill.process == MISSION
+
     def over(self, now: float) -> bool:
         """True if the mission is over, or killed, and both drones have come to their end."""
-        killed = self.kill is not None and self.kill.process == MISSION and now > self.kill.t
+        killed = self.kill is not None and self.kills_mission and now > self.kill.t
         observers = [each.observer for each in self.drones.values()]
         return all(each.over or (killed and each.end is not End.FLYING) for each in observers)
 
@@ -48,36 +53,30 @@ class FleetFlight:
 def together(
     flight: FleetFlight, longest: float, tap: Callable[[SentMessage], None] | None = None
 ) -> dict[str, SessionEnd]:
-    """Host all processes of all robots here, on one network in virtual time.
+    """Host all processes of all robots here, on one network in virtual time, as `followed` does.
 
-    tap: receives every message. An exception in any node breaks the flights of all robots off.
+    tap: receives every message.
     """
     network = InProcessNetwork()
     network.tap = tap
+    robots = {name: RobotInProcess(replace(ROBOT, name=name), network) for name in flight.drones}
+    robots[YARD] = RobotInProcess(yard_table(), network)
+
+    def start() -> None:
+        for name, drone in flight.drones.items():
+            robots[name].attach(drone.observer)
+            robots[name].start(drone.specs)
+        robots[YARD].attach(flight.witness)
+        robots[YARD].start(flight.yard)
+        robots[next(iter(flight.drones))].start((flight.mission,))
+        if flight.kill is not None:
+            _schedule(network, robots[flight.kill.robot], flight.kill, flight.yard)
+
+    observers = {name: drone.observer for name, drone in flight.drones.items()}
     with ExitStack() as stack:
-        try:
-            robots = {name: RobotInProcess(replace(ROBOT, name=name), network) for name in flight.drones}
-            robots[YARD] = RobotInProcess(yard_table(), network)
-            for robot in robots.values():
-                stack.enter_context(robot)
-            for name, drone in flight.drones.items():
-                robots[name].attach(drone.observer)
-                robots[name].start(drone.specs)
-            robots[YARD].attach(flight.witness)
-            robots[YARD].start(flight.yard)
-            first = next(iter(flight.drones))
-            robots[first].start((flight.mission,))
-            if flight.kill is not None:
-                _schedule(network, robots[flight.kill.robot], flight.kill, (*flight.yard, flight.mission))
-            network.run_until(lambda: flight.over(network.now()), longest)
-            ended = {name: SessionEnd(each.observer.end, network.now()) for name, each in flight.drones.items()}
-            for each in flight.drones.values():
-                each.observer.ask_for_map()
-            network.run_for(LAST_WORDS)
-        except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
-            why = f"{type(failure).__name__}: {failure}"
-            return {name: SessionEnd(End.BROKE_OFF, network.now(), why) for name in flight.drones}
-    return ended
+        for robot in robots.values():
+            stack.enter_context(robot)
+        return followed(network, observers, start, lambda: flight.over(network.now()), longest)
 
 
 def _schedule(network: InProcessNetwork, robot: RobotInProcess, kill: Kill, specs: Sequence[ProcessSpec]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,15 +45,35 @@ def in_process(observer: FlightObserver, specs: Sequence[ProcessSpec], longest: 
     """Host all processes here, in virtual time; whatever goes wrong in a node breaks the flight off."""
     network = InProcessNetwork()
     with RobotInProcess(ROBOT, network) as robot:
-        try:
+
+        def start() -> None:
             robot.attach(observer)
             robot.start(specs)
-            network.run_until(lambda: observer.over, longest)
-            ended = SessionEnd(observer.end, network.now())
+
+        return followed(network, {ROBOT.name: observer}, start, lambda: observer.over, longest)[ROBOT.name]
+
+
+def followed(
+    network: InProcessNetwork,
+    observers: Mapping[str, FlightObserver],
+    start: Callable[[], None],
+    over: Callable[[], bool],
+    longest: float,
+) -> dict[str, SessionEnd]:
+    """Ends of the flights of all robots on a network in virtual time, which go on for at most `longest` s.
+
+    observers: by robot; at the end each asks for its map. An exception in any node breaks all flights off.
+    """
+    try:
+        start()
+        network.run_until(over, longest)
+        ended = {robot: SessionEnd(observer.end, network.now()) for robot, observer in observers.items()}
+        for observer in observers.values():
             observer.ask_for_map()
-            network.run_for(LAST_WORDS)
-        except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
-            return SessionEnd(End.BROKE_OFF, network.now(), f"{type(failure).__name__}: {failure}")
+        network.run_for(LAST_WORDS)
+    except Exception as failure:  # noqa: BLE001 - a campaign goes on, whatever a node does
+        why = f"{type(failure).__name__}: {failure}"
+        return {robot: SessionEnd(End.BROKE_OFF, network.now(), why) for robot in observers}
     return ended
 
 
