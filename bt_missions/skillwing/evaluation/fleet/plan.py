@@ -99,13 +99,11 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     def mission_options(self) -> dict[str, Any]:
         """Options of the mission: the half of each robot, and the area of detours of the whole site."""
-        mapping, routes = mapping_mission(self.site()), self.routes()
-        homes = {robot: (x, y, routes[robot][0][2]) for robot, (x, y) in self.homes().items()}
+        of_the_site, routes = mapping_mission(self.site()), self.routes()
         return {
-            "routes": routes,
-            "homes": homes,
+            "mapping": {robot: {**of_the_site, "route": route} for robot, route in routes.items()},
+            "homes": {robot: (x, y, routes[robot][0][2]) for robot, (x, y) in self.homes().items()},
             "patience": PATIENCE,
-            **{name: mapping[name] for name in ("area", "return_height") if name in mapping},
         }
 
     def kill(self) -> Kill | None:

@@ -18,7 +18,6 @@ from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.missions.mapping import MappingMission, MappingMissionOptions
 from skillwing.bt_missions.planning.detour import Position
-from skillwing.bt_missions.planning.known_space import Area
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.bt_missions.subtrees.lease import WithLease
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
@@ -30,29 +29,16 @@ VISIT_LIMIT = 180.0
 
 
 class SurveyOptions(MissionOptions, frozen=True, kw_only=True):
-    """Options; lengths in metres, ENU, speed in m/s, times in seconds.
+    """Options by drone; lengths in metres, ENU.
 
-    routes: waypoints of each drone. homes: place of each drone on the ground, and the height of its visit to the pad.
-    area: as of the mapping mission. patience: longest wait for the pad, of which a visit of the other drone is a part.
+    mapping: of the mapping mission of each drone; its speed is that of the visit, too. homes: place of each drone on
+    the ground, and the height of its visit to the pad. patience: longest wait for the pad in seconds, of which a visit
+    of the other drone is a part.
     """
 
-    routes: dict[str, tuple[Position, ...]]
+    mapping: dict[str, MappingMissionOptions]
     homes: dict[str, Position]
-    area: Area | None = None
-    return_height: float = 12.0
-    speed: Annotated[float, msgspec.Meta(ge=0.1, le=5.0)] = 2.0
     patience: Annotated[float, msgspec.Meta(ge=0.0)] = 240.0
-    pilot_patience: Annotated[float, msgspec.Meta(ge=0.0)] = 120.0
-
-    def mapping(self, drone: str) -> MappingMissionOptions:
-        """Options of the mapping mission of one drone."""
-        return MappingMissionOptions(
-            route=self.routes[drone],
-            area=self.area,
-            return_height=self.return_height,
-            speed=self.speed,
-            pilot_patience=self.pilot_patience,
-        )
 
 
 class Survey(Mission):
@@ -71,7 +57,7 @@ class Survey(Mission):
 
 def _map_and_visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behaviour:
     """The mapping mission of one drone, with its landing at home, and then its visit to the pad."""
-    mapping = MappingMission().build(context.of(drone), options.mapping(drone))
+    mapping = MappingMission().build(context.of(drone), options.mapping[drone])
     return in_order(drone, mapping.root, _visit(context, drone, options))
 
 
@@ -80,7 +66,7 @@ def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behav
 
     Where the yard sees the drone in the place of the pad, nobody else gets the pad. So the drone goes on there.
     """
-    own, yard = context.of(drone), context.of(YARD)
+    own, yard, mapping = context.of(drone), context.of(YARD), options.mapping[drone]
     visit = first_that_works(
         "by camera or LiDAR", _pad_and_home(own, CAMERA, drone, options), _pad_and_home(own, LIDAR, drone, options)
     )
@@ -88,7 +74,7 @@ def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behav
         "pad",
         yard,
         SkillAction("hold the pad", yard, "hold_pad", {"holder": drone}),
-        guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=options.pilot_patience),
+        guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=mapping.pilot_patience),
         DataCompare("on the pad?", yard, "pad_robot", "==", drone),
         patience=options.patience,
     )
@@ -98,14 +84,15 @@ def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behav
 def _pad_and_home(own: MissionContext, sensor: Sensor, drone: str, options: SurveyOptions) -> Behaviour:
     """A visit with one sensor: to the pad, down to it, up again, and to above the home."""
     x, y, height = options.homes[drone]
+    speed = options.mapping[drone].speed
     return in_order(
         f"visit by {sensor.name}",
         ResourceIs(f"{sensor.name} works?", own, sensor.status, "OK"),
         take_off(own, height),
-        flown_with(own, sensor, "to the pad", _hop(own, sensor, "over the pad", (0.0, 0.0, height), options.speed)),
+        flown_with(own, sensor, "to the pad", _hop(own, sensor, "over the pad", (0.0, 0.0, height), speed)),
         landed(own),
         take_off(own, height),
-        flown_with(own, sensor, "away from the pad", _hop(own, sensor, "over home", (x, y, height), options.speed)),
+        flown_with(own, sensor, "away from the pad", _hop(own, sensor, "over home", (x, y, height), speed)),
     )
 
 
