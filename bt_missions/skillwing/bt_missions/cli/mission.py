@@ -24,7 +24,7 @@ from skillwing.bt_missions.cli.mission_robots import (
     robot_names,
     robots_on_board,
 )
-from skillwing.bt_missions.cli.on_board import known_mission, make_request, require_tree_fit, run_on_board
+from skillwing.bt_missions.cli.on_board import known_mission, make_request, run_on_board
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
@@ -367,13 +367,18 @@ def _run_on_board(
     if owner_grace is not None:
         text = "A mission on board needs no --owner-grace: it is not cut off from its goals. Leave it out."
         raise InvalidOptionError("owner-grace", text)
-    robots = robots_on_board(known_mission(name), words)
+    mission = known_mission(name)
+    robots = robots_on_board(mission, words)
     request = make_request(name, asked, robots.names, new_goal_id())
-    # A tree is checked with all robots. For an installed mission the robot itself does that.
-    roles = robots.names if request.tree else {}
-    with connected(roles or {"": robots.launcher}) as systems:
-        require_tree_fit(name, asked, models_of(systems))
-        role = next((role for role, robot in roles.items() if robot == robots.launcher), "")
+    if mission is None or not request.tree:  # the robot itself checks an installed mission
+        with connect(robots.launcher) as system:
+            return run_on_board(system, request, None if as_json else make_console())
+    given = mission.read_options(asked)
+    roles = robots.names or {"": robots.launcher}
+    with connected(roles) as systems:
+        # Problems have places in the file as it is here.
+        require_fit(mission, models_of(systems), given)
+        role = next(role for role, robot in roles.items() if robot == robots.launcher)
         return run_on_board(systems[role], request, None if as_json else make_console())
 
 

@@ -9,13 +9,10 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from skillwing.bt_missions.checking.mission_check import require_fit
 from skillwing.bt_missions.cli.foreground import print_if_open
 from skillwing.bt_missions.cli.watch import SILENCES, ask_latest_status, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_mission
 from skillwing.bt_missions.mission.mission import Mission
-from skillwing.bt_missions.mission.robots import RobotModel
-from skillwing.bt_missions.xml.mission import load_mission
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError, TimedOutError
 from skillwing.services.names import MISSION
@@ -63,22 +60,14 @@ def known_mission(name: str) -> Mission | None:
 
 def make_request(name: str, options: dict[str, Any], robots: Mapping[str, str], request_id: str) -> StartMission:
     """The request for a mission: by its name on the robot, or with the text of a tree file. robots: of a mission on
-    several. Raises InvalidOptionError for options that do not fit a tree file."""
+    several."""
     file = Path(name)
     tree = ""
     if file.suffix == ".xml":
-        load_mission(file).read_options(options)
         tree, name = file.read_text(encoding="utf-8"), file.stem
     return StartMission(
         request_id=request_id, mission=name, client=CLIENT, options=options, tree=tree, robots=dict(robots)
     )
-
-
-def require_tree_fit(name: str, options: dict[str, Any], robots: Mapping[str, RobotModel]) -> None:
-    """Raise FaultyMissionError for a tree file that does not fit the robots, with places in the file as it is here."""
-    if Path(name).suffix == ".xml":
-        mission = load_mission(Path(name))
-        require_fit(mission, robots, mission.read_options(options))
 
 
 def run_on_board(system: System, request: StartMission, console: Console | None) -> int:
