@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from argparse import ArgumentParser
 from pathlib import Path
+from textwrap import fill
 
 from skillwing.evaluation.fleet.flight import coverage, flight_of, judged
 from skillwing.evaluation.fleet.over_zenoh import Systems
@@ -28,6 +29,8 @@ from skillwing.services.terminal.output import make_console
 from skillwing.sim_mujoco.world.world import make_world
 
 PICTURE = "fleet.png"
+TITLE_WIDTH = 110
+"""Characters in a line of the picture's title."""
 PATIENCE = 1800.0
 """Wall seconds after which the processes are taken for hung."""
 
@@ -43,7 +46,8 @@ def draw(plan: FleetPlan, run_dir: Path, result: FleetResult) -> None:
     }
     saved = coverage(world, plan, [each.saved for each in drawn.values()])
     share = "" if saved is None else f"\n{100 * saved:.1f} % mapped by both together"
-    title = f"Two drones, courtyard {plan.seed}: {plan.condition.summary}\n{sentence(result)}{share}"
+    told = fill(sentence(result), TITLE_WIDTH)
+    title = f"Two drones, courtyard {plan.seed}: {plan.condition.summary}\n{told}{share}"
     draw_fleet(run_dir / PICTURE, world, drawn, title)
 
 
