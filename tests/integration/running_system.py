@@ -1,4 +1,4 @@
-"""What tests of real processes wait for and look up in a running system."""
+"""Waits and look-ups of tests in a running system."""
 
 from __future__ import annotations
 
