@@ -94,8 +94,9 @@ def test_the_link_may_get_critical_at_any_time_and_the_drone_hovers_and_lands(
     status = flight.fly()
     assert_safe(flight)
     if status.phase == "SUCCEEDED":
-        [end] = [each for each in flight.records if each.subject == "stream" and each.before == "INTERRUPTING"]
-        assert end.after in ("IT", "S_FPS_LOST"), "the link was good enough until it was home"
+        [end] = [each for each in flight.records if each.subject == "stream" and each.after in ("IT", "S_FPS_LOST")]
+        [home] = [each for each in flight.records if each.subject == "return_home" and each.after == "S_ARRIVED"]
+        assert end.t > home.t, "the link was good enough until it was home"
         return
     assert status.phase == "FAILED"
     assert "stream" in status.text
