@@ -60,7 +60,18 @@ def test_a_refused_lease_is_asked_for_again_until_the_patience_is_over() -> None
     assert part.tick(AGAIN_AFTER) is Status.FAILURE
     assert not part.goals("go")
     assert part.fake.context.failure is not None
-    assert "look was not granted within 3 s" in part.fake.context.failure.text
+    assert part.fake.context.failure.text == "look was not granted within 3 s; the last look ended NR: NR for the test"
+    assert part.fake.context.failure.record == part.goals("look")[-1].record
+
+
+def test_a_refusal_that_is_followed_by_a_new_question_hides_no_failure_of_another_part() -> None:
+    part = Part()
+    part.fake.context.observe("the other one fell", None, failed=True)
+    part.tick()
+    part.goals("look")[0].end("NR")
+    assert part.tick() is Status.RUNNING
+    assert part.fake.context.failure is not None
+    assert part.fake.context.failure.text == "the other one fell"
 
 
 def test_a_judge_that_does_not_answer_ends_the_wait_as_well() -> None:
@@ -72,9 +83,13 @@ def test_a_judge_that_does_not_answer_ends_the_wait_as_well() -> None:
 
 def test_the_end_of_the_lease_halts_the_part() -> None:
     part = Part()
-    part.granted().end("LOST")
+    lease = part.granted()
+    lease.end("LOST")
     assert part.tick() is Status.FAILURE
     assert part.goals("go")[0].interrupts == 1
+    assert part.fake.context.failure is not None
+    assert part.fake.context.failure.text.startswith("look ended LOST")
+    assert part.fake.context.failure.record == lease.record
 
 
 def test_a_robot_that_is_in_the_place_goes_on_to_leave_it() -> None:

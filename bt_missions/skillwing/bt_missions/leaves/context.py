@@ -108,7 +108,12 @@ class MissionContext:
 
     @property
     def failure(self) -> LeafFailure | None:
+        """Latest failure of a leaf of this mission."""
         return self._notes.failure
+
+    @failure.setter
+    def failure(self, failure: LeafFailure | None) -> None:
+        self._notes.failure = failure
 
     @property
     def last_observation(self) -> str:

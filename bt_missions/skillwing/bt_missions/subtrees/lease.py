@@ -45,13 +45,14 @@ class WithLease(Composite):
         self._holds = False
         self._since = 0.0
         self._again_at = 0.0
+        self._refusal = ""
 
     def tick(self) -> Iterator[Behaviour]:
         if self.status is not Status.RUNNING:
             self._begin()
         yield from self._tick_lease()
         if self._holds and not self._is_held() and not (yield from self._may_stay()):
-            yield from self._fail(f"{self._lease.skill} does not run any more")
+            yield from self._fail(self._end_of_lease())
             return
         if not self._holds and self._is_held():
             self._holds = True
@@ -59,7 +60,8 @@ class WithLease(Composite):
             yield from self._body.tick()
             self._follow()
         elif self._context.now() - self._since > self.patience:
-            yield from self._fail(f"{self._lease.skill} was not granted within {self.patience:g} s")
+            last = f"; the last {self._refusal}" if self._refusal else ""
+            yield from self._fail(f"{self._lease.skill} was not granted within {self.patience:g} s{last}")
             return
         else:
             self.status = Status.RUNNING
@@ -71,6 +73,7 @@ class WithLease(Composite):
             child.stop(Status.INVALID)
         self._holds = False
         self._since = self._again_at = self._context.now()
+        self._refusal = ""
 
     def _tick_lease(self) -> Iterator[Behaviour]:
         """Tick the lease while it runs; after its end only before `body`, and not at once."""
@@ -78,7 +81,16 @@ class WithLease(Composite):
             if self._holds or self._context.now() < self._again_at:
                 return
             self._again_at = self._context.now() + AGAIN_AFTER
+        failure = self._context.failure
         yield from self._lease.tick()
+        if self._lease.status is Status.FAILURE and not self._holds:
+            # Asked again, so it is no failure of the mission: what has failed elsewhere stays its reason.
+            self._refusal = self._lease.feedback_message
+            self._context.failure = failure
+
+    def _end_of_lease(self) -> str:
+        ended = self._lease.status is not Status.RUNNING
+        return self._lease.feedback_message if ended else f"{self._lease.skill} does not run any more"
 
     def _is_held(self) -> bool:
         goal = self._lease.goal
@@ -103,7 +115,8 @@ class WithLease(Composite):
 
     def _fail(self, reason: str) -> Iterator[Behaviour]:
         self.feedback_message = reason
-        self._context.observe(reason, None, failed=True)
+        goal = self._lease.goal
+        self._context.observe(reason, None if goal is None else goal.record, failed=True)
         for child in self.children:
             child.stop(Status.INVALID)
         self.stop(Status.FAILURE)
