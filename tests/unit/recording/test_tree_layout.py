@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from skillwing.services.protocol import TreeNode
-from skillwing.services.recording.tree_layout import ROW, ROWS, Outline, lay_out
+from skillwing.services.recording.tree_layout import ROW, ROWS, Outline, condensed, lay_out
 
 
 @st.composite
@@ -103,3 +103,43 @@ def test_what_is_not_a_tree_is_refused() -> None:
         lay_out([node(0, 1), node(1, 0)])
     with pytest.raises(ValueError, match="same index"):
         lay_out([node(0, None), node(0, None)])
+
+
+@given(trees(), st.data(), st.integers(1, 25))
+def test_a_condensed_tree_keeps_order_and_ancestry_and_every_running_leaf(
+    nodes: list[TreeNode], data: st.DataObject, rows: int
+) -> None:
+    status = st.sampled_from(("RUNNING", "SUCCESS", "FAILURE", "INVALID"))
+    latest: dict[int, str] = {}
+    for node in nodes:
+        if (node.parent is None or node.parent in latest) and (found := data.draw(status)) != "INVALID":
+            latest[node.index] = found
+    kept = condensed(nodes, latest, rows)
+    assert len(nodes) > rows or list(kept) == nodes
+    parents = {node.index: node.parent for node in nodes}
+
+    def ancestors(index: int) -> list[int]:
+        above = parents[index]
+        return [] if above is None else [above, *ancestors(above)]
+
+    there = [node.index for node in kept]
+    assert there == sorted(there)
+    assert there[0] == 0
+    for node in kept:
+        left = [each for each in ancestors(node.index) if each in there]
+        assert node.parent == (left[0] if left else None)
+    inner = set(parents.values())
+    for node in nodes:
+        runs = all(latest.get(each) == "RUNNING" for each in (node.index, *ancestors(node.index)))
+        assert not runs or node.index in inner or node.index in there
+    lay_out(kept)
+
+
+def test_the_tree_of_a_mission_on_two_robots_shows_what_each_does() -> None:
+    depth = 30
+    chain = [
+        (1 + robot * depth + level, robot * depth + level if level else 0) for robot in (0, 1) for level in range(depth)
+    ]
+    nodes = [TreeNode(0, None, "both", "ParallelAll", "RUNNING")]
+    nodes += [TreeNode(index, parent, f"n{index}", "Sequence", "RUNNING") for index, parent in chain]
+    assert [node.name for node in Outline().shown(nodes)] == ["both", f"n{depth}", f"n{2 * depth}"]

@@ -6,8 +6,11 @@ parent. The outline fits a tall, narrow panel, and its width depends only on the
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+from msgspec.structs import replace
 
 from skillwing.services.protocol import TreeNode
 
@@ -44,7 +47,8 @@ class Outline:
     """Selects the nodes that get a row: visited nodes and their children.
 
     A branch that was never visited is one row, and opens when the mission enters it. In a failed branch that another
-    one has replaced, only the path to the failure keeps its rows.
+    one has replaced, only the path to the failure keeps its rows. If there are more rows than fit the panel, as in
+    missions on several robots, `condensed` leaves some out.
     """
 
     def __init__(self) -> None:
@@ -54,11 +58,12 @@ class Outline:
         """The nodes of the next snapshot that get a row."""
         self._latest.update((node.index, node.status) for node in nodes if node.status != "INVALID")
         tree = {node.index: node for node in nodes}
-        return tuple(
+        rows = [
             node
             for node in nodes
             if node.parent is None or (node.parent in self._latest and not self._is_folded(node, tree))
-        )
+        ]
+        return tuple(condensed(rows, self._latest))
 
     def _is_folded(self, node: TreeNode, tree: Mapping[int, TreeNode]) -> bool:
         """True for a node of a branch that was given up, away from the path to its failure."""
@@ -81,6 +86,50 @@ class Outline:
     def latest(self, node: TreeNode) -> str:
         """The status of the node at its last visit; INVALID before the first one."""
         return self._latest.get(node.index, "INVALID")
+
+
+def condensed(nodes: Sequence[TreeNode], latest: Mapping[int, str], rows: int = ROWS) -> Sequence[TreeNode]:
+    """The nodes that fit so many rows, or a few more. Each step is taken only if the one before was not enough:
+
+    1. What was never visited has no row.
+    2. What lies below a success has no row.
+    3. A node with one child has no row, except a root: the child stands in its place.
+
+    latest: status of each visited node at its last visit.
+    """
+    if len(nodes) > rows:
+        nodes = [node for node in nodes if node.parent is None or node.index in latest]
+    if len(nodes) > rows:
+        nodes = _without_done(nodes, latest)
+    if len(nodes) > rows:
+        nodes = _without_chains(nodes)
+    return nodes
+
+
+def _without_done(nodes: Sequence[TreeNode], latest: Mapping[int, str]) -> list[TreeNode]:
+    done: set[int] = set()
+    kept: list[TreeNode] = []
+    for node in nodes:  # parents come first
+        if node.parent in done:
+            done.add(node.index)
+            continue
+        kept.append(node)
+        if latest.get(node.index) == "SUCCESS":
+            done.add(node.index)
+    return kept
+
+
+def _without_chains(nodes: Sequence[TreeNode]) -> list[TreeNode]:
+    number = Counter(node.parent for node in nodes)
+    stands_for: dict[int, int | None] = {}
+    kept: list[TreeNode] = []
+    for node in nodes:
+        parent = node.parent if node.parent is None else stands_for.get(node.parent, node.parent)
+        if node.parent is not None and number[node.index] == 1:
+            stands_for[node.index] = parent
+        else:
+            kept.append(replace(node, parent=parent))
+    return kept
 
 
 def lay_out(nodes: Sequence[TreeNode]) -> TreeLayout:
