@@ -39,6 +39,7 @@ PROCESSES = (
     "integration/test_system_ends.py",
     "integration/test_two_robots_in_one_world.py",
     "integration/test_typed_clients_zenoh.py",
+    "integration/test_yard_on_mocks.py",
     "links/test_absent_link.py",
     "links/test_links.py",
     "soak/test_full_disk_trial.py",

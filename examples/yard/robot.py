@@ -26,4 +26,4 @@ def functional_layer(options: dict[str, Any]) -> tuple[ProcessSpec, ...]:
     return (ProcessSpec("places", "yard.watch:make_places", given, essential=False),)
 
 
-ROBOT = Robot(name="yard", skillset=SKILLSET, hooks=HOOKS, functional_layer=functional_layer, clock="wall")
+ROBOT = Robot(name="yard", skillset=SKILLSET, hooks=HOOKS, functional_layer=functional_layer, clock="wall", shared=True)

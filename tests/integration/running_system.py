@@ -34,3 +34,9 @@ def goal_runs(skillwing: Command, robot: str, skill: str) -> bool:
     """True while a goal of the skill is RUNNING."""
     goals = skillwing("status", "--json", "--robot", robot).json["goals"]
     return any((each["skill"], each["state"]) == (skill, State.RUNNING) for each in goals)
+
+
+def shown_phase(skillwing: Command, robot: str) -> str | None:
+    """Phase of the mission that a robot shows; None for none."""
+    shown = skillwing("status", "--json", "--robot", robot).json.get("mission")
+    return None if shown is None else shown["phase"]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from command_line import Command
-from running_system import PATIENCE, goal_runs, process_id, until
+from running_system import PATIENCE, goal_runs, process_id, shown_phase, until
 
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, NO_SYSTEM, OK, REFUSED, USAGE
@@ -87,11 +87,6 @@ def tree(tmp_path: Path) -> Callable[[str], str]:
 
 
 NAMED = ("--robot", "left=first", "--robot", "right=second")
-
-
-def shown_phase(skillwing: Command, robot: str) -> str | None:
-    shown = skillwing("status", "--json", "--robot", robot).json.get("mission")
-    return None if shown is None else shown["phase"]
 
 
 def started(*words: str) -> subprocess.Popen[str]:

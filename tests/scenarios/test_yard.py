@@ -8,12 +8,13 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toy_yard import GATE, PAD, ROBOTS, ToyYard, places
+from toy_yard import GATE, PAD, ROBOTS, SHUTTLE, YARD, ToyYard, places
 
 from skillwing.services.bus import Answer, Refused
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.goal_handle import GoalHandle
-from skillwing.services.names import RESOURCE_MANAGER, skill_process
-from skillwing.services.protocol import ErrorCode, MissionPhase, State
+from skillwing.services.names import MISSION, RESOURCE_MANAGER, skill_process
+from skillwing.services.protocol import ErrorCode, Keys, MissionPhase, MissionStatus, State
 
 PATIENCE = 20.0
 LONGEST = 3 * PATIENCE + 120.0
@@ -48,6 +49,24 @@ def test_robots_that_come_at_any_time_visit_the_pad_one_after_the_other(
     ), [node.status.text for node in yard.missions.values()]
     yard.network.run_for(5.0)
     assert [yard.state(place) for place in ("pad", "corridor")] == ["FREE", "FREE"]
+
+
+def test_missions_side_by_side_occupy_their_own_robots_and_not_the_yard_that_they_share() -> None:
+    yard = ready()
+    statuses: dict[str, list[MissionStatus]] = {}
+    present: dict[str, set[str]] = {}
+    for robot, skillset in (("left", SHUTTLE), ("right", SHUTTLE), ("yard", YARD)):
+        observer, keys = yard.network.bus("observer", robot), Keys(skillset.name)
+        heard = statuses.setdefault(robot, [])
+        observer.subscribe(keys.mission_status, message_reader(MissionStatus, heard.append), events=True)
+        seen = present.setdefault(robot, set())
+        observer.watch_alive(keys.alive(MISSION), lambda key, alive, seen=seen: seen.add(key) if alive else None)
+    for robot in ROBOTS[:2]:
+        yard.fly(robot, patience=120.0)
+    until_over(yard, 400.0)
+    assert {node.status.phase for node in yard.missions.values()} == {MissionPhase.SUCCEEDED}
+    assert {robot: bool(heard) for robot, heard in statuses.items()} == {"left": True, "right": True, "yard": False}
+    assert {robot: bool(seen) for robot, seen in present.items()} == {"left": True, "right": True, "yard": False}
 
 
 PROCESSES = [RESOURCE_MANAGER, "places", skill_process("hold_pad"), skill_process("hold_corridor")]

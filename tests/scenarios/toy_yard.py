@@ -253,7 +253,7 @@ class ToyYard:
     def fly(self, robot: str, patience: float = 60.0, *, swapped: bool = False) -> None:
         """Start the mission of a robot."""
         mission = Visit(robot, patience, swapped=swapped)
-        models = {"me": RobotModel(SHUTTLE), "yard": RobotModel(YARD)}
+        models = {"me": RobotModel(SHUTTLE), "yard": RobotModel(YARD, shared=True)}
         node = MissionNode.on_robots(mission, models, mission.read_options({}), ready_timeout=30.0)
         buses = {"me": self.network.bus("mission", robot), "yard": self.network.bus(f"mission-{robot}", "yard")}
         node.attach_to(buses)

@@ -347,8 +347,8 @@ class RobotDescription(Message, frozen=True, kw_only=True):
     """Facts about a robot that its clients need.
 
     `source` is the skillset as text in the skillset language, and `schema` its hash. `clock` is `robot` if a process of
-    the robot owns its time, otherwise `wall`. `rescue_goal` and `without_goals` are those of the robot's table,
-    if it has them.
+    the robot owns its time, otherwise `wall`. `rescue_goal`, `without_goals` and `shared` are those of the robot's
+    table, if it has them.
     """
 
     source: str
@@ -356,6 +356,7 @@ class RobotDescription(Message, frozen=True, kw_only=True):
     clock: Literal["robot", "wall"]
     rescue_goal: dict[str, Any] | None = None
     without_goals: str = ""
+    shared: bool = False
 
 
 class QueryReady(Message, frozen=True, kw_only=True):

@@ -104,6 +104,8 @@ class Robot:
     left anywhere.
     without_goals: a sentence on what the robot does by itself while no goal commands it, for operators whose link to it
     is away. Empty for a robot that does nothing.
+    shared: several missions may use it at once, as the judge of a fleet. A mission on other robots as well does not
+    occupy it: it has neither status nor tree there.
     """
 
     name: str
@@ -121,6 +123,7 @@ class Robot:
     mission_templates: str | None = None
     topics: str | None = None
     shared_processes: tuple[str, ...] = ()
+    shared: bool = False
 
     def load_skillset(self) -> Skillset:
         """Read the skillset file; raises `SkillsetError` with all its problems."""
@@ -140,6 +143,8 @@ class Robot:
             journal["rescue_goal"] = msgspec.json.decode(msgspec.json.encode(self.rescue_goal))
         if self.without_goals:
             journal["without_goals"] = self.without_goals
+        if self.shared:
+            journal["shared"] = True
         if run.get("run_dir") is not None:
             journal["journal"] = str(Path(run["run_dir"]) / JOURNAL_FILE)
         if run.get("keep") is not None:

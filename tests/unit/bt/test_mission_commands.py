@@ -198,7 +198,8 @@ def test_missions_of_other_robots_are_not_suggested(tmp_path: Path) -> None:
 def test_a_mission_of_another_robot_is_refused_with_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     @contextmanager
     def connected(*_: object, **__: object) -> Iterator[object]:
-        yield SimpleNamespace(skillset=parse(TOY, "toy.skillset"), alive=set)
+        target = SimpleNamespace(rescue_goal=None, shared=False)
+        yield SimpleNamespace(skillset=parse(TOY, "toy.skillset"), alive=set, target=target)
 
     monkeypatch.setattr("skillwing.bt_missions.cli.mission_robots.connect", connected)
     caught = CliRunner().invoke(mission, ["run", "mapping"]).exception

@@ -31,7 +31,7 @@ from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
-from skillwing.bt_missions.mission.robots import RobotModel
+from skillwing.bt_missions.mission.robots import RobotModel, occupied
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
@@ -187,8 +187,10 @@ def run(
     chosen.read_options(asked)
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot_names(chosen, robot or [])) as systems:
+        models = models_of(systems)
+        for role in occupied(models):
+            _refuse_second_mission(systems[role])
         for system in systems.values():
-            _refuse_second_mission(system)
             if name in installed_missions() and not chosen.robots:
                 _refuse_other_robot(chosen, system.skillset)
         given = _options_with_site(chosen, asked, systems, console)
@@ -197,7 +199,7 @@ def run(
             print_if_open(console, status_line(status))
 
         grace = chosen.owner_grace if owner_grace is None else owner_grace
-        node = MissionNode.on_robots(chosen, models_of(systems), given, owner_grace=grace, on_status=show)
+        node = MissionNode.on_robots(chosen, models, given, owner_grace=grace, on_status=show)
         for system in systems.values():
             require_allowed(system.bus, system.keys.start("*"))
         first = next(iter(systems.values()))

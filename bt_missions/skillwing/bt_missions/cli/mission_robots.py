@@ -110,7 +110,9 @@ def connected(names: Mapping[str, str | None]) -> Iterator[dict[str, System]]:
 
 def models_of(systems: Mapping[str, System]) -> dict[str, RobotModel]:
     """Models of running robots."""
-    return {robot: RobotModel(each.skillset, each.target.rescue_goal) for robot, each in systems.items()}
+    return {
+        robot: RobotModel(each.skillset, each.target.rescue_goal, each.target.shared) for robot, each in systems.items()
+    }
 
 
 def chosen_robots(mission: Mission, words: Sequence[str], skillset: Path | None) -> dict[str, ChosenRobot]:

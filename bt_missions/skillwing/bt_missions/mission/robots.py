@@ -14,10 +14,16 @@ from skillwing.services.rescue_goal import RescueGoal
 
 @dataclass(frozen=True, slots=True)
 class RobotModel:
-    """Skillset and rescue goal of a robot."""
+    """Skillset and rescue goal of a robot. shared: several missions may use it at once."""
 
     skillset: Skillset
     rescue_goal: RescueGoal | None = None
+    shared: bool = False
+
+
+def occupied(robots: Mapping[str, RobotModel]) -> tuple[str, ...]:
+    """Names of the robots that a mission has for itself: those that are not shared, or else all."""
+    return tuple(name for name, model in robots.items() if not model.shared) or tuple(robots)
 
 
 def names_by_role(mission: Mission, given: Mapping[str, str]) -> dict[str, str]:

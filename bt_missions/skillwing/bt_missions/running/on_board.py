@@ -45,4 +45,4 @@ def make_mission_on_board(options: dict[str, Any]) -> MissionNode | MissionOnRob
 
 def _on_robots(mission: Mission, robots: dict[str, str], own: str, options: dict[str, Any]) -> MissionOnRobots:
     names = names_on_board(mission, robots, own)
-    return MissionOnRobots(mission, names, mission.read_options(options))
+    return MissionOnRobots(mission, names, own, mission.read_options(options))

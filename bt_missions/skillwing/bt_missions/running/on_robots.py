@@ -19,16 +19,18 @@ ACCESS = "With keys, `skillwing keys add-robot` needs `--with` for each of them.
 
 
 class MissionOnRobots:
-    """Runs `mission` on the robots with these names, by their names in the mission. One of them is the robot of its
-    own launcher. The alive token appears when the mission begins: until then the launcher can refuse it."""
+    """Runs `mission` on the robots with these names, by their names in the mission. One of them is `own`, the robot of
+    its launcher, which it occupies. The alive token appears when the mission begins: until then the launcher can
+    refuse it."""
 
     name = MISSION
     owns_clock = False
     tells_when_ready = True
 
-    def __init__(self, mission: Mission, names: Mapping[str, str], options: MissionOptions) -> None:
+    def __init__(self, mission: Mission, names: Mapping[str, str], own: str, options: MissionOptions) -> None:
         self._mission = mission
         self._names = dict(names)
+        self._own = own
         self._options = options
         self._search: RobotSearch | None = None
         self._node: MissionNode | None = None
@@ -55,7 +57,10 @@ class MissionOnRobots:
     def _begin(self, found: Mapping[str, FoundRobot]) -> None:
         self._require_usable(found)
         robots = {role: found[name] for role, name in self._names.items()}
-        models = {role: RobotModel(robot.skillset, robot.rescue_goal) for role, robot in robots.items()}
+        models = {
+            role: RobotModel(robot.skillset, robot.rescue_goal, robot.shared and self._names[role] != self._own)
+            for role, robot in robots.items()
+        }
         require_fit(self._mission, models, self._options)
         self._node = MissionNode.on_robots(self._mission, models, self._options, on_status=self._end_when_over)
         self._node.attach_to(
@@ -75,6 +80,6 @@ class MissionOnRobots:
         if missing := [name for name in self._names.values() if name not in found]:
             text = f"Within {TIMEOUT:g} s nothing is heard of the resource manager of {listed(missing)}."
             raise InvalidOptionError("robot", f"{text} All robots of a mission on board share one router. {ACCESS}")
-        if busy := [name for name, robot in found.items() if robot.mission_runs]:
+        if busy := [name for name, robot in found.items() if robot.mission_runs and not robot.shared]:
             text = f"Another mission runs at {listed(busy)}."
             raise InvalidOptionError("robot", f"{text} Wait until it has ended, or abort it there.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
 from msgspec.structs import replace
@@ -17,25 +17,33 @@ from skillwing.services.timeline import Timeline
 
 
 class MissionPublisher:
-    """Publishes for one mission, to each of its robots. `status` is the latest that was published; each one goes to
-    `on_status` too. Times are those of the first robot.
+    """Publishes for one mission: records to each of its robots, status and tree to those that it occupies. `status` is
+    the latest that was published; each one goes to `on_status` too. Times are those of the first robot.
 
-    rescue: as in the status. keys: of the robots, by name.
+    rescue: as in the status. keys: of the robots, by name. occupied: names of those that no other mission may use.
     """
 
     rescue = ""
 
-    def __init__(self, mission: str, keys: Mapping[str, Keys], on_status: Callable[[MissionStatus], None]) -> None:
+    def __init__(
+        self,
+        mission: str,
+        keys: Mapping[str, Keys],
+        occupied: Sequence[str],
+        on_status: Callable[[MissionStatus], None],
+    ) -> None:
         self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
         self._keys = dict(keys)
+        self._occupied = tuple(occupied)
         self._on_status = on_status
 
     def attach(self, buses: Mapping[str, Bus]) -> None:
         self._buses = dict(buses)
         keys = self._keys
         self._timelines = {name: Timeline(bus, keys[name]) for name, bus in buses.items()}
-        self._status_out = {name: bus.advertise(keys[name].mission_status, events=True) for name, bus in buses.items()}
-        self._tree_out = {name: bus.advertise(keys[name].mission_tree, events=True) for name, bus in buses.items()}
+        here = self._occupied
+        self._status_out = {name: buses[name].advertise(keys[name].mission_status, events=True) for name in here}
+        self._tree_out = {name: buses[name].advertise(keys[name].mission_tree, events=True) for name in here}
 
     def show(self, tree: Behaviour, progress: Callable[[], Progress]) -> None:
         """Publish this tree and this progress from now on."""

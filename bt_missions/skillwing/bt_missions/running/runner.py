@@ -13,7 +13,7 @@ from skillwing.bt_missions.leaves.context import MissionContext, MissionNotes
 from skillwing.bt_missions.leaves.robot_group import RobotGroup
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
-from skillwing.bt_missions.mission.robots import RobotModel
+from skillwing.bt_missions.mission.robots import RobotModel, occupied
 from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.mission_run import MissionRun
 from skillwing.bt_missions.running.operator_requests import serve_operator_requests
@@ -119,7 +119,8 @@ class MissionNode:
         self._owner_grace = owner_grace
         self._ends_process = ends_process
         self._on_status = on_status
-        self._publisher = MissionPublisher(mission.name, self._keys, self._take_status)
+        self._occupied = occupied(robots)
+        self._publisher = MissionPublisher(mission.name, self._keys, self._occupied, self._take_status)
         self._awake = False
 
     @property
@@ -199,12 +200,15 @@ class MissionNode:
         return (
             # A timer in robot time fires only once that time is known.
             bus.after(0.0, lambda: self._run.time_is_known(name)),
-            *serve_operator_requests(bus, self._keys[name], self),
             interface.on_change(self._wake),
             bus.every(TICK_PERIOD, self._wake),
-            bus.declare_alive(self._keys[name].alive(self.name)),
+            *(self._declared_as_its_mission(name, bus) if name in self._occupied else ()),
             *presence,
         )
+
+    def _declared_as_its_mission(self, name: str, bus: Bus) -> tuple[Handle, ...]:
+        requests = serve_operator_requests(bus, self._keys[name], self)
+        return (*requests, bus.declare_alive(self._keys[name].alive(self.name)))
 
     def detach(self) -> None:
         """Interrupt what still runs and publish the end of the mission, without waiting for replies."""

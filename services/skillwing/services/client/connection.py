@@ -81,6 +81,7 @@ def _target(state: RunState) -> Target:
         processes=state.processes,
         rescue_goal=state.rescue_goal,
         without_goals=state.without_goals,
+        shared=state.shared,
     )
 
 

@@ -29,12 +29,13 @@ class SearchBus(Bus, MultiRobotBus, Protocol):
 @dataclass(frozen=True, slots=True)
 class FoundRobot:
     """A robot as it describes itself. follows_time: one of its processes owns its time. mission_runs: it has a mission
-    already."""
+    already. shared: several missions may use it at once."""
 
     skillset: Skillset
     follows_time: bool
     rescue_goal: RescueGoal | None
     mission_runs: bool
+    shared: bool
 
 
 class RobotSearch:
@@ -91,6 +92,7 @@ class RobotSearch:
             told.clock == "robot",
             msgspec.convert(told.rescue_goal, RescueGoal | None),
             robot in self._missions,
+            told.shared,
         )
         if len(self._found) == len(self._views):
             self._end()

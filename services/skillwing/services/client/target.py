@@ -42,8 +42,8 @@ class Target:
 
     topology: how its processes meet; a process from outside is always a client of the router. listens: address of its
     own router, as others reach it. keys: folder of its certificates. processes: the started ones with their state;
-    empty if only the robot's table is known. rescue_goal, without_goals: as in that table. table: its reference, as
-    `find_robot` takes it; None if no table is known.
+    empty if only the robot's table is known. rescue_goal, without_goals, shared: as in that table. table: its
+    reference, as `find_robot` takes it; None if no table is known.
     """
 
     robot: str
@@ -59,6 +59,7 @@ class Target:
     processes: tuple[ProcessState, ...] = ()
     rescue_goal: RescueGoal | None = None
     without_goals: str = ""
+    shared: bool = False
     table: str | None = None
 
 
@@ -91,6 +92,7 @@ def _target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
         *(robot or known.name, endpoint, known.skillset, known.clock),
         rescue_goal=known.rescue_goal,
         without_goals=known.without_goals,
+        shared=known.shared,
         table=table,
     )
 
@@ -123,6 +125,7 @@ def _told_target(endpoint: str, robot: str, skillset: str) -> Target:
         processes=(ProcessState(name=RESOURCE_MANAGER),),
         rescue_goal=msgspec.convert(told.rescue_goal, RescueGoal | None),
         without_goals=told.without_goals,
+        shared=told.shared,
         table=None if found is None else found[0],
     )
 

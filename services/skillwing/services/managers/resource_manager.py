@@ -75,7 +75,7 @@ class ResourceManagerNode:
     found: initial states that differ from the skillset's. journal: stores every change before it is published, and
     tells where to continue; one in memory by default. steps: receives all steps, to be replayed. contended: other
     resource managers are possible, so that this one begins only after an election, and ends if it is deposed.
-    rescue_goal, without_goals: of the robot's table; clients elsewhere ask for them.
+    rescue_goal, without_goals, shared: of the robot's table; clients elsewhere ask for them.
     """
 
     name = RESOURCE_MANAGER
@@ -91,9 +91,11 @@ class ResourceManagerNode:
         contended: bool = False,
         rescue_goal: Mapping[str, Any] | None = None,
         without_goals: str = "",
+        shared: bool = False,
     ) -> None:
         self._rescue_goal = rescue_goal
         self._without_goals = without_goals
+        self._shared = shared
         self._skillset = skillset
         self._found = found
         self._keys = Keys(skillset.name)
@@ -238,6 +240,7 @@ class ResourceManagerNode:
             clock="robot" if self._bus.follows_time else "wall",
             rescue_goal=None if self._rescue_goal is None else dict(self._rescue_goal),
             without_goals=self._without_goals,
+            shared=self._shared,
         )
 
     def _answer_ready(self, query: QueryReady, key: str) -> ReadyReport:
@@ -364,7 +367,7 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
     `skillset`: path of the .skillset file. `robot`: its name. `journal`: path of the journal, beside which all steps
     are recorded; in memory and without a record by default. `durable`: makes the journal safe from power loss.
     `steps_bytes`: their largest size. `contended`: as of `ResourceManagerNode`, but true by default. `rescue_goal`,
-    `without_goals`: as there.
+    `without_goals`, `shared`: as there.
 
     Raises JournalRefusedError for a journal that may not be used, JournalWriteError where none can be written.
     """
@@ -388,4 +391,5 @@ def make_resource_manager(options: dict[str, Any]) -> Node:
         contended=options.get("contended", True),
         rescue_goal=options.get("rescue_goal"),
         without_goals=options.get("without_goals", ""),
+        shared=bool(options.get("shared")),
     )

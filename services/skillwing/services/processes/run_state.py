@@ -36,7 +36,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     topology: way in which processes meet. listens: address of its own router, as others reach it. keys: folder of its
     certificates. processes: state of those that were started. mission_context: facts about the site for missions, by
     mission. viewer: page for browsers, None for none. active_work: sentences on what its end would cut short, empty for
-    nothing. rescue_goal, mission_templates, without_goals: as in the robot's table.
+    nothing. rescue_goal, mission_templates, without_goals, shared: as in the robot's table.
     """
 
     robot: str
@@ -57,6 +57,7 @@ class RunState(msgspec.Struct, frozen=True, kw_only=True):
     rescue_goal: RescueGoal | None = None
     mission_templates: str | None = None
     without_goals: str = ""
+    shared: bool = False
 
 
 def runtime_dir() -> Path:
@@ -170,6 +171,7 @@ def announced(
             rescue_goal=robot.rescue_goal,
             mission_templates=robot.mission_templates,
             without_goals=robot.without_goals,
+            shared=robot.shared,
         )
     )
     try:
