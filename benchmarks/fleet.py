@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
@@ -52,6 +52,8 @@ TOGETHER = 4
 STARTS_PER_SECOND = 10.0
 """Starts of skills in all robots together, while the goals are timed."""
 ANSWER_WITHIN = 30.0
+ON_PAPER = 1000
+"""Robots of the row that is computed."""
 
 
 @dataclass(frozen=True)
@@ -218,13 +220,37 @@ def section(fleets: Sequence[Fleet]) -> str:
         *("robots", "load", "publications / s", "router, % of a core", "robot, % of a core"),
         *("router, MB", "robot, MB", "start to result, p50 / p99, ms"),
     )
+    rows.append(computed(fleets))
     started = ", ".join(f"{each.robots} robots in {each.started:.0f} s" for each in fleets)
     return f"""Mocked robots at one router on one machine. A robot has two processes: its resource manager, and all
 others. It publishes two data (5 Hz and 1 Hz) and has two skills. *Starts* are {STARTS_PER_SECOND:g} per second in all
 robots together, by one client process. Publications are those that an observer of all robots receives. Megabytes are
 the shares of a process. Up were {started}. {machine()}.
 
+The last row is on paper: a straight line through the last two numbers of robots, idle. One core is 100 %: above it, one
+router is too few.
+
 {table(heads, rows)}"""
+
+
+def computed(fleets: Sequence[Fleet]) -> list[str]:
+    """The row of `ON_PAPER` robots, by the last two numbers of robots."""
+    one, other = fleets[-2:]
+
+    def line(value: Callable[[Load], float]) -> float:
+        low, high = value(one.idle), value(other.idle)
+        return high + (high - low) / (other.robots - one.robots) * (ON_PAPER - other.robots)
+
+    return [
+        f"{ON_PAPER:,}",
+        "on paper",
+        f"{line(lambda load_: load_.messages):,.0f}",
+        f"{line(lambda load_: load_.router_cpu):.0f}",
+        f"{line(lambda load_: load_.robots_cpu) / ON_PAPER:.1f}",
+        f"{line(lambda load_: load_.router_memory):.0f}",
+        f"{other.idle.robot_memory:.0f}",
+        "",
+    ]
 
 
 def main() -> None:

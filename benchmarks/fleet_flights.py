@@ -74,7 +74,8 @@ def line(result: FleetResult) -> str:
     parts = [f"{robot} {each.phase or 'cut off'}, {each.end}" for robot, each in result.robots.items()]
     broken = [f"BROKEN: {robot} {', '.join(each.broken)}" for robot, each in result.robots.items() if each.broken]
     pad = ["BROKEN: both on the pad"] if result.met else []
-    rest = [*pad, *filter(None, [result.history, result.error])]
+    waits = [f"BROKEN: the mission of {robot} has no end" for robot in result.unfinished]
+    rest = [*pad, *waits, *filter(None, [result.history, result.error])]
     return "; ".join([f"{result.plan.name}: {result.end_time:.0f} s", *parts, *broken, *rest])
 
 
@@ -100,7 +101,9 @@ def _row(condition: FleetCondition, flown: Sequence[FleetResult]) -> list[str]:
         f"{sum(result.succeeded for result in flown)} of {len(drones)}",
         f"{sum(each.end is End.HOME for each in drones)} of {len(drones)}",
         str(sum(result.met > 0 for result in flown)),
+        str(sum(len(result.unfinished) for result in flown)),
         f"{sum(not result.history for result in flown)} of {len(flown)}",
+        str(sum(result.held_at_kill is True for result in flown)),
         f"{sum(sum(result.visits.values()) for result in flown)}",
         f"{min(distances):.1f} m" if distances else "-",
         middle,
@@ -112,7 +115,8 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
     """The lines between the marks of the page."""
     heads = (
         *("condition", "flights", "collisions", "left the fence", "drones not on the ground at the end"),
-        *("missions that succeeded", "drones at home", "both on the pad", "linearizable", "landings on the pad"),
+        *("missions that succeeded", "drones at home", "both on the pad", "missions without an end", "linearizable"),
+        *("killed while the pad was held", "landings on the pad"),
         *("least distance", "mapped by both, median", "longest flight"),
     )
     seconds = sum(result.processor_time for result in results)

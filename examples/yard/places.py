@@ -12,11 +12,11 @@ CLEAR_TIME = 2.0
 """Seconds for which a place has to be seen empty, as the guards of yard.skillset say. A robot whose lease has ended
 notices it, and stops, in less time."""
 FRESH = 0.6
-"""Seconds for which a position counts."""
+"""Seconds for which a position counts, from its arrival on."""
 MARGIN = 1.0
 """Distance in m around a place that belongs to it: a robot that stops may slide so far."""
 UNKNOWN = "unknown"
-UNCLEAR, FREE = "UNCLEAR", "FREE"
+UNCLEAR, FREE, HELD = "UNCLEAR", "FREE", "HELD"
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,9 @@ class PlacesCore:
 
     def occupant(self, place: Place, t: float) -> str:
         """The robots in a place, with commas; empty for none, `unknown` if a robot is not heard and none is seen."""
-        heard = {robot: at for robot, at in self._positions.items() if at is not None and t - at[2] <= FRESH}
-        inside = [robot for robot, (x, y, _) in heard.items() if place.covers(x, y, MARGIN)]
-        if inside:
+        if inside := self._inside(place, t):
             return ", ".join(inside)
-        return "" if len(heard) == len(self._positions) else UNKNOWN
+        return "" if len(self._heard(t)) == len(self._positions) else UNKNOWN
 
     def empty_for(self, place: Place, state: str, change: str | None, t: float) -> float:
         """Seconds for which an UNCLEAR place was seen empty; 0 in its other states. Called at each observation.
@@ -68,8 +66,15 @@ class PlacesCore:
         return t - since[1]
 
     def has_intruder(self, place: Place, state: str, t: float) -> bool:
-        """True if a robot is seen in a place that nobody holds."""
-        return state == FREE and self.occupant(place, t) not in ("", UNKNOWN)
+        """True if a robot is seen in a place that nobody holds, or more than one in a place that one may use."""
+        most = {FREE: 0, HELD: 1}.get(state)
+        return most is not None and len(self._inside(place, t)) > most
+
+    def _heard(self, t: float) -> dict[str, tuple[float, float, float]]:
+        return {robot: at for robot, at in self._positions.items() if at is not None and t - at[2] <= FRESH}
+
+    def _inside(self, place: Place, t: float) -> list[str]:
+        return [robot for robot, (x, y, _) in self._heard(t).items() if place.covers(x, y, MARGIN)]
 
 
 def read_places(given: Mapping[str, Iterable[float]]) -> tuple[Place, ...]:

@@ -17,16 +17,18 @@ from skillwing.evaluation.fleet.result import FleetResult, RobotResult
 from skillwing.evaluation.fleet.yard import YARD, PadWitness
 from skillwing.evaluation.flights.result import End
 from skillwing.onboard.topics.truth import Truth
+from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.history.files import TIMELINE_FILE
 from skillwing.services.names import MISSION, RESOURCE_MANAGER
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, State, encode
 from skillwing.sim_mujoco.world.kinds import make_site
 
 PLANS = st.builds(FleetPlan, seed=st.integers(0, 10_000), condition=st.sampled_from(list(FleetCondition)))
 APART = 9.0
 """Distance between the halves away from the pad [m]."""
 NEAR_PAD = 8.0
-KILLED = {FleetCondition.LINK: (LEFT, MISSION), FleetCondition.JUDGE: (YARD, RESOURCE_MANAGER)}
+SUCCEEDED = MissionPhase.SUCCEEDED
 
 
 @given(PLANS)
@@ -36,7 +38,8 @@ def test_a_condition_concerns_one_robot_and_the_first_one_has_the_simulator(plan
     with_faults = [robot for robot, own in drones.items() if own.get("faults")]
     assert with_faults == ([plan.hit] if plan.condition is FleetCondition.CAMERA else [])
     killed = None if (kill := plan.kill()) is None else (kill.robot, kill.process)
-    assert killed == KILLED.get(plan.condition)
+    expected = {FleetCondition.LINK: (plan.hit, MISSION), FleetCondition.JUDGE: (YARD, RESOURCE_MANAGER)}
+    assert killed == expected.get(plan.condition)
     names = {robot: [spec.name for spec in processes(plan, robot, None)] for robot in ROBOTS}
     assert names[LEFT].count("sim") == 1
     assert "sim" not in names[RIGHT]
@@ -63,25 +66,49 @@ def test_only_a_courtyard_is_divided() -> None:
         halves(make_site(1, "village"))
 
 
+def flown(**parts: Any) -> RobotResult:
+    return RobotResult(**{"end": End.HOME, "phase": SUCCEEDED} | parts)
+
+
 @pytest.mark.parametrize(
     ("left", "right", "kept"),
     [
-        (RobotResult(end=End.HOME), RobotResult(end=End.ELSEWHERE), True),
-        (RobotResult(end=End.HOME, collisions=1), RobotResult(end=End.HOME), False),
-        (RobotResult(end=End.HOME), RobotResult(end=End.HOME, breaches=1), False),
-        (RobotResult(end=End.FLYING), RobotResult(end=End.HOME), False),
+        (flown(), flown(end=End.ELSEWHERE), True),
+        (flown(collisions=1), flown(), False),
+        (flown(), flown(breaches=1), False),
+        (flown(end=End.FLYING), flown(), False),
+        (flown(), flown(phase="RUNNING"), False),
+        (flown(), flown(phase=""), False),
+        (flown(), flown(phase="FAILED"), True),
     ],
 )
 def test_the_promise_holds_for_both_drones(left: RobotResult, right: RobotResult, kept: bool) -> None:
-    result = FleetResult(plan=FleetPlan(seed=1), robots={LEFT: left, RIGHT: right})
-    assert result.kept is kept
+    plan = FleetPlan(seed=1, condition=FleetCondition.CAMERA)
+    assert FleetResult(plan=plan, robots={LEFT: left, RIGHT: right}).kept is kept
+
+
+def test_where_nothing_goes_wrong_both_visit_the_pad() -> None:
+    both = {LEFT: flown(), RIGHT: flown()}
+    plan = FleetPlan(seed=1)
+    assert FleetResult(plan=plan, robots=both, visits=dict.fromkeys(ROBOTS, 1)).kept
+    assert not FleetResult(plan=plan, robots=both, visits={LEFT: 1, RIGHT: 0}).kept
+    failed = both | {RIGHT: flown(phase="FAILED")}
+    assert not FleetResult(plan=plan, robots=failed, visits=dict.fromkeys(ROBOTS, 1)).kept
+
+
+def test_only_a_killed_mission_may_have_no_end() -> None:
+    plan = FleetPlan(seed=1, condition=FleetCondition.LINK)
+    for robot in ROBOTS:
+        robots = {each: flown(phase="RUNNING" if each == robot else SUCCEEDED) for each in ROBOTS}
+        assert FleetResult(plan=plan, robots=robots).kept is (robot == plan.hit)
 
 
 @pytest.mark.parametrize("broken", [{"met": 1}, {"history": "not linearizable"}])
 def test_two_drones_on_the_pad_and_a_wrong_history_break_the_promise(broken: dict[str, Any]) -> None:
-    robots: dict[str, RobotResult] = {robot: RobotResult(end=End.HOME) for robot in ROBOTS}
-    assert FleetResult(plan=FleetPlan(seed=1), robots=robots).kept
-    assert not FleetResult(plan=FleetPlan(seed=1), robots=robots, **broken).kept
+    plan = FleetPlan(seed=1, condition=FleetCondition.CAMERA)
+    robots = {robot: flown() for robot in ROBOTS}
+    assert FleetResult(plan=plan, robots=robots).kept
+    assert not FleetResult(plan=plan, robots=robots, **broken).kept
 
 
 def truth(t: float, x: float, y: float, z: float) -> Truth:
@@ -105,6 +132,28 @@ def test_the_witness_sees_two_drones_on_the_pad_at_one_moment_only() -> None:
     assert witness.visits == {LEFT: 1, RIGHT: 0}
     witness.take(LEFT, truth(9.0, 1.0, 1.0, 0.5))
     assert witness.met == [9.0]
+
+
+def test_the_witness_knows_whether_the_pad_was_held_at_the_kill() -> None:
+    network = InProcessNetwork()
+    witness = PadWitness(ROBOTS)
+    network.attach(witness, YARD)
+    keys = Keys(YARD)
+    out = network.bus("hold_pad", YARD).advertise(keys.status("hold_pad"), events=True)
+
+    def publish(state: State) -> None:
+        status = GoalStatus(goal_id="one", skill="hold_pad", state=state, t=0.0, record="r", source="s", before="IDLE")
+        out.put(encode(status))
+        network.run_for(0.1)
+
+    witness.note_kill()
+    assert witness.held_at_kill is False
+    publish(State.RUNNING)
+    witness.note_kill()
+    assert witness.held_at_kill is True
+    publish(State.TERMINATED)
+    witness.note_kill()
+    assert witness.held_at_kill is False
 
 
 @pytest.mark.slow

@@ -209,6 +209,21 @@ def test_a_robot_without_a_lease_makes_a_free_place_unclear() -> None:
     assert "hold_pad was not granted within 10 s" in yard.missions["left"].status.text
 
 
+def test_a_second_robot_in_a_held_place_ends_the_lease_and_halts_its_mission() -> None:
+    yard = ready()
+    yard.fly("left", PATIENCE)
+    left, right = yard.bodies["left"], yard.bodies["right"]
+    assert yard.network.run_until(lambda: (left.x, left.y) == PAD, 60.0)
+    assert yard.state("pad") == "HELD"
+    right.x, right.y = PAD[0] + 1.0, PAD[1]
+    yard.network.run_for(1.0)
+    assert yard.state("pad") == "UNCLEAR"
+    yard.network.run_for(10.0)
+    assert not left.moves
+    assert yard.missions["left"].status.phase is MissionPhase.FAILED
+    assert yard.state("pad") == "UNCLEAR"
+
+
 def test_a_robot_that_is_not_heard_keeps_an_unclear_place_until_an_operator_frees_it() -> None:
     yard = ready()
     yard.kill("right", "vehicle")

@@ -60,7 +60,7 @@ def flight_of(plan: FleetPlan, run_dir: Path | None, journal: Path, *, speed: fl
         },
         yard=yard_processes(journal / YARD),
         witness=PadWitness(ROBOTS),
-        mission=mission_on_board(replace(ROBOT, name=ROBOTS[0]), str(survey.__file__), plan.mission_options()),
+        missions={robot: mission(plan, robot) for robot in ROBOTS},
         kill=plan.kill(),
     )
 
@@ -78,6 +78,7 @@ def judged(plan: FleetPlan, flight: FleetFlight, sessions: Mapping[str, SessionE
         coverage=None if first.error else coverage(make_world(plan.seed, WORLD), plan, maps),
         met=len(flight.witness.met),
         visits=dict(flight.witness.visits),
+        held_at_kill=flight.witness.held_at_kill,
         end_time=round(first.end_time, 3),
         error=first.error,
     )
@@ -92,6 +93,14 @@ def processes(plan: FleetPlan, robot: str, run_dir: Path | None, speed: float | 
         (run_dir / robot).mkdir(parents=True, exist_ok=True)
         options["run_dir"] = str(run_dir / robot)
     return (*table.observers(options), *table.functional_layer(options), *table.managers(options))
+
+
+def mission(plan: FleetPlan, robot: str) -> ProcessSpec:
+    """The mission of one drone, as its launcher starts it."""
+    robots = {survey.DRONE: robot, survey.YARD: YARD}
+    return mission_on_board(
+        replace(ROBOT, name=robot), str(survey.__file__), plan.mission_options(robot), robots=robots
+    )
 
 
 def coverage(world: World, plan: FleetPlan, maps: list[SavedMap | None]) -> float | None:

@@ -29,8 +29,8 @@ TURN = 0.1
 class Systems:
     """The systems of all robots of a flight, as children of this process. The first drone has router and simulator.
 
-    The mission starts when the processes of all robots are there. A process that is killed comes back by its launcher,
-    but the mission. folder: for the logs, with a folder for each robot. Use it as a context manager; it stops all
+    The missions start when the processes of all robots are there. A process that is killed comes back by its launcher,
+    but a mission. folder: for the logs, with a folder for each robot. Use it as a context manager; it stops all
     processes. Raises StartError and RouterUnreachableError.
     """
 
@@ -52,7 +52,8 @@ class Systems:
             yard = self._launcher(YARD, yard_table())
             self._flight.witness.attach(next(iter(self._buses.values())))
             yard.start(self._flight.yard)
-            self._launchers[self._first].start([self._flight.mission])
+            for name, mission in self._flight.missions.items():
+                self._launchers[name].start([mission])
             started.pop_all()
         return self
 
@@ -110,6 +111,7 @@ class Systems:
         if kill is None or self._killed or self._now() < kill.t:
             return
         self._killed = True
+        self._flight.witness.note_kill()
         os.kill(self._launchers[kill.robot].pids[kill.process], signal.SIGKILL)
         say(f"{kill.robot}: {kill.process} was killed at {self._now():.1f} s")
 
@@ -122,7 +124,7 @@ class Systems:
         for name, launcher in self._launchers.items():
             specs = self._flight.yard if name == YARD else self._flight.drones[name].specs
             essential = {ROUTER, *(spec.name for spec in specs if spec.essential)}
-            if not (self._killed and self._flight.kills_mission):
+            if not (self._killed and self._flight.loses_mission(name)):
                 essential.add(MISSION)
             given_up = [each for each in launcher.exits if each.final and each.process in essential]
             found += [f"{name}: {each}" for each in given_up if each.exit_code != 0]

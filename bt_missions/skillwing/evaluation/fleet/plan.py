@@ -9,7 +9,6 @@ from typing import Any
 
 import msgspec
 
-from skillwing.evaluation.fleet.survey import DRONES as ROBOTS
 from skillwing.evaluation.fleet.yard import YARD
 from skillwing.evaluation.flights.conditions import Condition, draw
 from skillwing.evaluation.flights.plan import Place, way_time
@@ -20,7 +19,7 @@ from skillwing.sim_mujoco.world.kinds import make_site
 from skillwing.sim_mujoco.world.site import Site
 from skillwing.sim_mujoco.world.standing import standing_places
 
-LEFT, RIGHT = ROBOTS
+ROBOTS = LEFT, RIGHT = "left", "right"
 """Names of the drones. The simulator belongs to the first one."""
 WORLD = "courtyard"
 EARLIEST_KILL = 5.0
@@ -49,7 +48,7 @@ class FleetCondition(StrEnum):
 _SUMMARIES = {
     FleetCondition.NONE: "nothing goes wrong",
     FleetCondition.CAMERA: "the depth camera of one drone fails, in one of six ways, for a while or for good",
-    FleetCondition.LINK: "the link from the ground to both drones fails for good: their mission is gone",
+    FleetCondition.LINK: "the link from the ground to one drone fails for good: its mission is gone",
     FleetCondition.JUDGE: "the judge of the shared pad is killed; in half of the flights it comes back",
 }
 
@@ -77,7 +76,7 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def hit(self) -> str:
-        """The robot whose camera fails."""
+        """The robot whose camera or link fails."""
         return ROBOTS[self._chance().randrange(len(ROBOTS))]
 
     def site(self) -> Site:
@@ -97,12 +96,13 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
             own[self.hit] = draw(Condition.CAMERA, self.seed, way_time(self.way(self.hit)))
         return options | {"robots": own}
 
-    def mission_options(self) -> dict[str, Any]:
-        """Options of the mission: the half of each robot, and the area of detours of the whole site."""
-        of_the_site, routes = mapping_mission(self.site()), self.routes()
+    def mission_options(self, robot: str) -> dict[str, Any]:
+        """Options of a robot's mission: its half, and the area of detours of the whole site."""
+        route, (x, y) = self.routes()[robot], self.homes()[robot]
         return {
-            "mapping": {robot: {**of_the_site, "route": route} for robot, route in routes.items()},
-            "homes": {robot: (x, y, routes[robot][0][2]) for robot, (x, y) in self.homes().items()},
+            "holder": robot,
+            "mapping": {**mapping_mission(self.site()), "route": route},
+            "home": (x, y, route[0][2]),
             "patience": PATIENCE,
         }
 
@@ -114,7 +114,7 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
         t = round(chance.uniform(EARLIEST_KILL, longest), 2)
         match self.condition:
             case FleetCondition.LINK:
-                return Kill(t, LEFT, MISSION)
+                return Kill(t, self.hit, MISSION)
             case FleetCondition.JUDGE:
                 returns = chance.random() < 0.5
                 back_after = round(chance.uniform(1.0, LONGEST_ABSENCE), 2) if returns else None

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import msgspec
 
-from skillwing.evaluation.fleet.plan import FleetPlan
+from skillwing.evaluation.fleet.plan import FleetCondition, FleetPlan
 from skillwing.evaluation.flights.result import SAFE_ENDS, End
+from skillwing.services.names import MISSION
 from skillwing.services.protocol import MissionPhase
 
 
@@ -34,7 +35,8 @@ class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
     """robots: results by robot. separation: least distance between the drones, tip to tip [m]. coverage: share of the
     surface in view of both ways that either map has; None if it was not judged. met: moments at which both drones were
     on the pad or above it. history: what does not fit in the history of the pad; empty if it is linearizable or was
-    not judged. visits: landings on the pad, by robot. end_time: when both had come to their end [robot s].
+    not judged. visits: landings on the pad, by robot. held_at_kill: a drone held the pad when a process was killed;
+    None if none was. end_time: when both had come to their end [robot s].
     processor_time: seconds. error: why the flight broke off, empty if it did not."""
 
     plan: FleetPlan
@@ -44,14 +46,33 @@ class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
     met: int = 0
     history: str = ""
     visits: dict[str, int] = {}
+    held_at_kill: bool | None = None
     end_time: float = 0.0
     processor_time: float = 0.0
     error: str = ""
 
     @property
     def kept(self) -> bool:
-        """The promise: nothing was hit, the fence was kept, both drones stand, and never were both on the pad."""
-        return not self.met and not self.history and not any(each.broken for each in self.robots.values())
+        """The promise: nothing was hit, the fence was kept, both drones stand, never were both on the pad, and nobody
+        waits for ever. If nothing goes wrong, both visit the pad as well."""
+        safe = not self.met and not self.history and not any(each.broken for each in self.robots.values())
+        return safe and not self.unfinished and (self.plan.condition is not FleetCondition.NONE or self.visited)
+
+    @property
+    def unfinished(self) -> tuple[str, ...]:
+        """The robots whose mission was not killed and has not ended."""
+        kill = self.plan.kill()
+        killed = kill.robot if kill is not None and kill.process == MISSION else None
+        return tuple(
+            robot
+            for robot, each in self.robots.items()
+            if robot != killed and not (each.phase and MissionPhase(each.phase).over)
+        )
+
+    @property
+    def visited(self) -> bool:
+        """True if both missions have succeeded, each with a landing on the pad."""
+        return self.succeeded == len(self.robots) and all(self.visits.get(robot) for robot in self.robots)
 
     @property
     def succeeded(self) -> int:

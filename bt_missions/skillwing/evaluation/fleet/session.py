@@ -29,25 +29,26 @@ class DroneFlight:
 
 @dataclass(frozen=True, slots=True)
 class FleetFlight:
-    """All parts of a flight. drones: by name; the first one has the simulator and the mission. yard: the processes of
-    the yard. witness: of the pad. mission: starts last. kill: what is killed meanwhile."""
+    """All parts of a flight. drones: by name; the first one has the simulator. yard: the processes of the yard.
+    witness: of the pad. missions: by drone; they start last. kill: what is killed meanwhile."""
 
     drones: Mapping[str, DroneFlight]
     yard: Sequence[ProcessSpec]
     witness: PadWitness
-    mission: ProcessSpec
+    missions: Mapping[str, ProcessSpec]
     kill: Kill | None
 
-    @property
-    def kills_mission(self) -> bool:
-        """True if the mission itself is killed."""
-        return self.kill is not None and self.kill.process == MISSION
+    def loses_mission(self, drone: str) -> bool:
+        """True if the mission of a drone is killed."""
+        return self.kill is not None and (self.kill.robot, self.kill.process) == (drone, MISSION)
 
     def over(self, now: float) -> bool:
-        """True if the mission is over, or killed, and both drones have come to their end."""
-        killed = self.kill is not None and self.kills_mission and now > self.kill.t
-        observers = [each.observer for each in self.drones.values()]
-        return all(each.over or (killed and each.end is not End.FLYING) for each in observers)
+        """True if each mission is over, or killed, and both drones have come to their end."""
+        return all(self._over(name, drone.observer, now) for name, drone in self.drones.items())
+
+    def _over(self, name: str, observer: FlightObserver, now: float) -> bool:
+        killed = self.loses_mission(name) and self.kill is not None and now > self.kill.t
+        return observer.over or (killed and observer.end is not End.FLYING)
 
 
 def together(
@@ -68,8 +69,10 @@ def together(
             robots[name].start(drone.specs)
         robots[YARD].attach(flight.witness)
         robots[YARD].start(flight.yard)
-        robots[next(iter(flight.drones))].start((flight.mission,))
+        for name, mission in flight.missions.items():
+            robots[name].start((mission,))
         if flight.kill is not None:
+            network.schedule(flight.kill.t, flight.witness.note_kill)
             _schedule(network, robots[flight.kill.robot], flight.kill, flight.yard)
 
     observers = {name: drone.observer for name, drone in flight.drones.items()}

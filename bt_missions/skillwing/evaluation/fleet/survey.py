@@ -1,4 +1,4 @@
-"""The mission of two drones that share a pad: each maps its half of a courtyard, then both land on the pad in turn."""
+"""The mission of a drone that shares a pad with others: it maps its part of a courtyard, and then lands on the pad."""
 
 from __future__ import annotations
 
@@ -20,71 +20,66 @@ from skillwing.bt_missions.missions.mapping import MappingMission, MappingMissio
 from skillwing.bt_missions.planning.detour import Position
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.bt_missions.subtrees.lease import WithLease
-from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 
-DRONES = ("left", "right")
-YARD = "yard"
+DRONE, YARD = "drone", "yard"
+"""Names of the robots in the mission."""
 VISIT_LIMIT = 180.0
 """Longest visit to the pad, from the grant of the lease on, in seconds of robot time."""
 
 
 class SurveyOptions(MissionOptions, frozen=True, kw_only=True):
-    """Options by drone; lengths in metres, ENU.
+    """Options; lengths in metres, ENU.
 
-    mapping: of the mapping mission of each drone; its speed is that of the visit, too. homes: place of each drone on
-    the ground, and the height of its visit to the pad. patience: longest wait for the pad in seconds, of which a visit
-    of the other drone is a part.
+    holder: name of the drone in the yard. mapping: of the mapping mission; its speed is that of the visit, too. home:
+    place of the drone on the ground, and the height of its visit to the pad. patience: longest wait for the pad in
+    seconds, of which a visit of another drone is a part.
     """
 
-    mapping: dict[str, MappingMissionOptions]
-    homes: dict[str, Position]
+    holder: str
+    mapping: MappingMissionOptions
+    home: Position
     patience: Annotated[float, msgspec.Meta(ge=0.0)] = 240.0
 
 
 class Survey(Mission):
     name = "survey"
-    summary = "Two drones map a half of a courtyard each, and land on the one pad that they share, one after the other."
-    robots = (*DRONES, YARD)
-    needs = MappingProxyType(
-        {f"{drone}.{name}": states for drone in DRONES for name, states in MappingMission.needs.items()}
-    )
+    summary = "A drone maps a part of a courtyard, and lands on the pad that it shares with others."
+    robots = (DRONE, YARD)
+    needs = MappingProxyType({f"{DRONE}.{name}": states for name, states in MappingMission.needs.items()})
     Options = SurveyOptions
 
     def build(self, context: MissionContext, options: SurveyOptions) -> MissionTrees:
-        both = ParallelAll("both", [_map_and_visit(context, drone, options) for drone in DRONES])
-        return MissionTrees(both, rescues={drone: rescue(context.of(drone)) for drone in DRONES})
+        """The mapping mission with its landing at home, and then the visit to the pad."""
+        own = context.of(DRONE)
+        mapping = MappingMission().build(own, options.mapping)
+        root = in_order(self.name, mapping.root, _visit(own, context.of(YARD), options))
+        return MissionTrees(root, rescues={DRONE: rescue(own)})
 
 
-def _map_and_visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behaviour:
-    """The mapping mission of one drone, with its landing at home, and then its visit to the pad."""
-    mapping = MappingMission().build(context.of(drone), options.mapping[drone])
-    return in_order(drone, mapping.root, _visit(context, drone, options))
-
-
-def _visit(context: MissionContext, drone: str, options: SurveyOptions) -> Behaviour:
+def _visit(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
     """The visit under the lease of the pad. A drone that loses the lease in the air lands where it is.
 
     Where the yard sees the drone in the place of the pad, nobody else gets the pad. So the drone goes on there.
     """
-    own, yard, mapping = context.of(drone), context.of(YARD), options.mapping[drone]
     visit = first_that_works(
-        "by camera or LiDAR", _pad_and_home(own, CAMERA, drone, options), _pad_and_home(own, LIDAR, drone, options)
+        "by camera or LiDAR", _pad_and_home(own, CAMERA, options), _pad_and_home(own, LIDAR, options)
     )
+    patience = options.mapping.pilot_patience
     lent = WithLease(
         "pad",
         yard,
-        SkillAction("hold the pad", yard, "hold_pad", {"holder": drone}),
-        guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=mapping.pilot_patience),
-        DataCompare("on the pad?", yard, "pad_robot", "==", drone),
+        SkillAction("hold the pad", yard, "hold_pad", {"holder": options.holder}),
+        guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=patience),
+        DataCompare("on the pad?", yard, "pad_robot", "==", options.holder),
         patience=options.patience,
     )
     return first_that_works("visit or land", lent, SuccessIsFailure("landed, but no visit", land_where_it_is(own)))
 
 
-def _pad_and_home(own: MissionContext, sensor: Sensor, drone: str, options: SurveyOptions) -> Behaviour:
+def _pad_and_home(own: MissionContext, sensor: Sensor, options: SurveyOptions) -> Behaviour:
     """A visit with one sensor: to the pad, down to it, up again, and to above the home."""
-    x, y, height = options.homes[drone]
-    speed = options.mapping[drone].speed
+    x, y, height = options.home
+    speed = options.mapping.speed
     return in_order(
         f"visit by {sensor.name}",
         ResourceIs(f"{sensor.name} works?", own, sensor.status, "OK"),

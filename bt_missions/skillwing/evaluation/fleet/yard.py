@@ -8,9 +8,12 @@ from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, MultiRobotBus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.protocol import GoalStatus, Keys, State
 from skillwing.services.robot import ProcessSpec, Robot, find_robot
 
 YARD = "yard"
+"""Name of the robot, and of its skillset."""
+LEASE = "hold_pad"
 FOLDER = Path(__file__).parents[4] / "examples" / "yard"
 PAD = (-2.2, -2.2, 2.2, 2.2)
 """Borders of the pad in m: west, south, east, north. The yard adds a margin of 1 m; the drones stand 4 m away."""
@@ -40,6 +43,7 @@ class PadWitness:
     """Node that receives the true positions of the drones. It belongs to the yard, and no process knows of it.
 
     met: times at which two drones were on the pad or above it, in s. visits: landings on the pad, by drone.
+    held_at_kill: a drone held the pad when a process was killed; None before.
     """
 
     name = "witness"
@@ -50,6 +54,8 @@ class PadWitness:
         self._stands: dict[str, bool] = dict.fromkeys(drones, False)
         self.met: list[float] = []
         self.visits = dict.fromkeys(drones, 0)
+        self.held_at_kill: bool | None = None
+        self._leases: set[str] = set()
 
     def attach(self, bus: Bus) -> None:
         if not isinstance(bus, MultiRobotBus):
@@ -57,9 +63,18 @@ class PadWitness:
         for drone in self.visits:
             take = message_reader(Truth, lambda truth, drone=drone: self.take(drone, truth))
             bus.beside(drone).subscribe(TRUTH, take)
+        lease = Keys(YARD).status(LEASE)
+        bus.beside(YARD).subscribe(lease, message_reader(GoalStatus, self._note_lease), events=True)
 
     def detach(self) -> None:
         """Do nothing: the witness holds no resources."""
+
+    def note_kill(self) -> None:
+        """Note that a process is killed now."""
+        self.held_at_kill = bool(self._leases)
+
+    def _note_lease(self, status: GoalStatus) -> None:
+        (self._leases.add if status.state is State.RUNNING else self._leases.discard)(status.goal_id)
 
     def take(self, drone: str, truth: Truth) -> None:
         """Note the true state of a drone."""
