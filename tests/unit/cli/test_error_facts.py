@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem
 from skillwing.dsl import SkillsetError, parse
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.errors import InvalidInputError, InvalidOptionError, NoReplyError, SeveralSystemsError
@@ -141,6 +142,12 @@ def test_a_problem_of_a_file_has_its_place() -> None:
     assert found["place"].startswith("a.skillset:2:")
     assert len(found["problems"]) == len(caught.value.diagnostics)
     assert facts(FileNotFoundError(2, "No such file", "b.skillset"))["place"] == "b.skillset"
+
+
+def test_each_problem_of_a_mission_is_a_sentence_with_its_place() -> None:
+    error = FaultyMissionError([MissionProblem("`land` is missing.", "hop.xml:3"), MissionProblem("It is empty.")])
+    found = json.loads(json.dumps(facts(error)))
+    assert found["problems"] == ["hop.xml:3: `land` is missing.", "It is empty."]
 
 
 def test_a_refusal_has_the_words_of_the_process_that_refused() -> None:

@@ -43,7 +43,7 @@ def error_facts(error: Exception, message: str, exit_code: int) -> dict[str, Any
             pass
     facts: dict[str, Any] = {"kind": _kind(error), "what": what, "remedy": remedy, "place": place}
     if problems:
-        facts["problems"] = dict(problems) if isinstance(problems, Mapping) else list(problems)
+        facts["problems"] = dict(problems) if isinstance(problems, Mapping) else [str(each) for each in problems]
     return {"error": {**facts, "exit_code": exit_code}}
 
 
