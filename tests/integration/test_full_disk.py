@@ -176,7 +176,7 @@ def test_a_recorder_ends_in_order_on_a_full_disk(source: Path, disk: Path) -> No
             for number in range(200):
                 status = GoalStatus(goal_id=f"g{number}", skill="push", state=State.RUNNING, t=float(number))
                 statuses.put(encode(status))
-            bus.run_until(lambda: bool(read_state(disk / "run").gaps), WITHIN)
+            wait_for(disk / "run", "failing")  # the bus hears nothing that would wake it up
         os.kill(launcher.pids["recorder"], signal.SIGTERM)
         ended = exits.get(timeout=WITHIN)
     assert (ended.process, ended.exit_code) == ("recorder", 0)
