@@ -5,22 +5,48 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from command_line import Command
+from quick_yard import PATIENCE, ROBOTS, YARD, up_words, wait_until_free
 
 from skillwing.services.history.files import read_records
 from skillwing.services.terminal.exit_codes import OK, REFUSED
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
-YARD = Path(__file__).parents[2] / "examples" / "yard"
-PATIENCE = 60.0
-ROBOTS = ("left", "right", "yard")
+# What a mission of several robots needs: goals and data of all three, and leases of the yard.
+VISITS = """
+<root BTCPP_format="4" main_tree_to_execute="visits">
+  <BehaviorTree ID="visits">
+    <ParallelAll>
+      <SubTree ID="one drone" robot="left" me="left" home="0,8,4"/>
+      <SubTree ID="one drone" robot="right" me="right" home="0,-8,4"/>
+    </ParallelAll>
+  </BehaviorTree>
+  <BehaviorTree ID="one drone">
+    <Fallback>
+      <Sequence>
+        <takeoff height="4"/>
+        <WithLease patience="120">
+          <hold_pad robot="yard" holder="{me}"/>
+          <Sequence><goto_straight target="0,0,4" speed="2"/><goto_straight target="{home}" speed="2"/></Sequence>
+          <DataCompare robot="yard" datum="pad_robot" sign="==" value="{me}"/>
+        </WithLease>
+        <land/>
+      </Sequence>
+      <land/>
+    </Fallback>
+  </BehaviorTree>
+  <BehaviorTree ID="rescue"><land/></BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="visits"><MetadataFields><Metadata robots="left right yard"/></MetadataFields></SubTree>
+  </TreeNodesModel>
+</root>
+"""
 
 
 @dataclass(frozen=True)
@@ -54,11 +80,9 @@ def site(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
         assert router.stdout is not None
         endpoint = router.stdout.readline().strip()
         for robot in ROBOTS:
-            mocked = ("--mock", "--robot-name", robot, "--script", str(YARD / f"{robot}.mock.toml"))
-            given = ("--robot", str(YARD)) if robot == "yard" else mocked
             options = ("--detach", "--colocate", "--run-dir", str(folder / robot))
             options += () if robot == "yard" else ("--no-record",)
-            said = skillwing("up", *given, "--router", endpoint, "--keys", str(keys), *options)
+            said = skillwing("up", *up_words(robot, folder), "--router", endpoint, "--keys", str(keys), *options)
             assert said.code == OK, said.error
         yield Site(endpoint, keys, folder / "yard")
     finally:
@@ -75,20 +99,14 @@ def by_alice(site: Site, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
 
 
-def wait_until_free(skillwing: Command) -> None:
-    """The watch reads the positions of both drones, and the judge believes it: each place becomes free."""
-    deadline = time.monotonic() + PATIENCE
-    while set(skillwing("resources", "--robot", "yard", "--json").json["states"].values()) != {"FREE"}:
-        assert time.monotonic() < deadline
-
-
 @pytest.mark.usefixtures("by_alice")
 @pytest.mark.parametrize(("words", "asker"), [((), "alice"), (("--on-board",), "left.mission")])
 def test_both_drones_visit_the_pad_by_a_mission_of_a_client(
-    site: Site, skillwing: Command, words: tuple[str, ...], asker: str
+    site: Site, skillwing: Command, tmp_path: Path, words: tuple[str, ...], asker: str
 ) -> None:
+    (tmp_path / "visits.xml").write_text(VISITS, encoding="utf-8")
     wait_until_free(skillwing)
-    said = skillwing("mission", "run", str(YARD / "survey.xml"), "speed=2", *words, "--json")
+    said = skillwing("mission", "run", str(tmp_path / "visits.xml"), *words, "--json")
     assert said.code == OK, said.error
     assert said.json["phase"] == "SUCCEEDED"
     leases = [record.text for record in read_records(site.run_dir) if record.subject == "hold_pad"]

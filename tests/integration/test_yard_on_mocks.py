@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from command_line import Command
+from quick_yard import PATIENCE, ROBOTS, YARD, up_words, wait_until_free
 from running_system import shown_phase, until
 
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.terminal.exit_codes import OK, REFUSED
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
-
-YARD = Path(__file__).parents[2] / "examples" / "yard"
-PATIENCE = 60.0
-ROBOTS = ("left", "right", "yard")
 
 
 @pytest.fixture(scope="module")
@@ -28,10 +24,8 @@ def yard(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     router: tuple[str, ...] = ()
     try:
         for robot in ROBOTS:
-            words = ("--mock", "--robot-name", robot, "--script", str(YARD / f"{robot}.mock.toml"))
-            given = ("--robot", str(YARD)) if robot == "yard" else words
             options = ("--detach", "--colocate", "--no-record", "--run-dir", str(folder / robot))
-            said = skillwing("up", *given, *router, *options)
+            said = skillwing("up", *up_words(robot, folder), *router, *options)
             assert said.code == OK, said.error
             state = read_run_state(ROBOTS[0])
             assert state is not None
@@ -40,12 +34,6 @@ def yard(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     finally:
         for robot in reversed(ROBOTS):
             skillwing("down", "--robot", robot)
-
-
-def wait_until_free(yard: Command) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while set(yard("resources", "--robot", "yard", "--json").json["states"].values()) != {"FREE"}:
-        assert time.monotonic() < deadline
 
 
 def test_both_drones_visit_the_pad_one_after_the_other(yard: Command) -> None:
