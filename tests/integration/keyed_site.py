@@ -24,10 +24,11 @@ from skillwing.services.wire.channel import Role
 PEOPLE = {"vic": Role.VIEWER, "alice": Role.CLIENT, "bob": Role.CLIENT, "olga": Role.OPERATOR}
 
 
-def make_store(folder: Path, robot: RobotAccess) -> KeyStore:
-    """Keys of a robot, and of a person of each role."""
+def make_store(folder: Path, *robots: RobotAccess) -> KeyStore:
+    """Keys of robots, and of a person of each role."""
     store = KeyStore.init(folder, ["127.0.0.1"])
-    store.add_robot(robot)
+    for robot in robots:
+        store.add_robot(robot)
     for name, role in PEOPLE.items():
         store.add_person(name, role)
     return store
@@ -43,17 +44,17 @@ class Site:
     store: KeyStore | None
     _stack: ExitStack = field(default_factory=ExitStack)
 
-    def identity(self, name: str) -> SessionIdentity | None:
-        """The identity of a person or process; None without keys."""
+    def identity(self, name: str, home: str | None = None) -> SessionIdentity | None:
+        """The identity of a person, or of a process of the robot `home`; None without keys."""
         if self.store is None:
             return None
         if name in PEOPLE:
             return read_identity(self.store.folder / "people" / name)
-        return process_identity(self.store.folder, self.robot, name)
+        return process_identity(self.store.folder, home or self.robot, name)
 
-    def session(self, name: str, robot: str | None = None) -> zenoh.Session:
+    def session(self, name: str, robot: str | None = None, home: str | None = None) -> zenoh.Session:
         """A plain session that shows the certificate of a person or process, closed at the end."""
-        session = open_client(self.endpoint, robot or self.robot, 5.0, self.identity(name))
+        session = open_client(self.endpoint, robot or self.robot, 5.0, self.identity(name, home))
         return self._stack.enter_context(session)
 
     def close(self) -> None:

@@ -6,8 +6,10 @@ without a certificate of the site cannot connect at all.
 
 from __future__ import annotations
 
+import json
+import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import timedelta
@@ -48,6 +50,7 @@ from skillwing.services.protocol import (
     encode,
 )
 from skillwing.services.robot import ProcessSpec, Robot
+from skillwing.services.wire.channel import Role
 
 ROVER = Path(__file__).parents[2] / "examples" / "rover" / "rover.skillset"
 SKILLSET = load(ROVER)
@@ -56,7 +59,8 @@ ROBOT = Robot(
     skillset=ROVER,
     hooks={},
     clock="wall",
-    functional_layer=lambda _: (ProcessSpec("bridge", "none:none"),),
+    functional_layer=lambda _: tuple(ProcessSpec(each, "none:none") for each in ("bridge", "sim", "mapping")),
+    topics="skillwing.onboard.interface.table:TOPICS",
 )
 KEYS = Keys("rover")
 TARGET = {"target": {"x": 1.0, "y": 2.0, "heading": 0.0}}
@@ -77,11 +81,13 @@ class Stage:
     def identity(self, name: str) -> SessionIdentity | None:
         if self.store is None:
             return None
-        return read_identity(self.store.folder / ("people" if name in PEOPLE else "robots/rover") / name)
+        person = self.store.folder / "people" / name
+        return read_identity(person if person.exists() else self.store.folder / "robots" / "rover" / name)
 
-    def session(self, name: str = "vic") -> zenoh.Session:
-        """A plain session of an attacker, or of somebody who may."""
-        return open_client(self.launcher.endpoint, "rover", TIMEOUT, self.identity(name))
+    def session(self, name: str = "vic", mode: str = "client") -> zenoh.Session:
+        """A plain session of an attacker, or of somebody who may. mode: Zenoh's."""
+        identity = self.identity(name)
+        return opened(self.launcher.endpoint, mode, None if identity is None else identity.connecting())
 
     def ask(self, session: zenoh.Session, key: str, message: Message, *names: str) -> bytes | None:
         """The first answer to a question: at the plain key, and with keys under each of these names."""
@@ -96,10 +102,27 @@ class Stage:
         return f"client/{name}~{suffix}"
 
 
+def opened(endpoint: str, mode: str, tls: Mapping[str, object] | None, timeout: float = TIMEOUT) -> zenoh.Session:
+    """A session of Zenoh in any mode, with any settings of TLS. Raises ZError if the router does not let it in."""
+    config = {
+        "mode": mode,
+        "namespace": "robot/rover",
+        "scouting": {"multicast": {"enabled": False}},
+        "connect": {"endpoints": [endpoint], "timeout_ms": round(1000 * timeout), "exit_on_failure": True},
+        "listen": {"endpoints": []},
+        "transport": {"link": {} if tls is None else {"tls": dict(tls)}},
+    }
+    return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+
+
 @pytest.fixture(scope="module", params=["insecure", "keys"])
 def stage(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     folder = tmp_path_factory.mktemp(request.param)
     store = make_store(folder / "keys", robot_access(ROBOT)) if request.param == "keys" else None
+    if store is not None:
+        # ann was an operator and kept that folder, before her keys were made again for another role.
+        shutil.copytree(store.add_person("ann", Role.OPERATOR), store.folder / "people" / "ann-before")
+        store.add_person("ann", Role.VIEWER)
     with Launcher("rover", "rover", folder, clock="wall", keys=None if store is None else store.folder) as launcher:
         launcher.start_router(LOOPBACK if store is None else LOOPBACK_WITH_KEYS)
         launcher.start(mock_processes(ROBOT, run={"run_dir": folder}))
@@ -126,11 +149,18 @@ def states(stage: Stage) -> dict[str, str]:
     return decode(answer, ResourceStates).states
 
 
-def test_somebody_without_a_certificate_reads_every_topic(stage: Stage) -> None:
+@pytest.mark.parametrize("way", ["no authority", "no certificate", "tcp", "peer", "router"])
+def test_somebody_without_a_certificate_reads_every_topic(stage: Stage, way: str) -> None:
+    """The certificate of the authority is no secret, and all ways but the first one have it."""
     heard: set[str] = set()
+    endpoint, tls = stage.launcher.endpoint, None
+    if stage.store is not None and way != "no authority":
+        tls = {"root_ca_certificate": str(stage.store.router_folder / "authority.pem")}
+    if way == "tcp":
+        endpoint = endpoint.replace("tls/", "tcp/")
     try:
-        session = open_client(stage.launcher.endpoint, "rover", 2.0)
-    except RouterUnreachableError:
+        session = opened(endpoint, way if way in ("peer", "router") else "client", tls, timeout=1.0)
+    except zenoh.ZError:
         succeeds(False, stage)
         return
     with session:
@@ -149,15 +179,32 @@ def test_forged_extern_transitions(stage: Stage) -> None:
         assert stage.ask(session, KEYS.resource_extern, back, "olga") is not None
 
 
-@pytest.mark.parametrize("key", ["fl/autopilot/setpoint", "rover/data/pose", "rover/resource/step", "fl/clock"])
-def test_forged_publications(stage: Stage, key: str) -> None:
+FORGED = [
+    ("alice", key, "client") for key in ("fl/autopilot/setpoint", "rover/data/pose", "rover/resource/step", "fl/clock")
+]
+FORGED += [("mapping", key, "client") for key in ("fl/autopilot/setpoint", "rover/resource/step", "fl/clock")]
+FORGED += [("alice", "fl/autopilot/setpoint", mode) for mode in ("peer", "router")]
+
+
+@pytest.mark.parametrize(("name", "key", "mode"), FORGED)
+def test_forged_publications(stage: Stage, name: str, key: str, mode: str) -> None:
+    """By a client, and by a process of the same robot whose table gives the key to another one."""
     heard: list[bytes] = []
-    with stage.session("bridge") as victim, stage.session("alice") as attacker:
+    own = signed(KEYS.timeline, name if name in PEOPLE else f"rover.{name}")
+    with stage.session("bridge") as victim, stage.session(name, mode) as attacker:
         note = zenoh.handlers.Callback(lambda sample: heard.append(sample.payload.to_bytes()), indirect=False)
         victim.declare_subscriber(key, note)
-        # A subscription arrives after a while. What the attacker publishes on the way is lost for both.
-        forged = arrives(lambda: attacker.put(key, b"forged") or b"forged" in heard, 2.0)
-    succeeds(forged, stage)
+        victim.declare_subscriber(own, note)
+
+        def publish(mark: bytes) -> bool:
+            attacker.put(key, b"forged")
+            attacker.put(own, mark)
+            return mark in heard
+
+        # A subscription arrives after a while. Once the own publication has passed, the forged one would have, too.
+        assert arrives(lambda: publish(b"first"))
+        assert arrives(lambda: publish(b"second"))
+    succeeds(b"forged" in heard, stage)
 
 
 def test_an_impostor_in_place_of_a_manager(stage: Stage) -> None:
@@ -221,6 +268,8 @@ def test_a_start_in_the_name_of_somebody_else(stage: Stage) -> None:
         succeeds(replayed is not None, stage)
         again = structs.replace(recorded, goal_id=f"{recorded.goal_id}-again")
         assert stage.ask(client, KEYS.start("turn"), again, "bob") is not None
+        under_her_name = structs.replace(recorded, goal_id=f"{recorded.goal_id}-stolen")
+        succeeds(stage.ask(client, KEYS.start("turn"), under_her_name, "alice") is not None, stage)
         assert arrives(lambda: f"asked by {'bob (alice)' if stage.secure else 'alice'}" in texts)
     assert ("asked by alice" in texts) == (not stage.secure)
 
@@ -281,6 +330,23 @@ def test_one_person_in_two_roles(stage: Stage) -> None:
         with stage.session(name) as session:
             answers.append(stage.ask(session, KEYS.resource_extern, request, "alice", "vic", "olga"))
     succeeds(any(answer is not None for answer in answers), stage)
+
+
+def test_an_earlier_certificate_of_a_name_has_the_present_role_of_that_name(stage: Stage) -> None:
+    """ann was an operator. Her folder of that time now opens what a viewer may, and nothing more."""
+    request = FireExtern(resource="carousel", target="ROOM", source="ann")
+    with stage.session("ann-before") as session:
+        assert stage.ask(session, KEYS.resource_states, QueryStates(), "ann") is not None
+        succeeds(stage.ask(session, KEYS.resource_extern, request, "ann") is not None, stage)
+
+
+def test_a_certificate_of_a_process_in_the_hands_of_a_person(stage: Stage) -> None:
+    """Who has copied the keys of `mapping` from the robot starts a skill, as it or as a client."""
+    request = StartGoal(
+        goal_id=f"copied-{stage.secure}", inputs={"heading": 0.1}, client="m", schema=SKILLSET.schema_hash
+    )
+    with stage.session("mapping") as session:
+        succeeds(stage.ask(session, KEYS.start("turn"), request, "rover.mapping", "alice") is not None, stage)
 
 
 def test_certificates_of_others_and_of_yesterday(stage: Stage, tmp_path: Path) -> None:
