@@ -149,6 +149,16 @@ def test_a_name_is_taken_back_and_another_one_is_let_in(rover: Rover, skillwing:
     assert "does not know your name" in refused.error
     assert rover.by("carol", "resources").code == 0
     assert "bob" not in skillwing("keys", "list", "--json", "--keys", str(rover.keys)).out
+    again = skillwing("keys", "add", "bob", "--role", "client", "--keys", str(rover.keys))
+    assert again.code == 2
+    assert "Choose another name, such as `bob2`." in again.error
+
+
+def test_keys_that_are_made_again_name_the_earlier_ones(rover: Rover, skillwing: Command) -> None:
+    again = skillwing("keys", "add", "vic", "--role", "viewer", "--keys", str(rover.keys))
+    assert again.code == 0
+    assert "Earlier keys of `vic` stay valid" in again.error
+    assert rover.by("vic", "resources").code == 0
 
 
 def test_the_plain_client_knows_the_rules(rover: Rover) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ssl
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -50,6 +51,33 @@ def test_the_site_is_what_was_added(store: KeyStore) -> None:
     assert not (store.folder / "people" / "alice").exists()
     with pytest.raises(KeysError, match="not known"):
         store.remove("alice")
+
+
+def test_a_removed_name_is_never_given_again(store: KeyStore) -> None:
+    """The policy knows names only: the old certificate would be let in with the new one."""
+    store.add_person("alice", Role.CLIENT)
+    store.remove("alice")
+    store.remove("rover")
+    before = contents(store)
+    with pytest.raises(InvalidOptionError, match=r"`alice` was removed, .* Choose another name, such as `alice2`"):
+        store.add_person("alice", Role.CLIENT)
+    with pytest.raises(InvalidOptionError, match=r"`rover` was removed, .* such as --robot-name rover2"):
+        store.add_robot(ROVER)
+    with pytest.raises(InvalidOptionError, match="was removed"):
+        KeyStore.prepare(store.folder, [], [], ["alice"])
+    assert contents(store) == before
+    store.add_person("alice2", Role.CLIENT)
+    assert store.site().people == {"alice2": Role.CLIENT}
+
+
+def test_a_robot_and_a_person_have_different_names(store: KeyStore) -> None:
+    store.add_person("alice", Role.CLIENT)
+    with pytest.raises(InvalidOptionError, match=r"`rover` is a robot here\. Choose another name, such as `rover2`"):
+        store.add_person("rover", Role.VIEWER)
+    with pytest.raises(InvalidOptionError, match="`alice` is a person here"):
+        store.add_robot(replace(ROVER, name="alice"))
+    store.add_robot(ROVER)
+    assert store.site().people == {"alice": Role.CLIENT}
 
 
 def test_the_router_serves_its_hosts_and_people_serve_nobody(store: KeyStore) -> None:

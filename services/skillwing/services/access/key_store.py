@@ -10,7 +10,6 @@ The router reads names.json at its start. A name that is missing there is denied
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -21,54 +20,21 @@ import msgspec
 
 from skillwing.services.access.certificate_facts import ROUTER_NAME, CertificateFacts, Issued, utc_now
 from skillwing.services.access.policy import RobotAccess, SiteAccess, certificate_name
+from skillwing.services.access.site_names import DAYS, Names
 from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
-from skillwing.services.errors import InvalidOptionError, SkillwingError
-from skillwing.services.wire.channel import PEOPLE, Channel, Kind, Role
+from skillwing.services.errors import SkillwingError
+from skillwing.services.wire.channel import Role
 
-DAYS = 365
-"""Validity of certificates, unless said otherwise."""
 RENEWAL = timedelta(days=30)
 """Time before the end of a certificate's validity from which on it is renewed."""
 AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "people"
 NAMES_FILE = "names.json"
 ALWAYS = ("localhost", "127.0.0.1", "::1")
 """Hosts at which every router is found on its own machine."""
-PERSON = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 
 
 class KeysError(SkillwingError):
     """A folder of keys that is missing, damaged, or cannot do what was asked."""
-
-
-class Topic(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A row of a functional layer, as far as the policy needs it."""
-
-    key: str
-    kind: Kind
-    offered_by: tuple[str, ...]
-    used_by: tuple[str, ...]
-
-
-class RobotNames(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A robot: its skillset's name, the role of each process, and the topics of its functional layer.
-
-    shared, works_at: as of `RobotAccess`.
-    """
-
-    skillset: str
-    processes: dict[str, Role]
-    topics: tuple[Topic, ...] = ()
-    shared: tuple[str, ...] = ()
-    works_at: tuple[str, ...] = ()
-
-
-class Names(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Content of names.json. days: validity of certificates that are issued."""
-
-    hosts: tuple[str, ...]
-    days: int = DAYS
-    robots: dict[str, RobotNames] = {}
-    people: dict[str, Role] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,14 +115,7 @@ class KeyStore:
 
     def site(self) -> SiteAccess:
         """The facts that the policy follows from."""
-        names = self.names()
-        robots = (
-            RobotAccess(
-                *(name, robot.skillset, robot.processes, tuple(map(_row, robot.topics)), robot.shared, robot.works_at)
-            )
-            for name, robot in names.robots.items()
-        )
-        return SiteAccess(tuple(robots), names.people)
+        return self.names().site()
 
     def add_hosts(self, hosts: Iterable[str]) -> None:
         """Name further hosts at which the router is reached. Its certificate is issued again if one of them is new."""
@@ -170,9 +129,10 @@ class KeyStore:
         """Issue a certificate for each process of a robot that lacks a lasting one, and take in its present processes.
 
         The robots at which it works are added to those that are known. The router's certificate is renewed as well, if
-        it ends soon.
+        it ends soon. Raises InvalidOptionError for the name of a person, or one that was removed.
         """
         names = self.names()
+        named = names.with_robot(robot)
         for process, role in robot.processes.items():
             name = certificate_name(robot.name, process)
             place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
@@ -180,39 +140,32 @@ class KeyStore:
                 self._issue(place, name, str(role), names.days)
         if not self._lasts(ROUTER):
             self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
-        topics = tuple(_topic(row) for row in robot.topics)
-        earlier = names.robots[robot.name].works_at if robot.name in names.robots else ()
-        works_at = tuple(dict.fromkeys((*earlier, *robot.works_at)))
-        known = RobotNames(robot.skillset, dict(robot.processes), topics, robot.shared, works_at)
-        self._save(msgspec.structs.replace(names, robots={**names.robots, robot.name: known}))
+        self._save(named)
 
     def add_person(self, name: str, role: Role, days: int | None = None) -> Path:
         """Issue a certificate for a person or station, again for a known name; returns the folder to hand over.
 
-        Raises InvalidOptionError for a name that cannot be one.
+        Raises InvalidOptionError for a name that cannot be one, that of a robot, or one that was removed.
         """
         names = self.names()
-        if role not in PEOPLE:
-            raise InvalidOptionError("role", f"A person is {', '.join(PEOPLE[:-1])} or {PEOPLE[-1]}, not {role}.")
-        if PERSON.fullmatch(name) is None or name == ROUTER_NAME:
-            text = f"Nobody can be called `{name}` here. Use a letter, then at most 39 letters, digits, `_` and `-`."
-            raise InvalidOptionError("name", text)
+        named = names.with_person(name, role)
         place = f"{PEOPLE_FOLDER}/{name}"
         self._issue(place, name, str(role), days or names.days)
-        self._save(msgspec.structs.replace(names, people={**names.people, name: role}))
+        self._save(named)
         return self.folder / place
 
     def remove(self, name: str) -> None:
-        """Forget a person or a robot: after the router's next start its certificates are denied. Raises KeysError."""
+        """Forget a person or a robot: after the router's next start its certificates are denied, for good.
+
+        Raises KeysError for an unknown name.
+        """
         names = self.names()
         if name not in names.people and name not in names.robots:
             known = ", ".join((*names.people, *names.robots)) or "nobody"
             raise KeysError(f"`{name}` is not known in {self.folder}. Known: {known}.")
         for place in (PEOPLE_FOLDER, ROBOTS):
             shutil.rmtree(self.folder / place / name, ignore_errors=True)
-        people = {each: role for each, role in names.people.items() if each != name}
-        robots = {each: robot for each, robot in names.robots.items() if each != name}
-        self._save(msgspec.structs.replace(names, people=people, robots=robots))
+        self._save(names.without(name))
 
     def holders(self) -> Iterator[KeyHolder]:
         """Every certificate that was issued and is known, with the end of its validity."""
@@ -286,13 +239,3 @@ def _write_private(path: Path, content: bytes) -> None:
     fresh.touch(mode=0o600)
     fresh.write_bytes(content)
     fresh.replace(path)
-
-
-def _topic(row: Channel) -> Topic:
-    key = row.key if isinstance(row.key, str) else ""
-    pattern = f"{key}/*" if row.each else key
-    return Topic(pattern, row.kind, tuple(map(str, row.offered_by)), tuple(map(str, row.used_by)))
-
-
-def _row(topic: Topic) -> Channel:
-    return Channel(topic.key, topic.kind, topic.offered_by, topic.used_by)

@@ -10,8 +10,9 @@ import typer
 from rich.table import Table
 
 from skillwing.services.access.certificate_facts import utc_now
-from skillwing.services.access.key_store import DAYS, KeyStore
+from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.robots import robot_access
+from skillwing.services.access.site_names import DAYS
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import Robot, find_robot
 from skillwing.services.terminal.completion import robots
@@ -20,6 +21,10 @@ from skillwing.services.terminal.system_options import require_robot_name
 from skillwing.services.wire.channel import Role
 
 RESTART = "The router knows it after its next start."
+EARLIER = (
+    "Earlier keys of `{name}` stay valid, with this role. "
+    "If they were lost: `skillwing keys remove {name}`, and add another name."
+)
 keys = typer.Typer(
     no_args_is_help=True,
     help="Make, list and take back certificates, without which nobody can reach a robot from elsewhere.",
@@ -126,10 +131,16 @@ def add(
 ) -> None:
     """Make the keys of a person or station: a folder to hand over. For a known name they are made again.
 
-    Exit codes: 0 made, 2 no such role, a name that cannot be one, or a folder without keys.
+    Earlier keys of that name stay valid. For keys that were lost, remove the name and add another one.
+
+    Exit codes: 0 made, 2 no such role, a name that cannot be one or was removed, or a folder without keys.
     """
-    place = KeyStore(folder).add_person(name, role, days)
+    store = KeyStore(folder)
+    known = name in store.names().people
+    place = store.add_person(name, role, days)
     typer.echo(f"Give {place} to {name}, by a safe way. There: `export SKILLWING_KEYS={name}`. {RESTART}")
+    if known:
+        typer.echo(EARLIER.format(name=name), err=True)
 
 
 @keys.command()
@@ -138,10 +149,13 @@ def remove(
 ) -> None:
     """Take a name back. The router denies it everything after its next start, whatever certificate it shows.
 
+    The name cannot be given again, since the router tells certificates apart by their names alone.
+
     Exit codes: 0 removed, 2 unknown name, or a folder without keys.
     """
     KeyStore(folder).remove(name)
     typer.echo(f"{name} is removed. Restart the router now: until then the old rules hold.")
+    typer.echo(f"`{name}` cannot be given again, or its old certificates would be let in. Later, choose another name.")
 
 
 @keys.command(name="list")
