@@ -4,8 +4,8 @@
 
 `--hours` may be given several times, each with its `--rate` and `--speed`. Time waits for the starts that are due, so
 that the rate is kept on any machine. With `--results`, a soak that is interrupted leaves what it measured, and one that
-is finished does not run again. Ends with 1 if a process grew, a goal was lost, or the files of the run became larger
-than `--keep`.
+is finished does not run again. Ends with 1 if a process grew, a goal was lost, or the run directory became larger than
+`--keep` and a tenth of it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from skillwing.bt_missions.running.process import mission_process
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.disk import write_whole
+from skillwing.services.disk import directory_size, write_whole
 from skillwing.services.history.recording_state import add_up, read_state
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION
@@ -82,17 +82,28 @@ class _Watch:
     on_sample: Callable[[Soak], None]
     counts: list[SoakCount] = field(default_factory=list[SoakCount])
     mission_is_over: bool = False
+    mission_works: bool = False
+    """True from the first status of a mission on: before, its process is still being loaded, and its memory small."""
     begun: float = field(default_factory=time.monotonic)
 
     def note_mission(self, status: MissionStatus) -> None:
         """Take a status of the mission that runs."""
         self.mission_is_over = status.phase.over
+        self.mission_works = self.mission_works or not status.phase.over
+
+    def forget_mission(self) -> None:
+        """Take note that another mission process begins."""
+        self.mission_is_over = self.mission_works = False
 
     def sample(self, launcher: Launcher, now: float) -> None:
         """Measure, and hand on the soak so far."""
         last = self.counts[-1] if self.counts else SoakCount(t=0.0, started=0, ended=0, succeeded=0, behind=0.0)
         del self.counts[:-1]
-        self.soak.samples.append(Sample(now, _memory(launcher), _disk(self.run_dir), last.started))
+        memory = _memory(launcher)
+        if not self.mission_works:
+            memory.pop(MISSION, None)
+        parts = sum(part.size for part in find_parts(self.run_dir, FILES))
+        self.soak.samples.append(Sample(now, memory, directory_size(self.run_dir), parts, last.started))
         others = [state for state in launcher.states if state.name != MISSION]
         self.soak = replace(
             self.soak,
@@ -160,7 +171,7 @@ def _follow(launcher: Launcher, bus: ZenohBus, watch: _Watch, mission: ProcessSp
             os.kill(launcher.pids[MISSION], signal.SIGTERM)
             bus.run_until(lambda: not launcher.running(MISSION), LONGEST_WAIT)
         if not launcher.running(MISSION):
-            watch.mission_is_over = False
+            watch.forget_mission()
             launcher.start([mission])
             watch.soak = replace(watch.soak, missions=watch.soak.missions + 1)
         now = bus.now()
@@ -180,11 +191,6 @@ def _memory(launcher: Launcher) -> dict[str, int]:
     return {name: found.memory for name, pid in pids.items() if (found := usage(pid)) is not None}
 
 
-def _disk(run_dir: Path) -> int:
-    """Bytes of the files that the retention is about."""
-    return sum(part.size for part in find_parts(run_dir, FILES))
-
-
 def _written(run_dir: Path) -> dict[str, int]:
     """Bytes that were written to each file, with its deleted parts."""
     there = add_up({part.name: part.size} for part in find_parts(run_dir, FILES))
@@ -195,7 +201,8 @@ def _print_progress(soak: Soak) -> None:
     last = soak.samples[-1]
     memory = " ".join(f"{name}={size / 1e6:.0f}" for name, size in sorted(last.memory.items()))
     _say(
-        f"{last.t / HOUR:6.2f} h  {last.started:9,} goals  {soak.wall:6.0f} s  disk {last.disk / 1e6:7.1f} MB  {memory}"
+        f"{last.t / HOUR:6.2f} h  {last.started:9,} goals  {soak.wall:6.0f} s  disk {last.directory / 1e6:7.1f} MB  "
+        f"{memory}"
     )
 
 
@@ -210,10 +217,13 @@ def _machine() -> str:
 
 
 def _finished(file: Path | None, asked: Soak) -> Soak | None:
-    """The same soak, if it has run to its end; None otherwise."""
+    """The same soak, if it has run to its end; None otherwise, and for a result with other figures."""
     if file is None or not file.is_file():
         return None
-    found = msgspec.json.decode(file.read_bytes(), type=Soak)
+    try:
+        found = msgspec.json.decode(file.read_bytes(), type=Soak)
+    except msgspec.ValidationError:
+        return None
     return found if found.finished and (found.keep, found.settle) == (asked.keep, asked.settle) else None
 
 

@@ -13,7 +13,7 @@ import soak_run
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from soak_figures import GROWTH_ALLOWED, HOUR, WEEK_GOALS, Sample, Soak, growths, table, trend
+from soak_figures import GROWTH_ALLOWED, HOUR, WEEK_GOALS, Sample, Soak, growths, not_judged, table, trend
 
 BASE = 100e6
 
@@ -21,15 +21,15 @@ BASE = 100e6
 def samples(memory: Callable[[int], float], hours: float = 24.0, rate: float = 2.0) -> list[Sample]:
     """240 samples. memory: bytes of `recorder` by started goals."""
     times = [hours * HOUR * number / 240 for number in range(241)]
-    return [Sample(t, {"recorder": round(memory(round(t * rate)))}, 1000, round(t * rate)) for t in times]
+    return [Sample(t, {"recorder": round(memory(round(t * rate)))}, 2000, 1000, round(t * rate)) for t in times]
 
 
-def soak(memory: Callable[[int], float]) -> Soak:
-    found = samples(memory)
+def soak(memory: Callable[[int], float], rate: float = 2.0) -> Soak:
+    found = samples(memory, rate=rate)
     ended = found[-1].started
     return Soak(
         hours=24.0,
-        rate=2.0,
+        rate=rate,
         keep=1_000_000_000,
         settle=HOUR,
         machine="a machine",
@@ -45,9 +45,11 @@ def soak(memory: Callable[[int], float]) -> Soak:
 @given(st.floats(1.0, 1000.0), st.randoms(use_true_random=False))
 def test_a_leak_is_found_below_peaks_of_memory_that_are_not_one(leak: float, chance: random.Random) -> None:
     """leak: bytes for each goal."""
-    (found,) = growths(samples(lambda goals: BASE + leak * goals + chance.choice([0.0, 0.0, 60e6])), HOUR)
+    measured = samples(lambda goals: BASE + leak * goals + chance.choice([0.0, 0.0, 60e6]))
+    (found,) = growths(measured, HOUR)
     assert found.week == pytest.approx(leak * WEEK_GOALS / 1e6, rel=0.2, abs=0.1)
-    assert found.flat == (found.week < GROWTH_ALLOWED)
+    assert found.risen == pytest.approx(leak * (measured[-1].started - measured[10].started) / 1e6, rel=0.2, abs=0.1)
+    assert found.flat == (found.week < GROWTH_ALLOWED and found.risen < GROWTH_ALLOWED)
 
 
 @pytest.mark.parametrize(
@@ -64,14 +66,43 @@ def test_what_does_not_grow_for_ever_is_flat(memory: Callable[[int], float]) -> 
     assert soak(memory).problems() == []
 
 
-def test_a_leak_of_50_bytes_a_goal_is_a_problem() -> None:
-    assert soak(lambda goals: BASE + 50.0 * goals).problems() == ["recorder grows by 30 MB in a week."]
+def test_a_leak_of_50_bytes_a_goal_is_a_problem_of_the_week() -> None:
+    problem = "recorder grew by 8 MB in the soak, and grows by 30 MB in a week."
+    assert soak(lambda goals: BASE + 50.0 * goals).problems() == [problem]
 
 
-def test_a_process_that_was_not_there_all_the_time_has_no_trend() -> None:
-    found = samples(lambda goals: BASE)
-    found[200] = Sample(found[200].t, {}, 0, found[200].started)
-    assert growths(found, HOUR) == []
+def test_a_leak_of_40_bytes_a_goal_is_a_problem_of_a_day_at_20_starts_a_second() -> None:
+    problem = "recorder grew by 64 MB in the soak, and grows by 24 MB in a week."
+    assert soak(lambda goals: BASE + 40.0 * goals, rate=20.0).problems() == [problem]
+
+
+def test_a_process_that_is_between_two_lives_at_a_sample_is_judged_by_its_other_samples() -> None:
+    found = samples(lambda goals: BASE + 100.0 * goals)
+    for number in range(12, 240, 15):
+        found[number] = replace(found[number], memory={})
+    (growth,) = growths(found, HOUR)
+    assert not growth.flat
+    assert not_judged(found, HOUR) == []
+
+
+def test_a_process_that_was_not_there_for_a_window_is_not_judged_which_the_table_says() -> None:
+    whole = soak(lambda goals: BASE)
+    for number in range(200, 215):
+        whole.samples[number] = replace(whole.samples[number], memory={"driver": 60_000_000})
+    assert [each.process for each in whole.growths] == []
+    assert whole.not_judged == ["recorder", "driver"]
+    for number, sample in enumerate(whole.samples):
+        whole.samples[number] = replace(sample, memory={"router": 50_000_000, **sample.memory})
+    text = table([whole])
+    assert "Every process that was judged was flat." in text
+    assert "Not judged, because they were not there all the time: recorder, driver." in text
+
+
+def test_the_whole_run_directory_counts_on_the_disk() -> None:
+    whole = soak(lambda goals: BASE)
+    whole.samples[100] = replace(whole.samples[100], directory=1_101_000_000, parts=900_000_000)
+    assert whole.problems() == ["The run directory has 1.1 GB, more than 1.1 times the 1 GB of `--keep`."]
+    assert "The run directory had 1.1 GB at most, and the files that `--keep 1GB` limits 900 MB." in table([whole])
 
 
 def test_too_few_samples_have_no_trend() -> None:
@@ -85,7 +116,7 @@ def test_an_interrupted_soak_is_in_the_table_with_what_it_measured() -> None:
     text = table([part])
     assert "**12.0 robot hours at 2.0 starts a second**, of 24 hours at 2" in text
     assert "This soak was interrupted." in text
-    assert "| recorder | 100.0 | 100.0 | 100.0 | +0.0 |" in text
+    assert "| recorder | 100.0 | 100.0 | 100.0 | +0.0 | +0.0 |" in text
     assert "interrupted" not in table([whole])
     assert table([replace(whole, samples=[])]) == ""
 
@@ -118,3 +149,16 @@ def test_a_finished_soak_does_not_run_again_and_an_interrupted_one_ends_the_comm
     assert soak_run.main(words) == 0
     assert runner.runs == 3
     assert capsys.readouterr().out.count("Every process was flat.") == 5
+
+
+def test_a_result_with_the_figures_of_older_code_is_measured_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    runner = Runner()
+    monkeypatch.setattr(soak_run, "run", runner.run)
+    older = msgspec.to_builtins(soak(lambda goals: BASE))
+    for sample in older["samples"]:
+        del sample["directory"]
+    (tmp_path / "24h-2.json").write_bytes(msgspec.json.encode(older))
+    assert soak_run.main(["--hours", "24", "--rate", "2", "--results", str(tmp_path)]) == 0
+    assert runner.runs == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -63,6 +64,18 @@ def require_room(run_dir: Path) -> None:
         raise SkillwingError(
             f"There is no room for a run in `{run_dir}`: {size_text(free)} are free, it needs {least}. {FREE_SOME}"
         )
+
+
+def directory_size(path: Path) -> int:
+    """Bytes that the files of a directory take on the disk."""
+    total = 0
+    for folder, _, names in os.walk(path):
+        for name in names:
+            with suppress(OSError):  # it was deleted meanwhile
+                entry = (Path(folder) / name).lstat()
+                if stat.S_ISREG(entry.st_mode):
+                    total += entry.st_blocks * 512
+    return total
 
 
 def write_whole(path: Path, content: bytes) -> None:

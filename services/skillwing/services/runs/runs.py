@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import stat
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 
 import msgspec
 
+from skillwing.services.disk import directory_size
 from skillwing.services.errors import BadRecordingError
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, Timed, last_time
 from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals, read_phases
@@ -70,7 +69,7 @@ def read_run(path: Path, *, active: bool = False) -> Run:
         robot=facts.robot,
         begun=(path / RUN_FILE).stat().st_mtime,
         seconds=None if begin is None or end is None else max(0.0, end - begin),
-        size=sum(size for size in _sizes(path)),
+        size=directory_size(path),
         missions=tuple(_missions(path, alone=facts.mission is not None)),
         missing=tuple(missing_sentences(state, float("-inf"), float("inf"))),
         active=active,
@@ -105,13 +104,3 @@ def _first_time(path: Path) -> float | None:
 def _last_time(path: Path) -> float | None:
     times = [last_time(part) for name in (TIMELINE_FILE, GOALS_FILE) for part in part_paths(path, name)[-1:]]
     return max((t for t in times if t is not None), default=None)
-
-
-def _sizes(path: Path) -> Iterator[int]:
-    """Bytes of the files of a directory, as the disk has them."""
-    for folder, _, names in os.walk(path):
-        for name in names:
-            with suppress(OSError):
-                entry = (Path(folder) / name).lstat()
-                if stat.S_ISREG(entry.st_mode):
-                    yield entry.st_blocks * 512
