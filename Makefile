@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEMO_ARGS ?=
 PYTEST_ARGS ?=
 
-.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean history simulate mutation edges fuzz soak full-disk chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
+.PHONY: setup demo fleet fleet-flights test thorough mutants lint style format errors pictures worlds generate lock clean conformance history simulate mutation edges fuzz soak full-disk chaos links bench bench-against flight-tests fault-detection campaign paper containers containers-test
 
 setup: $(READY)
 	$(if $(filter setup,$(MAKECMDGOALS)),@echo "$(VENV)/ is ready. Try: $(BIN)/skillwing demo")
@@ -117,6 +117,10 @@ worlds: setup
 	mkdir -p docs/images/worlds
 	for kind in courtyard street village industrial inspection; do \
 		$(BIN)/skillwing world $$kind -o docs/images/worlds/$$kind.png || exit 1; done
+
+# Cases of the wire protocol, on every kind of manager and in every layout of processes, for three minutes.
+conformance: setup
+	$(BIN)/python tests/conformance/conformance_run.py --write docs/reliability.md
 
 # Histories of the real resource manager, asked by several clients and killed, checked for linearizability.
 HISTORY_ARGS ?= --seconds 60
