@@ -59,7 +59,10 @@ class Managers:
             id=f"rm#{self.number}", t=0.0, source="rm", kind=RecordKind.GOAL, subject="x", before=None, after="y"
         )
         if told:
-            self._steps.put(encode(ResourceStep(number=self.number, t=0.0, records=(record,))))
+            self.tell(ResourceStep(number=self.number, t=0.0, records=(record,)))
+
+    def tell(self, step: ResourceStep) -> None:
+        self._steps.put(encode(step))
 
     def status(self, after_step: int) -> None:
         status = GoalStatus(
@@ -178,6 +181,16 @@ def test_a_refused_question_is_asked_again() -> None:
     managers.refusing = False
     managers.wait()
     assert seen == ["RUNNING"]
+
+
+def test_a_step_that_nobody_has_taken_costs_one_question() -> None:
+    managers = Managers()
+    steps: list[int] = []
+    feed = CausalFeed(managers.network.bus("client"), KEYS, on_step=lambda step: steps.append(step.number))
+    managers.wait()
+    managers.tell(ResourceStep(number=2**50, t=0.0))
+    managers.wait(10.0)
+    assert (managers.asked, steps, feed.view.number) == (2, [2**50], 7)
 
 
 def test_a_resource_manager_that_returns_is_asked_for_its_states() -> None:

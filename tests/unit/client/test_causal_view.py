@@ -59,6 +59,16 @@ class Robot:
         self.states = dict.fromkeys(RESOURCES, "0")
         self.past[self.number] = dict(self.states)
 
+    def lose_step(self) -> None:
+        """Lose the latest step, and use its number again: the journal was not on its disk when the power failed."""
+        self.number -= 1
+        self.states = dict(self.past[self.number])
+
+    def invent(self) -> None:
+        """A step that the resource manager has not taken, from the future."""
+        record = change(self.number + 500, "camera", "0", "forged")
+        self.told.append(ResourceStep(number=self.number + 500, epoch=self.epoch, t=0.0, records=(record,)))
+
     def follow(self) -> None:
         self.goals += 1
         self.told.append(status(self.number, f"g{self.goals}"))
@@ -77,8 +87,9 @@ class Client:
     answers: list[tuple[int, ResourceStates]] = field(default_factory=list[tuple[int, ResourceStates]])
     heard_steps: Counter[int] = field(default_factory=Counter[int])
     shown_steps: Counter[int] = field(default_factory=Counter[int])
-    has_given_up: bool = False
-    """The client has shown everything without the missing steps. Newer states end that."""
+    known_steps: set[int] = field(default_factory=set[int])
+    """Heard steps, without those from before the states went back to an earlier step."""
+    number: int = 0
 
     def look(self, delivered: tuple[Delivered, ...], *, giving_up: bool = False) -> None:
         for message in delivered:
@@ -88,15 +99,27 @@ class Client:
                     assert message.after_step <= self.view.number, "a status is shown before its step"
             else:
                 self.shown_steps[message.number] += 1
+        if (self.view.number or 0) < self.number:
+            self.known_steps.clear()
+        self.number = self.view.number or 0
         assert self.shown_steps <= self.heard_steps, "a step is shown more often than it was heard"
-        if self.view.number is not None and not self.has_given_up:
+        if self.view.number is not None and not self.view.incomplete:
             assert dict(self.view.states) == self.robot.past[self.view.number], "the states are those of one step"
+            self.look_at_causes()
             if self.robot.number in self.heard_steps and not self.view.waiting:
                 assert self.view.number == self.robot.number, "the latest step was heard, and its states are unknown"
+
+    def look_at_causes(self) -> None:
+        """Each state but the first has the number of the step that led to it."""
+        for resource, state in self.view.states.items():
+            cause = self.view.change_record(resource)
+            assert cause in (f"rm#{state}", None), "the cause of a state is an older change"
+            assert cause or int(state) not in self.known_steps, "the cause of a state is not known any more"
 
     def hear(self, message: ResourceStep | GoalStatus) -> None:
         if isinstance(message, ResourceStep):
             self.heard_steps[message.number] += 1
+            self.known_steps.add(message.number)
             self.look(self.view.take_step(message))
         else:
             self.look(self.view.take_status(message))
@@ -108,20 +131,19 @@ class Client:
     def hear_answer(self, number: int) -> None:
         if self.answers:
             question, states = self.answers.pop(number % len(self.answers))
-            delivered = self.view.take_states(states, question)
-            self.has_given_up = self.has_given_up and self.view.number != states.step
-            self.look(delivered)
+            self.look(self.view.take_states(states, question))
 
     def give_up(self) -> None:
         """Show everything, since nobody answers."""
         known = self.view.ready
-        self.has_given_up = self.has_given_up or known
         self.look(self.view.give_up(), giving_up=True)
         assert not known or not (self.view._held or self.view._early), "something is held back"
 
 
 ACTIONS = st.tuples(
-    st.sampled_from(["step", "follow", "deliver", "deliver", "ask", "answer", "lose", "repeat", "give_up", "forget"]),
+    st.sampled_from(
+        ["step", "follow", "deliver", "deliver", "ask", "answer", "lose", "repeat", "give_up", "forget", "invent"]
+    ),
     st.integers(0, 20),
 )
 
@@ -158,6 +180,8 @@ def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
                 client.ask()
             case "forget":
                 robot.forget()
+            case "invent":
+                robot.invent()
             case "give_up":
                 client.give_up()
             case "answer":
@@ -166,8 +190,9 @@ def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
                 lost |= carry(robot, client, action, choice)
     for message in list(robot.told):
         client.hear(message)
-    client.ask()
-    client.hear_answer(-1)
+    for _ in range(2 if client.view.incomplete else 1):
+        client.ask()
+        client.hear_answer(-1)
     assert not client.view.waiting, "an answer to the latest question ends all waiting"
     assert client.view.states == robot.states
     assert {f"g{number + 1}" for number in range(robot.goals)} - lost <= set(client.shown), "nothing is kept for ever"
@@ -255,6 +280,62 @@ def test_changes_of_another_epoch_are_no_causes_any_more() -> None:
     assert client.view.change_record("camera") is None
 
 
+def test_a_state_that_came_with_a_snapshot_has_its_own_cause_or_none() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    robot.step("camera")
+    client.hear(robot.told[0])
+    client.ask()
+    client.hear_answer(0)
+    assert (client.view.states["camera"], client.view.change_record("camera")) == ("12", None)
+    client.hear(robot.told[1])
+    assert client.view.change_record("camera") == "rm#12"
+    client.hear(robot.told[0])
+    assert client.view.change_record("camera") == "rm#12", "an older step comes again"
+
+
+def test_a_step_that_nobody_has_taken_is_waited_for_until_the_next_answer() -> None:
+    robot, client = connected()
+    robot.invent()
+    client.hear(robot.told[0])
+    assert client.view.waiting
+    client.ask()
+    client.hear_answer(0)
+    assert (client.view.waiting, dict(client.view.states), client.shown_steps) == (False, robot.states, {510: 1})
+
+
+def test_a_step_that_came_after_a_question_is_not_dropped_by_its_answer() -> None:
+    robot, client = connected()
+    client.ask()
+    robot.step("camera")
+    robot.step("lidar")
+    client.hear(robot.told[1])
+    client.hear_answer(0)
+    assert (client.view.waiting, client.shown_steps) == (True, {})
+    client.hear(robot.told[0])
+    assert (client.view.number, client.view.states["lidar"]) == (12, "12")
+
+
+def test_a_manager_that_has_lost_its_latest_step_is_believed() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.ask()
+    client.hear(robot.told[0])
+    robot.lose_step()
+    client.ask()
+    client.hear_answer(0)
+    assert client.view.number == 11, "the first question came before the step"
+    client.hear_answer(0)
+    assert (client.view.number, client.view.change_record("camera"), client.view.waiting) == (10, None, True)
+    assert client.view.states == robot.states
+    client.ask()
+    client.hear_answer(0)
+    assert not client.view.waiting, "no step that seemed late is missing"
+    robot.step("lidar")
+    client.hear(robot.told[1])
+    assert (client.view.number, client.view.change_record("lidar")) == (11, "rm#11")
+
+
 def test_a_late_answer_does_not_bring_back_older_states() -> None:
     robot, client = connected()
     client.ask()
@@ -284,8 +365,11 @@ def test_what_is_held_is_shown_if_nobody_answers() -> None:
     client.hear(robot.told[1])
     client.hear(robot.told[2])
     client.give_up()
-    assert (client.shown, client.view.waiting) == (["g1"], False)
+    assert (client.shown, client.view.waiting) == (["g1"], True), "the states are still asked for"
     assert client.view.states["lidar"] == "12"
+    client.ask()
+    client.hear_answer(0)
+    assert (client.view.waiting, dict(client.view.states)) == (False, robot.states)
 
 
 def test_steps_of_a_manager_that_is_gone_are_shown_before_the_states_of_the_next() -> None:

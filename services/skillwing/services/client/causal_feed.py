@@ -72,7 +72,7 @@ class CausalFeed:
     @property
     def silent(self) -> bool:
         """The resource manager does not answer: what is shown may lack the states that it follows from."""
-        return self._silent
+        return self._silent or self.view.incomplete
 
     def take_status(self, status: GoalStatus) -> None:
         """Take a status that came as a reply, in its turn."""

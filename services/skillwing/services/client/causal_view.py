@@ -7,11 +7,11 @@ never sees the end of a goal before the change that ended it. `docs/semantics.md
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
-from skillwing.services.protocol import GoalStatus, ResourceStates, ResourceStep
+from skillwing.services.protocol import GoalStatus, Record, ResourceStates, ResourceStep
 
 Delivered: TypeAlias = ResourceStep | GoalStatus
 """Message whose turn has come."""
@@ -38,9 +38,10 @@ class CausalView:
 
     def __init__(self) -> None:
         self._states: dict[str, str] = {}
-        self._records: dict[str, str] = {}
-        self._early: dict[int, ResourceStep] = {}
-        """Steps of this epoch that wait for earlier ones."""
+        self._changes: dict[str, tuple[int, Record]] = {}
+        """Latest change of each resource that was heard of, with the number of its step."""
+        self._early: dict[int, tuple[int, ResourceStep]] = {}
+        """Steps of this epoch that wait for earlier ones, by number; each with the number of questions before it."""
         self._shown_early: frozenset[int] = frozenset()
         """Numbers of those that were shown before the first states of their epoch."""
         self._foreign: list[tuple[int, ResourceStep]] = []
@@ -51,6 +52,10 @@ class CausalView:
         """Status of the latest step, among those that were shown before the first states."""
         self._questions = 0
         self._answered = 0
+        self._questions_before = 0
+        """Number of questions before `number` was learned. The answer to a later one holds that step."""
+        self._complete_after: int | None = None
+        """If steps may be missing in the states: only the answer to a later question than this one holds them."""
         self._epoch = ""
         self.number: int | None = None
         """Number of the step whose states these are; None until known."""
@@ -66,13 +71,19 @@ class CausalView:
         return MappingProxyType(self._states) if self.ready else MappingProxyType({})
 
     @property
+    def incomplete(self) -> bool:
+        """True after `give_up`, until the states are known again: a step is missing in them, or that of a status."""
+        return self._complete_after is not None
+
+    @property
     def waiting(self) -> bool:
         """True while something is missing: an earlier step, the states of another epoch, or the first states."""
-        return bool(self._early or self._held or self._foreign) or not self.ready
+        return bool(self._early or self._held or self._foreign) or self.incomplete or not self.ready
 
     def change_record(self, resource: str) -> str | None:
-        """Id of the timeline record of the resource's last change; None if no change was seen."""
-        return self._records.get(resource)
+        """Id of the timeline record of the change that led to the resource's state; None if it was not seen."""
+        _, change = self._changes.get(resource, (0, None))
+        return change.id if change is not None and change.after == self._states.get(resource) else None
 
     def note_question(self) -> int:
         """Note a question for the states, or a request that they answer, and return its number, for the answer."""
@@ -85,29 +96,39 @@ class CausalView:
             self._foreign.append((self._questions, step))
             return (step,)
         if step.number <= self.number:
+            self._note_changes(step)
             return (step,)
-        self._early[step.number] = step
+        self._early[step.number] = (self._questions, step)
         return (*self._not_shown(self._next_steps()), *self._due())
 
     def take_states(self, snapshot: ResourceStates, question: int) -> tuple[Delivered, ...]:
         """Take a snapshot, the answer to a question.
 
         The manager stores a step before it tells of it. So the answer holds the step of every status that came before
-        the question. A manager without a journal may have lost that step.
+        the question, and every step that did. A manager that has lost steps does not hold them, and its states count.
         """
         known = self.number
-        if question < self._answered or (known is not None and snapshot.epoch == self._epoch and snapshot.step < known):
-            return tuple(self._due(question))  # an answer that newer states have overtaken
+        older = known is not None and snapshot.epoch == self._epoch and snapshot.step < known
+        if question < self._answered or (older and question <= self._questions_before):
+            # An answer that newer states have overtaken.
+            return (*self._not_shown(self._unknown_to(snapshot, question)), *self._due(question))
         if known is None and self._shown and not self._shown.answered_by(snapshot.step, question):
             return ()
         self._answered = question
         other_epoch = known is None or snapshot.epoch != self._epoch
         left = self._begin_epoch(snapshot.epoch) if other_epoch else ()
-        past = tuple(self._early.pop(number) for number in sorted(self._early) if number <= snapshot.step)
+        past = self._take_early(lambda number: number <= snapshot.step)
         for step in past:
             self._apply(step)
+        past += self._unknown_to(snapshot, question)
         self._states.update(snapshot.states)
-        self.number = snapshot.step
+        self._learn(snapshot.step)
+        if older:
+            # Changes of lost steps are no causes, and steps that came meanwhile seemed to be late ones.
+            self._changes.clear()
+            self._complete_after = self._questions
+        elif self.incomplete and question > (self._complete_after or 0):
+            self._complete_after = None
         self._foreign = [each for each in self._foreign if each[0] >= question and each[1].epoch != snapshot.epoch]
         return (*left, *self._not_shown((*past, *self._next_steps())), *self._due(question))
 
@@ -125,34 +146,55 @@ class CausalView:
         """Show everything that is held back: the resource manager does not answer."""
         if self.number is None:
             return ()
-        early = tuple(self._early.pop(number) for number in sorted(self._early))
+        early = self._take_early()
         for step in early:
             self._apply(step)
         held, self._held = self._held, []
+        if early or held:
+            self._complete_after = self._questions
         return (*self._not_shown(early), *(each.status for each in held))
 
     def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
-        left = tuple(self._not_shown(self._early[number] for number in sorted(self._early)))
+        left = tuple(self._not_shown(self._take_early()))
         self._epoch = epoch
-        self._records.clear()
-        self._early = {step.number: step for _, step in self._foreign if step.epoch == epoch}
+        self._changes.clear()
+        self._early = {heard[1].number: heard for heard in self._foreign if heard[1].epoch == epoch}
         self._shown_early = frozenset(self._early)
         return left
+
+    def _unknown_to(self, snapshot: ResourceStates, question: int) -> tuple[ResourceStep, ...]:
+        """Take out the early steps that came before the question of a snapshot, which does not hold them."""
+        if snapshot.epoch != self._epoch:
+            return ()
+        return self._take_early(lambda number: number > snapshot.step and self._early[number][0] < question)
+
+    def _take_early(self, which: Callable[[int], bool] = lambda number: True) -> tuple[ResourceStep, ...]:
+        """Take out early steps, in their order."""
+        return tuple(self._early.pop(number)[1] for number in sorted(self._early) if which(number))
 
     def _not_shown(self, steps: Iterable[ResourceStep]) -> Iterator[ResourceStep]:
         return (step for step in steps if step.number not in self._shown_early)
 
     def _next_steps(self) -> Iterator[ResourceStep]:
-        while self.number is not None and (step := self._early.pop(self.number + 1, None)) is not None:
-            self._apply(step)
-            yield step
+        while self.number is not None and (heard := self._early.pop(self.number + 1, None)) is not None:
+            self._apply(heard[1])
+            yield heard[1]
 
     def _apply(self, step: ResourceStep) -> None:
+        self._states |= {change.subject: change.after for change in step.changes}
+        self._note_changes(step)
+        self._learn(step.number)
+
+    def _learn(self, number: int) -> None:
+        if number != self.number:
+            self.number, self._questions_before = number, self._questions
+
+    def _note_changes(self, step: ResourceStep) -> None:
+        """Remember the changes of a step, unless later ones are known."""
         for change in step.changes:
-            self._states[change.subject] = change.after
-            self._records[change.subject] = change.id
-        self.number = step.number
+            if step.number >= self._changes.get(change.subject, (0, None))[0]:
+                self._changes[change.subject] = (step.number, change)
 
     def _due(self, question: int = 0) -> Iterator[GoalStatus]:
         """Take out the statuses whose step is known, and those that came before an answered question."""
