@@ -4,14 +4,16 @@ These promises, and their limits, were measured on Zenoh with one router (docs/r
 
 - Requests, replies and samples of streams may be late, lost, or overtake each other. A request may arrive twice. A
   request that its asker has given up may still be executed. An empty answer has no meaning.
-- Events are late but never lost, doubled or out of order, because subscribers recover missed ones. Two kinds are lost:
-  events that had not left their process when it was killed, and those that others had not recovered by then.
+- Events are late but never doubled or out of order, because subscribers recover missed ones. Three kinds are lost:
+  events that had not left their process when it was killed, those that others had not recovered by then, and those
+  that left their publisher's memory before they were recovered.
 - Liveliness tokens vanish at once with a killed process, and after a lease with a stopped or cut-off one. That process
   then sees all others vanish. Tokens return before the queries of their process are reachable again.
 """
 
 from __future__ import annotations
 
+import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -26,6 +28,8 @@ UNREACHABLE = 0.05
 """Longest time in seconds for which the queries of a node are unreachable although its token is there."""
 RECOVERY = 0.6
 """Longest time in seconds until a lost event is recovered: publishers send a heartbeat every half second."""
+SLOWEST_RECOVERY = 3.0
+"""Longest time in seconds until an event is recovered that is lost for good if another one follows before."""
 MOST_UNSENT = 6
 """Largest number of messages that have not left a process when it is killed."""
 
@@ -35,7 +39,8 @@ class NetworkConditions:
     """Disturbances of the network.
 
     latency: shortest and longest time in seconds that a message takes. slow: share of messages that take up to
-    `slowest` seconds instead. loss: share that gets lost. duplication: share of requests that arrive twice.
+    `slowest` seconds instead. loss: share that gets lost. duplication: share of requests that arrive twice. gaps: share
+    of events that are lost for good, unless they are recovered before their publisher has sent another one.
     """
 
     latency: tuple[float, float] = (0.0002, 0.002)
@@ -43,14 +48,15 @@ class NetworkConditions:
     slowest: float = 3.0
     loss: float = 0.0
     duplication: float = 0.0
+    gaps: float = 0.0
 
 
 @dataclass(eq=False, slots=True)
 class _Message:
     """A message under way.
 
-    only_cached: an event that is recovered from its publisher, as long as that lives. here: it has reached its target,
-    where it may wait for earlier ones.
+    only_cached: an event that is recovered from its publisher, as long as that lives. fleeting: the same, as long as no
+    other follows it. here: it has reached its target, where it may wait for earlier ones. gone: it never does.
     """
 
     source: InProcessBus
@@ -60,7 +66,9 @@ class _Message:
     channel: object
     number: int
     only_cached: bool = False
+    fleeting: bool = False
     here: bool = False
+    gone: bool = False
 
     @property
     def ordered(self) -> bool:
@@ -95,6 +103,8 @@ class FaultyNetwork(InProcessNetwork):
         self.on_fate: Callable[[str], None] | None = None
         self._sessions: dict[InProcessBus, _Session] = {}
         self._lanes: dict[object, deque[_Message]] = {}
+        self._gaps = random.Random(f"{seed}/gaps")
+        """A source of chance of its own: without gaps, a seed has the same fates as before there were any."""
 
     # --- what can be done to nodes -----------------------------------------------------------------------------------
 
@@ -250,7 +260,9 @@ class FaultyNetwork(InProcessNetwork):
         message = _Message(source, target, arrive, traffic, channel, session.sent)
         if message.ordered:
             self._lanes.setdefault(channel, deque()).append(message)
-        if traffic is Traffic.LIVELINESS or not self._happens(self.conditions.loss):
+        if traffic is Traffic.EVENT and self._leaves_gap(message):
+            self._launch(message, self._gaps.uniform(0.0, SLOWEST_RECOVERY))
+        elif traffic is Traffic.LIVELINESS or not self._happens(self.conditions.loss):
             self._launch(message)
         elif traffic is Traffic.EVENT:
             self._note("to be recovered:", message)
@@ -258,6 +270,15 @@ class FaultyNetwork(InProcessNetwork):
             self._launch(message, self._random.uniform(0.0, RECOVERY))
         else:
             self._note("lost:", message)
+
+    def _leaves_gap(self, event: _Message) -> bool:
+        """Lose the events before this one that are still to be recovered. True if the same may happen to this one."""
+        for earlier in [each for each in self._lanes[event.channel] if each.fleeting and not each.here]:
+            self._note("lost for good:", earlier)
+            earlier.gone = True
+            self._drop(earlier)
+        event.fleeting = event.only_cached = self.conditions.gaps > 0.0 and self._gaps.random() < self.conditions.gaps
+        return event.fleeting
 
     def _launch(self, message: _Message, delay: float = 0.0) -> None:
         conditions = self.conditions
@@ -268,6 +289,8 @@ class FaultyNetwork(InProcessNetwork):
         self._agenda.add(at, lambda: self._arrive(message))
 
     def _arrive(self, message: _Message) -> None:
+        if message.gone:
+            return
         source, target = self._session(message.source), self._session(message.target)
         by_router = message.traffic is Traffic.LIVELINESS
         if not by_router and source.last_sent is not None and message.number > source.last_sent:

@@ -106,7 +106,7 @@ def shrink(plan: Plan) -> Plan:
 def _simpler(plan: Plan) -> Iterator[Plan]:
     if plan.conditions != NetworkConditions():
         yield replace(plan, conditions=NetworkConditions())
-        for name in ("loss", "duplication", "slow"):
+        for name in ("loss", "duplication", "slow", "gaps"):
             if getattr(plan.conditions, name):
                 yield replace(plan, conditions=replace(plan.conditions, **{name: 0.0}))
     for index in range(len(plan.acts)):

@@ -8,7 +8,9 @@ from typing import Any
 
 import msgspec
 
+from simulation.order import LAW, CausalOrder
 from simulation.plan import Plan
+from simulation.world import Client
 from skillwing.services.bus import Bus
 from skillwing.services.bus.inprocess import SentMessage
 from skillwing.services.client.goal_handle import GoalHandle
@@ -66,8 +68,7 @@ class Observer:
         self.states = dict(self._initial)
         self.step: int | None = None
         """Number of the latest step; None until one is known."""
-        self._steps: dict[str, int] = {}
-        """Number of the step that a record belongs to, or that the status of that record follows from."""
+        self.order = CausalOrder()
         self._listeners: dict[tuple[str, str], Callable[[SentMessage], None]] = {
             ("put", keys.timeline): self._on_record,
             ("reply", keys.resource_goal): self._on_verdict,
@@ -95,12 +96,26 @@ class Observer:
         """A resource manager without a journal was killed: its successor begins from scratch."""
         self.states, self.step = dict(self._initial), None
         self._tokens.clear()
-        self._steps.clear()
+        self.order.expect_new_books()
         self._known.clear()
         self._binding.clear()
 
     def note(self, t: float, law: str, text: str) -> None:
         self.problems.append(Problem(t, law, text))
+
+    def _note_law(self, t: float, law: str, text: str | None) -> None:
+        if text is not None:
+            self.note(t, law, text)
+
+    # --- clients -----------------------------------------------------------------------------------------------------
+
+    def see_goal(self, t: float, client: Client, goal: GoalHandle) -> None:
+        """Judge a change of a goal that a client sees."""
+        self._note_law(t, LAW, self.order.judge_goal(client, goal))
+
+    def see_states(self, t: float, client: Client) -> None:
+        """Judge the states that a client sees."""
+        self._note_law(t, LAW, self.order.judge_states(client))
 
     # --- goals -------------------------------------------------------------------------------------------------------
 
@@ -113,27 +128,12 @@ class Observer:
         self._ranks[which] = rank
         if (record := status.as_record()) is not None:
             self._note_record(record, said.t)
-        self._judge_order(said.t, status)
+        self._note_law(said.t, LAW, self.order.judge_status(status))
         if which in self._interrupted_early and status.state is State.DISPATCHING:
             self.note(
                 said.t, "interrupts count", f"{status.goal_id} is dispatched, and was interrupted before its start"
             )
         self._judge_terminal(said, status)
-
-    def _judge_order(self, t: float, status: GoalStatus) -> None:
-        """A status names the step that it follows from, so that clients can wait for it."""
-        follows = self._steps.get(status.cause or "", 0)
-        if status.after_step < follows:
-            text = f"{status.goal_id} is {status.label} by step {follows}, and names step {status.after_step}"
-            self.note(t, "causes before effects", text)
-        if status.record is not None:
-            self._steps[status.record] = status.after_step
-
-    def see_goal(self, t: float, client: str, goal: GoalHandle, step: int) -> None:
-        """Judge what a client sees: a goal, and the states after that step."""
-        if self._steps.get(goal.record or "", 0) > step:
-            text = f"{client} sees {goal} of step {self._steps[goal.record or '']}, and the states of step {step}"
-            self.note(t, "causes before effects", text)
 
     def _on_refusal_to_interrupt(self, said: SentMessage) -> None:
         """A process that does not know the goal remembers the interrupt, should the start still arrive there."""
@@ -181,8 +181,8 @@ class Observer:
                 text = f"step {step.number} brings {change.subject} from {change.before} to {change.after}"
                 self.note(said.t, "no step lost", f"{text}; it was {self.states[change.subject]}")
             self.states[change.subject] = change.after
+        self.order.note_step(step, self.states)
         for record in step.records:
-            self._steps[record.id] = step.number
             self._note_record(record, said.t)
 
     def _on_states(self, said: SentMessage) -> None:
@@ -191,6 +191,7 @@ class Observer:
         if (told.step, told.states) != (self.step, self.states):
             text = f"told {told.states} after step {told.step}, published {self.states} after {self.step}"
             self.note(said.t, "no step lost", text)
+        self.order.note_states(told)
 
     def _on_verdict(self, said: SentMessage) -> None:
         verdict: dict[str, Any] = msgspec.msgpack.decode(said.payload)
@@ -219,5 +220,6 @@ class Observer:
         if known is not None and known != record:
             self.note(t, "records have ids of their own", f"{record.id}: {known.text!r} and {record.text!r}")
         self.records[record.id] = record
+        self.order.note_record(record)
         if record.cause is not None and record.cause not in self.records:
             self.note(t, "causes can be looked up", f"{record.id} comes of {record.cause}, which nobody wrote")

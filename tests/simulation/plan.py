@@ -100,7 +100,8 @@ def draw_plan(seed: int) -> Plan:
     acts.sort(key=lambda act: act.t)
     # From another source of chance, so that a seed has the same acts as before there was a grace.
     grace = random.Random(f"{seed}/grace").choice((0.0, 0.0, OWNER_GRACE))
-    return Plan(seed, name, _conditions(chance), chance.random() < 0.7, tuple(acts), grace)
+    conditions = _with_gaps(random.Random(f"{seed}/gaps"), _conditions(chance))
+    return Plan(seed, name, conditions, chance.random() < 0.7, tuple(acts), grace)
 
 
 def _conditions(chance: random.Random) -> NetworkConditions:
@@ -115,6 +116,13 @@ def _conditions(chance: random.Random) -> NetworkConditions:
         loss=share,
         duplication=chance.choice((0.0, 0.05, 0.3)),
     )
+
+
+def _with_gaps(chance: random.Random, conditions: NetworkConditions) -> NetworkConditions:
+    """Conditions that lose events, unless they are the best ones. Drawn by a source of chance of its own."""
+    if conditions == NetworkConditions():
+        return conditions
+    return replace(conditions, gaps=chance.choice((0.0, 0.0, 0.1, 0.4)))
 
 
 def _time(chance: random.Random) -> float:

@@ -8,7 +8,8 @@ from typing import Any
 from unittest.mock import patch
 
 from simulation.run import simulate
-from skillwing.services.client.causal_view import CausalView
+from skillwing.services.client.causal_feed import CausalFeed
+from skillwing.services.client.causal_view import CausalView, Held
 from skillwing.services.client.goal_tracker import GoalTracker
 from skillwing.services.core import ends, externs_and_events, grants, invariants, losses, readiness
 from skillwing.services.core.delivery import Delivery
@@ -164,6 +165,30 @@ def _show_at_once(right: Wrong) -> Wrong:
     return lambda self, status: (status,)
 
 
+def _lose_at_once(right: Wrong) -> Wrong:
+    del right
+    return lambda self, skill, goal_id, then: then("")
+
+
+def _ignore_gaps(right: Wrong) -> Wrong:
+    def take_step(self: CausalView, step: Any) -> Any:
+        if self.number is not None and step.epoch == self._epoch and step.number > self.number:
+            self.number = step.number - 1
+        return right(self, step)
+
+    return take_step
+
+
+def _take_old_answers(right: Wrong) -> Wrong:
+    del right
+    return lambda self, step, question: self.after_step <= step or self.questions <= question
+
+
+def _keep_the_cause(right: Wrong) -> Wrong:
+    del right
+    return lambda self, resource: self._changes[resource][1].id if resource in self._changes else None
+
+
 def _always(value: Any) -> Callable[[Wrong], Wrong]:
     return lambda right: lambda *args, **kwargs: value
 
@@ -201,6 +226,10 @@ BUGS: Mapping[str, tuple[tuple[Any, str, Callable[[Wrong], Wrong]], ...]] = {
     "an owner has no grace": ((skill_manager, "owner_grace", _always(0.0)),),
     "a status does not name its step": ((SkillCore, "_publish", _name_no_step),),
     "a client shows a goal before it knows the states": ((CausalView, "take_status", _show_at_once),),
+    "a client shows a loss before it knows the states after it": ((CausalFeed, "after_release", _lose_at_once),),
+    "a client applies a step although the one before it is missing": ((CausalView, "take_step", _ignore_gaps),),
+    "an answer from before a status counts as one from after it": ((Held, "answered_by", _take_old_answers),),
+    "a client names an older change as the cause of a state": ((CausalView, "change_record", _keep_the_cause),),
     "clients learn of no loss": ((GoalTracker, "probe", _always(None)), (GoalTracker, "on_verdict", _always(None))),
 }
 """Replaced functions by bug: owner, name, and a factory of the wrong function from the right one."""
@@ -211,7 +240,8 @@ LATE: Mapping[str, int] = {
     "invariants are judged once, not to the fixpoint": 210,
     "tokens are counted from one": 75,
     "grants are not written to the journal": 80,
-    "clients learn of no loss": 1250,
+    "a client shows a loss before it knows the states after it": 265,
+    "an answer from before a status counts as one from after it": 550,
     "a local outcome is not written down": 1885,
 }
 """First seed of the search for rare bugs, so that it takes little time."""

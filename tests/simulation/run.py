@@ -9,9 +9,8 @@ from hashlib import sha256
 from simulation.audit import Audit
 from simulation.observer import Observer, Problem
 from simulation.plan import ACTION_TIME, Deed, Plan, draw_plan
-from simulation.world import Client, World
+from simulation.world import World
 from skillwing.services.bus.inprocess import SentMessage
-from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.managers.registration import REGISTRATION_PERIOD
 from skillwing.services.protocol import InterruptGoal
 
@@ -54,7 +53,9 @@ class Run:
         self._quiet = False
         self.world.network.tap = self._hear
         self.world.on_new_books = self.observer.expect_new_books
-        self.world.on_goal = self._see_goal
+        now = self.world.network.now
+        self.world.on_goal = lambda client, goal: self.observer.see_goal(now(), client, goal)
+        self.world.on_change = lambda client: self.observer.see_states(now(), client)
 
     def carry_out(self) -> Outcome:
         network, observer = self.world.network, self.observer
@@ -73,12 +74,6 @@ class Run:
             self._audit.look_at_the_rest()
         return Outcome(self.plan, tuple(observer.problems), self._messages, self._digest.hexdigest())
 
-    def _see_goal(self, client: Client, goal: GoalHandle) -> None:
-        """A client sees a change of a goal, with the states that it knows."""
-        interface = client.interface
-        if interface.step is not None and not interface.resource_manager_silent:
-            self.observer.see_goal(self.world.network.now(), client.name, goal, interface.step)
-
     def _pass_time(self, until: float) -> bool:
         """True if no promise has been broken until then."""
         problems = self.observer.problems
@@ -93,11 +88,21 @@ class Run:
         self._digest.update(f"{said.t!r} {said.source.name} {said.what} {said.key} {len(said.payload)}".encode())
         if self._on_message is not None:
             self._on_message(said)
+        self._note_holds(said)
         self.observer.hear(said)
         if said.what == "reply" and said.source.name == "resource_manager":
             self._audit.look_at_grants()
         elif said.what == "ask" and said.key == self.world.keys.resource_goal:
             self._audit.look_at_question(said)
+
+    def _note_holds(self, said: SentMessage) -> None:
+        """Note which goals hold their resources, and who asks for it."""
+        keys = self.world.keys
+        if said.key in (keys.resource_steps, keys.resource_goal, keys.resource_attach) and said.what != "ask":
+            self.observer.order.note_grants(said.t, self.world.resource_manager.resource_core)
+        elif said.key == keys.resource_ready and said.what == "ask":
+            client = next(each.node for each in self.world.clients if each.bus is said.source)
+            self.observer.order.note_search(said.t, client)
 
     def _look(self) -> None:
         self._audit.look_at_grants()

@@ -48,9 +48,16 @@ class Client:
 
     owns_clock = False
 
-    def __init__(self, name: str, plan: Plan, on_goal: Callable[[Client, GoalHandle], None]) -> None:
+    def __init__(
+        self,
+        name: str,
+        plan: Plan,
+        on_goal: Callable[[Client, GoalHandle], None],
+        on_change: Callable[[Client], None],
+    ) -> None:
         self.name = name
         self._on_goal = on_goal
+        self._on_change = on_change
         self._skillset = plan.subject.skillset
         self._owner_grace = plan.owner_grace
         self._names = random.Random(f"{plan.seed}/{name}")
@@ -70,6 +77,7 @@ class Client:
             owner_grace=self._owner_grace,
             new_goal_id=lambda: f"{self._names.getrandbits(64):016x}",
         )
+        self.interface.on_change(lambda: self._on_change(self))
 
     def detach(self) -> None:
         pass
@@ -194,6 +202,8 @@ class World:
         self.on_new_books: Callable[[], None] = lambda: None
         self.on_goal: Callable[[Client, GoalHandle], None] = lambda client, goal: None
         """Listener to each change of a goal that a client sees."""
+        self.on_change: Callable[[Client], None] = lambda client: None
+        """Listener to each change of goals or states that a client sees."""
         self.absences: list[Absence] = []
         """Times for which the owner of goals was killed, stopped or cut off."""
         self._router_up = True
@@ -253,7 +263,7 @@ class World:
             case "robot":
                 return Robot(plan)
             case "mission" | "operator":
-                return Client(name, plan, self.on_goal)
+                return Client(name, plan, self.on_goal, self.on_change)
             case _:
                 model = skillset.skill(name.removeprefix("skill/"))
                 return SkillManagerNode(AnySkill(model, self.logbook, plan.seed, number), skillset)

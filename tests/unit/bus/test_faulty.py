@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -48,6 +50,19 @@ def test_events_that_only_a_killed_process_had_are_lost() -> None:
     network.reconnect(listener)
     network.run_for(10.0)
     assert heard == []
+
+
+@given(st.integers(0, 10_000))
+def test_gaps_lose_events_but_never_the_latest_and_never_the_order(seed: int) -> None:
+    network = FaultyNetwork(seed, replace(STORM, gaps=0.5))
+    speaker, listener = network.join("speaker"), network.join("listener")
+    heard, publisher = _numbers_heard(network, listener), speaker.advertise("event", events=True)
+    for number in range(20):
+        speaker.after(number / 5, lambda number=number: publisher.put(bytes([number])))
+    network.run_for(60.0)
+    assert heard == sorted(set(heard))
+    assert len(heard) < 20
+    assert heard[-1] == 19
 
 
 @given(st.integers(0, 10_000))
