@@ -183,6 +183,27 @@ def test_a_refused_question_is_asked_again() -> None:
     assert seen == ["RUNNING"]
 
 
+def test_a_callback_that_raises_keeps_no_message_back() -> None:
+    managers = Managers()
+    seen: list[int | str] = []
+
+    def take(status: GoalStatus) -> None:
+        seen.append(status.after_step)
+        if len(seen) == 1:
+            raise ValueError("a listener of a test")
+
+    CausalFeed(managers.network.bus("client"), KEYS, on_status=take, on_change=lambda: seen.append("states"))
+    managers.wait()
+    seen.clear()
+    managers.step(told=False)
+    for _ in range(3):
+        managers.status(8)
+    with pytest.raises(ValueError, match="a listener of a test"):
+        managers.wait()
+    managers.wait()
+    assert seen == [8, 8, 8, "states"]
+
+
 def test_a_step_that_nobody_has_taken_costs_one_question() -> None:
     managers = Managers()
     steps: list[int] = []

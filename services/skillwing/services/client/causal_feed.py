@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 
@@ -58,6 +59,8 @@ class CausalFeed:
         self._bus = bus
         self._keys = keys
         self._on_step, self._on_status, self._on_change = on_step, on_status, on_change
+        self._due: deque[Delivered] = deque()
+        """Messages whose turn has come, and which are not handed on yet."""
         self._timer: Handle | None = None
         self._asking = False
         self._silent = False
@@ -131,8 +134,18 @@ class CausalFeed:
         self._deliver(self.view.take_step(step))
 
     def _deliver(self, messages: tuple[Delivered, ...]) -> None:
-        """Hand on what is due, and report a change of the states."""
-        for message in messages:
+        """Hand on what is due. If a callback raises, the rest follows at the next turn of the node."""
+        self._due.extend(messages)
+        try:
+            self._hand_on()
+        except BaseException:
+            self._bus.post(lambda: self._deliver(()))
+            raise
+
+    def _hand_on(self) -> None:
+        """Hand on the messages that are due, and report a change of the states."""
+        while self._due:
+            message = self._due.popleft()
             if isinstance(message, ResourceStep):
                 self._on_step(message)
             else:
