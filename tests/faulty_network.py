@@ -4,9 +4,9 @@ These promises, and their limits, were measured on Zenoh with one router (docs/r
 
 - Requests, replies and samples of streams may be late, lost, or overtake each other. A request may arrive twice. A
   request that its asker has given up may still be executed. An empty answer has no meaning.
-- Events are late but never doubled or out of order, because subscribers recover missed ones. Three kinds are lost:
-  events that had not left their process when it was killed, those that others had not recovered by then, and those
-  that left their publisher's memory before they were recovered.
+- Events are late but never doubled or out of order, because subscribers recover missed ones. Two kinds are lost with
+  a killed process: events that had not left it, and those that others had not recovered by then. A third kind leaves
+  its publisher's memory before it is recovered.
 - Liveliness tokens vanish at once with a killed process, and after a lease with a stopped or cut-off one. That process
   then sees all others vanish. Tokens return before the queries of their process are reachable again.
 """

@@ -19,7 +19,7 @@ StepId: TypeAlias = tuple[str, int]
 
 
 @dataclass
-class Hold:
+class HeldSpan:
     """Steps of an epoch between which a goal held its resources: from `begin`, at time `t` [s], to before `end`."""
 
     t: float
@@ -38,7 +38,7 @@ class CausalOrder:
         """Cause of each record."""
         self._states: dict[StepId, dict[str, str]] = {}
         self._changes: dict[str, Record] = {}
-        self._holds: dict[str, Hold] = {}
+        self._holds: dict[str, HeldSpan] = {}
         """The latest one of each goal."""
         self._asked: dict[tuple[str, str], float] = {}
         """Times of the questions whether a goal has released its resources, by client and goal."""
@@ -71,7 +71,7 @@ class CausalOrder:
             if hold.end is None and goal not in held:
                 hold.end = core.last_step
         for goal in held - self._holds.keys():
-            self._holds[goal] = Hold(t, core.epoch, core.last_step)
+            self._holds[goal] = HeldSpan(t, core.epoch, core.last_step)
 
     def note_search(self, t: float, client: Client) -> None:
         """A client asks about the goals that it has found lost. One that is granted only then is interrupted later."""

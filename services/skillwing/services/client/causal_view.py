@@ -55,7 +55,7 @@ class CausalView:
         self._questions_before = 0
         """Number of questions before `number` was learned. The answer to a later one holds that step."""
         self._complete_after: int | None = None
-        """If steps may be missing in the states: only the answer to a later question than this one holds them."""
+        """Number of a question, while steps may be missing in the states: the answer to a later question holds them."""
         self._epoch = ""
         self.number: int | None = None
         """Number of the step whose states these are; None until known."""
