@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import settings
 
-from scheduling import GROUP, scope_of
+from scheduling import scope_of, starts_processes
 
 if TYPE_CHECKING:
     from xdist.remote import Producer
@@ -30,7 +30,7 @@ LOWER_PRIORITY = 10
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)  # there is none where xdist is switched off, or not installed
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
-    """One worker a core, and one for the tests that start processes: they wait for most of their time."""
+    """One worker a core, and one more: tests that start processes wait for much of their time."""
     cores = yield
     return cores + 1
 
@@ -52,9 +52,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadSco
     return WholeFiles(config, log)
 
 
+@pytest.hookimpl(trylast=True)  # pytest sorts by fixtures before
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the groups: they take longest, and those that calculate fill the rest of the time of all workers."""
+    items.sort(key=lambda item: not starts_processes(item.nodeid))
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give way to the processes that other workers start and that must answer in time."""
-    if "PYTEST_XDIST_WORKER" in os.environ and scope_of(item.nodeid) != GROUP and os.nice(0) < LOWER_PRIORITY:
+    if "PYTEST_XDIST_WORKER" in os.environ and not starts_processes(item.nodeid) and os.nice(0) < LOWER_PRIORITY:
         os.nice(LOWER_PRIORITY)
 
 
