@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -17,11 +18,20 @@ def make_odometry() -> LidarInertialOdometry:
     return LidarInertialOdometry(LOW, HIGH)
 
 
+_flown: dict[tuple[str, float], tuple[Room, LidarInertialOdometry]] = {}
+"""Flights of rooms, as text, after so many seconds: most tests begin with the same one."""
+
+
 def flying(room: Room, seconds: float = 2.0) -> LidarInertialOdometry:
-    """Odometry in the air, `seconds` after the drone began to move."""
-    odometry = make_odometry()
-    for _ in room.fly(odometry, STANDING + seconds):
-        pass
+    """Odometry in the air, `seconds` after the drone began to move. room: a new one."""
+    key = repr(room), seconds
+    if key not in _flown:
+        flown, odometry = deepcopy(room), make_odometry()
+        for _ in flown.fly(odometry, STANDING + seconds):
+            pass
+        _flown[key] = flown, odometry
+    flown, odometry = deepcopy(_flown[key])
+    vars(room).update(vars(flown))
     assert odometry.phase is Phase.TRACKING
     return odometry
 
