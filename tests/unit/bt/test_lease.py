@@ -8,6 +8,7 @@ from py_trees.behaviours import Failure, StatusQueue, Success
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.running.progress_text import progress_text
 from skillwing.bt_missions.subtrees.lease import AGAIN_AFTER, WithLease
 from skillwing.bt_missions.subtrees.pausing import Pausable
 
@@ -72,6 +73,23 @@ def test_a_refusal_that_is_followed_by_a_new_question_hides_no_failure_of_anothe
     assert part.tick() is Status.RUNNING
     assert part.fake.context.failure is not None
     assert part.fake.context.failure.text == "the other one fell"
+
+
+def test_a_wait_is_one_text_however_often_the_lease_is_asked_for() -> None:
+    part = Part()
+    texts = {progress_text(part.node)}
+    for _ in range(3):
+        part.tick()
+        texts.add(progress_text(part.node))
+        part.goals("look")[-1].end("NR")
+        part.tick()
+        texts.add(progress_text(part.node))
+        part.fake.time += AGAIN_AFTER
+    assert texts == {"deciding", "waiting for look"}
+    part.tick()
+    part.goals("look")[-1].run()
+    part.tick()
+    assert progress_text(part.node) == "lease, go"
 
 
 def test_a_judge_that_does_not_answer_ends_the_wait_as_well() -> None:

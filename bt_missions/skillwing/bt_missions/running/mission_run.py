@@ -19,11 +19,11 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from skillwing.bt_missions.leaves.context import MissionContext
-from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
 from skillwing.bt_missions.running.leaf_errors import mark_raising_leaf
 from skillwing.bt_missions.running.link_wait import LinkWait
 from skillwing.bt_missions.running.pause_state import PauseControl, PauseState
+from skillwing.bt_missions.running.progress_text import progress_text
 from skillwing.bt_missions.running.publisher import MissionPublisher
 from skillwing.bt_missions.running.robots_of_run import RobotOfRun, RobotsOfRun, rescue_tree, rescued_words
 from skillwing.bt_missions.running.run_conditions import CLOCK_TIMEOUT, ClockWatchdog
@@ -254,10 +254,8 @@ class MissionRun:
         if self._stage is RunStage.RESCUING:
             self._publisher.publish_if_changed(MissionPhase.RUNNING, self._rescue_text)
             return
-        leaves = (node for node in self._tree.iterate() if isinstance(node, SkillAction))
-        running = ", ".join(leaf.name for leaf in leaves if leaf.status is Status.RUNNING)
         state = self._publish_pause_state()
-        self._publisher.publish_if_changed(state.phase, state.reason or running or "deciding")
+        self._publisher.publish_if_changed(state.phase, state.reason or progress_text(self._tree))
 
     def _publish_pause_state(self, reason: str = "") -> PauseState:
         """Publish a change between RUNNING, PAUSED and HELD. It is the cause of what the tree does next."""

@@ -47,6 +47,11 @@ class WithLease(Composite):
         self._again_at = 0.0
         self._refusal = ""
 
+    @property
+    def waits(self) -> bool:
+        """True while the lease is not granted yet."""
+        return self.status is Status.RUNNING and not self._holds
+
     def tick(self) -> Iterator[Behaviour]:
         if self.status is not Status.RUNNING:
             self._begin()
