@@ -15,10 +15,11 @@ from command_line import Command
 from running_system import goal_runs, process_id, until
 
 from skillwing.bt_missions.cli.watch import ask_latest_status
+from skillwing.services.errors import RefusedError
 from skillwing.services.history.files import read_records
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headline
-from skillwing.services.protocol import Ending, MissionStatus, Record
+from skillwing.services.protocol import Ending, ErrorCode, MissionPhase, MissionStatus, Record, StartMission, encode
 from skillwing.services.terminal.connection import connect
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, USAGE
 
@@ -68,7 +69,7 @@ def run_dir(runtime: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 
 
 @pytest.fixture
-def tree(tmp_path: Path) -> Callable[[str], str]:
+def tree(tmp_path: Path) -> Callable[..., str]:
     def write(middle: str = '<hover duration="500"/>', name: str = "patrol") -> str:
         file = tmp_path / f"{name}.xml"
         file.write_text(TREE.format(middle=middle), encoding="utf-8")
@@ -100,7 +101,7 @@ def read_until(process: subprocess.Popen[str], text: str) -> str:
 
 
 def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
-    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+    run_dir: Path, skillwing: Command, tree: Callable[..., str]
 ) -> None:
     command = follow(tree())
     read_until(command, "hover")
@@ -149,7 +150,7 @@ def test_a_python_file_is_refused_before_anything_is_asked(skillwing: Command) -
     assert "Its mission has to be installed on the robot." in said.error
 
 
-def test_a_mission_on_board_ends_its_command_with_its_result(run_dir: Path, tree: Callable[[str], str]) -> None:
+def test_a_mission_on_board_ends_its_command_with_its_result(run_dir: Path, tree: Callable[..., str]) -> None:
     del run_dir
     command = follow(tree(""))
     said, _ = command.communicate(timeout=PATIENCE)
@@ -158,7 +159,7 @@ def test_a_mission_on_board_ends_its_command_with_its_result(run_dir: Path, tree
 
 
 def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goals_end(
-    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+    run_dir: Path, skillwing: Command, tree: Callable[..., str]
 ) -> None:
     command = follow(tree())
     read_until(command, "hover")
@@ -178,7 +179,7 @@ def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goal
 
 
 def test_the_loss_of_a_killed_manager_names_its_exit_as_its_cause(
-    run_dir: Path, skillwing: Command, tree: Callable[[str], str]
+    run_dir: Path, skillwing: Command, tree: Callable[..., str]
 ) -> None:
     command = follow(tree())
     read_until(command, "hover")
@@ -201,7 +202,56 @@ def test_the_loss_of_a_killed_manager_names_its_exit_as_its_cause(
     until(lambda: skillwing("status").code == OK, "the manager to run again")
 
 
-def test_the_launcher_tells_the_last_status_to_those_who_missed_it(run_dir: Path, tree: Callable[[str], str]) -> None:
+def test_a_mission_on_board_whose_process_is_still_starting_refuses_one_on_the_ground(
+    run_dir: Path, skillwing: Command, tree: Callable[..., str]
+) -> None:
+    """The launcher answers for the mission before its process has an alive token."""
+    del run_dir
+    file = Path(tree())
+    request = StartMission(request_id="early", mission="patrol", client="cli", tree=file.read_text(encoding="utf-8"))
+    with connect(ROBOT, wait_for_clock=False) as system:
+        with pytest.raises(RefusedError, match="is being started"):
+            system.ask(system.keys.mission_start, request, MissionStatus)
+        started = until(lambda: process_id(ROBOT, "mission"), "the mission's process")
+        os.kill(started, signal.SIGSTOP)
+        try:
+            on_the_ground = skillwing("mission", "run", "mapping")
+        finally:
+            os.kill(started, signal.SIGCONT)
+        assert on_the_ground.code == REFUSED
+        assert on_the_ground.error.startswith("Mission patrol runs here already.")
+    until(lambda: skillwing("mission", "abort").code == OK, "the mission to begin")
+    until(lambda: process_id(ROBOT, "mission") is None, "the launcher to forget the mission")
+
+
+def test_a_mission_on_the_ground_that_began_meanwhile_gives_no_answer_to_the_request(
+    run_dir: Path, tree: Callable[..., str]
+) -> None:
+    """The other mission here does not look for missions, as if both had looked at the same moment."""
+    del run_dir
+    request = StartMission(
+        request_id="both", mission="patrol", client="cli", tree=Path(tree("<hoover/>")).read_text(encoding="utf-8")
+    )
+    with connect(ROBOT, wait_for_clock=False) as system:
+        with pytest.raises(RefusedError, match="is being started"):
+            system.ask(system.keys.mission_start, request, MissionStatus)
+        out = system.bus.advertise(system.keys.mission_status, events=True)
+        token = system.bus.declare_alive(system.keys.alive("mission"))
+        other = MissionStatus(mission="ground", phase=MissionPhase.SUCCEEDED, t=1.0, text="done")
+        out.put(encode(other))
+
+        def refused() -> RefusedError | None:
+            try:
+                system.ask(system.keys.mission_start, request, MissionStatus)
+            except RefusedError as error:
+                return None if error.code is ErrorCode.UNAVAILABLE else error
+            raise AssertionError("another mission's token answered the request")
+
+        assert "There is no node `hoover`" in until(refused, "the refusal").message
+        token.cancel()
+
+
+def test_the_launcher_tells_the_last_status_to_those_who_missed_it(run_dir: Path, tree: Callable[..., str]) -> None:
     del run_dir
     follow(tree("")).communicate(timeout=PATIENCE)
     statuses: list[MissionStatus] = []

@@ -10,9 +10,11 @@ from typing import Any
 
 import msgspec
 from flights import KEYS, M600, Flight
+from msgspec.structs import replace
 from rich.console import Console
 
 from faulty_network import FaultyNetwork
+from skillwing.bt_missions.cli.on_board import NEWS_WAIT, OnBoardWatch
 from skillwing.bt_missions.cli.watch import MissionWatch
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Bus
@@ -21,7 +23,7 @@ from skillwing.services.history.history import History
 from skillwing.services.history.report import make_report
 from skillwing.services.processes.launcher_node import LauncherNode
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Record, RecordKind
+from skillwing.services.protocol import MissionPhase, MissionStatus, Record, RecordKind, StartMission, encode
 from skillwing.services.report.rendering import write_report
 from skillwing.services.robot import ProcessSpec
 
@@ -141,6 +143,25 @@ class NoLauncher:
 
     def forget(self, name: str) -> None:
         raise AssertionError(f"{name} is not to be forgotten")
+
+
+def test_a_station_learns_that_another_launcher_does_not_know_its_mission() -> None:
+    network = FaultyNetwork()
+    network.attach(LauncherNode(NoLauncher(), ROBOT, M600.name, {}))
+    begun = MissionStatus(mission="patrol", phase=MissionPhase.IDLE, t=0.0, text="", request_id="1")
+    target = SimpleNamespace(endpoint="tcp/elsewhere:7447", without_goals="")
+    system: Any = SimpleNamespace(
+        bus=network.join("station"), keys=KEYS, target=target, ask=lambda key, message, reply: begun
+    )
+    shown: list[MissionStatus] = []
+    station = OnBoardWatch(system, shown.append)
+    station.start(StartMission(request_id="1", mission="patrol", client="cli"))
+    of_another = network.bus("mission").advertise(KEYS.mission_status, events=True)
+    of_another.put(encode(replace(begun, mission="mapping", request_id="2", phase=MissionPhase.FAILED)))
+    network.run_for(NEWS_WAIT + 1.0)
+    assert shown == []
+    assert not station.over
+    assert station.forgotten
 
 
 def test_a_watcher_whose_link_was_away_learns_of_the_end_from_the_launcher() -> None:

@@ -741,7 +741,8 @@ class MissionPhase(StrEnum):
 class MissionStatus(Message, frozen=True, kw_only=True):
     """Progress of a mission; published on every change.
 
-    `rescue` is a noun for what follows an abort, such as `lowering`; empty for a mission without a rescue.
+    `rescue` is a noun for what follows an abort, such as `lowering`; empty for a mission without a rescue. `request_id`
+    is that of the `StartMission` of a mission on board, and empty for a mission on the ground.
     """
 
     mission: str
@@ -752,6 +753,7 @@ class MissionStatus(Message, frozen=True, kw_only=True):
     waypoint: int = 0
     waypoints: int = 0
     goal: tuple[float, float, float] | None = None
+    request_id: str = ""
 
 
 class StartMission(Message, frozen=True, kw_only=True):
@@ -772,7 +774,10 @@ class StartMission(Message, frozen=True, kw_only=True):
 
 
 class QueryMission(Message, frozen=True, kw_only=True):
-    """Ask for the latest status of the mission that runs, or ran last."""
+    """Ask for the latest status of the mission that runs, or ran last; with `request_id`, of the mission of that
+    `StartMission`."""
+
+    request_id: str = ""
 
 
 class AbortMission(Message, frozen=True, kw_only=True):

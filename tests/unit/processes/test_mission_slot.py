@@ -17,8 +17,13 @@ def request(request_id: str = "1", mission: str = "patrol", **fields: Any) -> St
     return StartMission(request_id=request_id, mission=mission, client="cli", **fields)
 
 
-def status(phase: MissionPhase, mission: str = "patrol") -> MissionStatus:
-    return MissionStatus(mission=mission, phase=phase, t=1.0, text="")
+def status(phase: MissionPhase, mission: str = "patrol", request_id: str = "1") -> MissionStatus:
+    """Status of a mission on board by default; request_id is empty for one on the ground."""
+    return MissionStatus(mission=mission, phase=phase, t=1.0, text="", request_id=request_id)
+
+
+def on_the_ground(phase: MissionPhase, mission: str = "mapping") -> MissionStatus:
+    return status(phase, mission, "")
 
 
 def refusal(slot: MissionSlot, asked: StartMission) -> RefusedError:
@@ -31,6 +36,7 @@ def running(mission: str = "patrol") -> MissionSlot:
     slot = MissionSlot()
     assert slot.request(request(mission=mission), 1.0) is None
     slot.appeared()
+    slot.note(status(MissionPhase.IDLE, mission))
     return slot
 
 
@@ -39,9 +45,13 @@ def test_a_request_starts_its_mission_once_and_is_answered_when_it_runs() -> Non
     assert slot.request(request(), 1.0) is None
     assert refusal(slot, request()).code is ErrorCode.UNAVAILABLE
     slot.appeared()
+    assert refusal(slot, request()).code is ErrorCode.UNAVAILABLE, "the token may be that of another mission"
+    slot.note(status(MissionPhase.IDLE))
     answer = slot.request(request(), 1.0)
     assert answer is not None
     assert (answer.mission, answer.phase, answer.text) == ("patrol", MissionPhase.IDLE, "it runs on board")
+    assert answer.request_id == "1"
+    slot.note(status(MissionPhase.SUCCEEDED))
     assert slot.request(request(), 1.0) == answer
 
 
@@ -57,7 +67,7 @@ def test_a_mission_on_the_ground_counts_as_well() -> None:
     slot = MissionSlot()
     slot.appeared()
     assert refusal(slot, request("0")).message == "A mission runs here already."
-    slot.note(status(MissionPhase.RUNNING, "mapping"))
+    slot.note(on_the_ground(MissionPhase.RUNNING))
     assert refusal(slot, request("1")).message == "Mission mapping runs here already."
     slot.vanished()
     assert slot.request(request("2"), 1.0) is None
@@ -94,9 +104,51 @@ def test_a_mission_that_has_ended_by_itself_is_not_cut_short() -> None:
     assert slot.request(request("2"), 1.0) is None
 
 
+def test_a_mission_on_the_ground_that_begins_at_the_same_moment_answers_no_request() -> None:
+    slot = MissionSlot()
+    assert slot.request(request(), 1.0) is None
+    slot.appeared()
+    slot.note(on_the_ground(MissionPhase.RUNNING))
+    assert refusal(slot, request()).code is ErrorCode.UNAVAILABLE
+    slot.note(status(MissionPhase.RUNNING))
+    slot.note(on_the_ground(MissionPhase.FAILED))
+    assert slot.latest() == slot.latest("1") == status(MissionPhase.RUNNING)
+    assert slot.exited("mission was killed by SIGKILL.", ()) is False
+    cut_short = slot.cut_short("its process has ended", 9.0)
+    assert cut_short is not None
+    assert cut_short.request_id == "1"
+    slot.note(on_the_ground(MissionPhase.SUCCEEDED))
+    assert slot.latest() == on_the_ground(MissionPhase.SUCCEEDED)
+    assert slot.latest("1") == cut_short
+
+
+def test_a_refusal_is_not_lost_beside_a_mission_on_the_ground() -> None:
+    slot = MissionSlot()
+    slot.request(request(), 1.0)
+    slot.appeared()
+    slot.note(on_the_ground(MissionPhase.RUNNING))
+    assert slot.exited("", ("There is no skill `fly`.",))
+    assert refusal(slot, request()).message.endswith("There is no skill `fly`.")
+
+
+def test_the_status_of_a_mission_is_known_when_another_one_has_run_since() -> None:
+    slot = running()
+    slot.note(status(MissionPhase.FAILED))
+    slot.exited("", ())
+    slot.vanished()
+    assert slot.request(request("2", "inspection"), 2.0) is None
+    slot.note(status(MissionPhase.SUCCEEDED, "inspection", "2"))
+    assert slot.latest("1").phase is MissionPhase.FAILED
+    assert slot.latest().mission == "inspection"
+    with pytest.raises(RefusedError, match="This launcher does not know that mission"):
+        slot.latest("3")
+    with pytest.raises(RefusedError, match="No mission has run here yet"):
+        MissionSlot().latest()
+
+
 def test_a_mission_that_is_over_before_its_token_is_seen_keeps_its_last_status() -> None:
     slot = MissionSlot()
-    slot.note(status(MissionPhase.SUCCEEDED, "before"))
+    slot.note(on_the_ground(MissionPhase.SUCCEEDED, "before"))
     slot.request(request(), 1.0)
     assert slot.status is not None
     assert slot.status.phase is MissionPhase.IDLE, "of this mission, not of the one before"
@@ -107,10 +159,10 @@ def test_a_mission_that_is_over_before_its_token_is_seen_keeps_its_last_status()
 
 def test_a_request_that_is_refused_leaves_the_status_of_the_mission_before() -> None:
     slot = MissionSlot()
-    slot.note(status(MissionPhase.SUCCEEDED, "before"))
+    slot.note(on_the_ground(MissionPhase.SUCCEEDED, "before"))
     slot.request(request(), 1.0)
     slot.exited("", ())
-    assert slot.status == status(MissionPhase.SUCCEEDED, "before")
+    assert slot.status == on_the_ground(MissionPhase.SUCCEEDED, "before")
 
 
 @pytest.mark.parametrize("name", ["patrol.py", "patrol.xml", "../patrol", "a b", "", "-x", "patrol\n"])
@@ -125,7 +177,7 @@ def test_options_that_fit_no_command_line_are_refused(options: dict[str, Any]) -
     assert refusal(MissionSlot(), request(options=options)).code is ErrorCode.BAD_REQUEST
 
 
-ACTS = st.sampled_from(["ask 1", "ask 2", "ask 3", "appear", "vanish", "exit"])
+ACTS = st.sampled_from(["ask 1", "ask 2", "ask 3", "appear", "vanish", "begin", "ground", "exit"])
 
 
 @given(st.lists(ACTS, max_size=30))
@@ -137,7 +189,9 @@ def test_at_most_one_mission_is_started_at_a_time_and_a_request_starts_one_once(
         match act.split():
             case ["ask", number]:
                 try:
-                    starts = slot.request(request(number), 1.0) is None
+                    reply = slot.request(request(number), 1.0)
+                    starts = reply is None
+                    assert reply is None or reply.request_id == number, "the answer is that of this request"
                 except RefusedError:
                     starts = False
                 if starts:
@@ -152,6 +206,12 @@ def test_at_most_one_mission_is_started_at_a_time_and_a_request_starts_one_once(
             case ["vanish"]:
                 slot.vanished()
                 present = False
+            case ["begin"] if runs:
+                slot.note(status(MissionPhase.RUNNING, request_id=started[-1]))
+            case ["begin"]:
+                pass
+            case ["ground"]:
+                slot.note(on_the_ground(MissionPhase.RUNNING))
             case _:
                 slot.exited("It ended.", ())
                 runs = False

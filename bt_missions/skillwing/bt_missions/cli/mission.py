@@ -24,7 +24,7 @@ from skillwing.bt_missions.cli.mission_robots import (
     robot_names,
     robots_on_board,
 )
-from skillwing.bt_missions.cli.on_board import known_mission, make_request, run_on_board
+from skillwing.bt_missions.cli.on_board import begins_on_board, known_mission, make_request, run_on_board
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.cli.watch import MissionWatch, show_live, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_mission, installed_missions
@@ -188,8 +188,6 @@ def run(
     console = None if as_json else make_console()
     with _connected_to_run(chosen, robot_names(chosen, robot or [])) as systems:
         models = models_of(systems)
-        for role in occupied(models):
-            _refuse_second_mission(systems[role])
         for system in systems.values():
             if name in installed_missions() and not chosen.robots:
                 _refuse_other_robot(chosen, system.skillset)
@@ -202,6 +200,8 @@ def run(
         node = MissionNode.on_robots(chosen, models, given, owner_grace=grace, on_status=show)
         for system in systems.values():
             require_allowed(system.bus, system.keys.start("*"))
+        for role in occupied(models):  # as late as possible: meanwhile another station may start a mission
+            _refuse_second_mission(systems[role])
         first = next(iter(systems.values()))
         follow_link(first, lambda text: print_link(console, text), without_link(grace, first.target))
         run_in_foreground(systems, node, console)
@@ -466,11 +466,14 @@ def _refuse_second_mission(system: System) -> None:
 
     A second mission would wait for the same resources, and begin when nobody expects it.
     """
-    if MissionNode.name not in system.alive():
+    if MissionNode.name in system.alive():
+        seen = MissionWatch(system)
+        system.bus.run_until(lambda: seen.status is not None, STATUS_TIMEOUT)
+        name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
+    elif starting := begins_on_board(system):
+        name = f"Mission {starting}"
+    else:
         return
-    seen = MissionWatch(system)
-    system.bus.run_until(lambda: seen.status is not None, STATUS_TIMEOUT)
-    name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
     raise RefusedError(
         ErrorCode.NOT_ALLOWED,
         f"{name} runs here already.",

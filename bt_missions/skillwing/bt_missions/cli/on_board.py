@@ -16,7 +16,7 @@ from skillwing.bt_missions.mission.mission import Mission
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError, TimedOutError
 from skillwing.services.names import MISSION
-from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, StartMission
+from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, QueryMission, StartMission
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
 from skillwing.services.terminal.link_monitor import ON_BOARD, follow_link
@@ -39,6 +39,16 @@ class NoLauncherError(SkillwingError):
     def __init__(self) -> None:
         super().__init__(
             "No launcher of this robot runs missions. Start the robot with `skillwing up`, or leave out --on-board."
+        )
+
+
+class MissionForgottenError(SkillwingError):
+    """The launcher of a mission has been started again, and the mission has ended with the one before."""
+
+    def __init__(self, mission: str) -> None:
+        super().__init__(
+            f"The robot's system was started again, and mission {mission} ended with the one before. "
+            "`skillwing runs list` has its result, `skillwing status` the state of the robot."
         )
 
 
@@ -73,27 +83,44 @@ def make_request(name: str, options: dict[str, Any], robots: Mapping[str, str], 
 def run_on_board(system: System, request: StartMission, console: Console | None) -> int:
     """Start a mission on board and show its progress until it is over; returns the exit code.
 
-    Raises NoLauncherError, and RefusedError for a mission that does not fit, or while another one runs.
+    Raises NoLauncherError, MissionForgottenError, and RefusedError for a mission that does not fit, or while another
+    one runs.
     """
     seen = OnBoardWatch(system, lambda status: print_if_open(console, status_line(status)))
     try:
         seen.start(request)
         if console is not None:
             console.print(f"Mission {request.mission} runs on board. Ctrl-C ends this view only. {ABORT}")
-        system.bus.run_until(lambda: seen.over)
+        system.bus.run_until(lambda: seen.over or seen.forgotten)
     except KeyboardInterrupt:
         typer.echo(LEFT, err=console is None)
         return INTERRUPTED
+    if seen.forgotten:
+        raise MissionForgottenError(request.mission)
     if console is None:
         print_json(seen.status)
     return OK if seen.succeeded else FAILED
 
 
+def begins_on_board(system: System) -> str | None:
+    """Name of a mission on board, also of one whose process has no alive token yet; None without one."""
+    try:
+        status = system.ask(system.keys.mission_status, QueryMission(), MissionStatus)
+    except (NoReplyError, RefusedError):  # no launcher, or no mission since its begin
+        return None
+    return status.mission if status.request_id and not status.phase.over else None
+
+
 class OnBoardWatch:
-    """Watch of a mission on board until its end, also when the end comes while the link is away."""
+    """Watch of a mission on board until its end, also when the end comes while the link is away.
+
+    forgotten: the robot has another launcher now, which does not know the mission.
+    """
 
     def __init__(self, system: System, show: Callable[[MissionStatus], None]) -> None:
         self.status: MissionStatus | None = None
+        self.forgotten = False
+        self._request_id = ""
         self._system = system
         self._show = show
 
@@ -109,6 +136,7 @@ class OnBoardWatch:
         """Ask until the mission runs, and follow it from then on. Raises as `run_on_board` does."""
         system = self._system
         bus, keys = system.bus, system.keys
+        self._request_id = request.request_id
         follow_link(system, self._on_link, ON_BOARD)
         self._asked_until_it_runs(request)
         bus.subscribe(keys.mission_status, message_reader(MissionStatus, self._take), events=True)
@@ -134,8 +162,10 @@ class OnBoardWatch:
         raise TimedOutError(f"The start of mission {request.mission}", START_TIMEOUT)
 
     def _take(self, status: MissionStatus) -> None:
-        """Take a status; the same one may come twice."""
-        if not self.over and (self.status is None or status.t > self.status.t or status.phase != self.status.phase):
+        """Take a status of this mission; the same one may come twice."""
+        if status.request_id != self._request_id or self.over:
+            return
+        if self.status is None or status.t > self.status.t or status.phase != self.status.phase:
             self.status = status
             self._show(status)
 
@@ -151,4 +181,7 @@ class OnBoardWatch:
     def _ask_launcher(self) -> None:
         """Ask for the latest status, which may have been published while the link was away."""
         if not self.over:
-            ask_latest_status(self._system, self._take)
+            ask_latest_status(self._system, self._take, self._request_id, self._forget)
+
+    def _forget(self) -> None:
+        self.forgotten = not self.over

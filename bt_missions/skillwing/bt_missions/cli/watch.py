@@ -166,15 +166,23 @@ class MissionWatch:
         self._present.add_status(status)
 
 
-def ask_latest_status(system: System, take: Callable[[MissionStatus], None]) -> None:
-    """Ask the robot's launcher for the latest status of a mission. Without either, `take` is not called."""
+def ask_latest_status(
+    system: System,
+    take: Callable[[MissionStatus], None],
+    request_id: str = "",
+    on_refusal: Callable[[], None] = lambda: None,
+) -> None:
+    """Ask the robot's launcher for the latest status of a mission, or of the one of a request. Without a launcher,
+    nothing is called. on_refusal: it knows none."""
 
     def on_answer(answer: Answered | Refused) -> None:
         if isinstance(answer, Answered):
             take(decode(answer.payload, MissionStatus))
+        else:
+            on_refusal()
 
     ask_until_answered(
-        *(system.bus, system.keys.mission_status, encode(QueryMission()), on_answer),
+        *(system.bus, system.keys.mission_status, encode(QueryMission(request_id=request_id)), on_answer),
         keep_retrying=lambda silences: silences < SILENCES,
     )
 

@@ -24,14 +24,14 @@ def make_mission_on_board(options: dict[str, Any]) -> MissionNode | MissionOnRob
 
     options: "mission" is a name or a tree file, "skillset" the path of the file. "rescue_goal" is the robot's, as a
     mapping. "options" are the mission's, and "sites" those by the site, by mission. "robot" is the name of this robot,
-    and "robots" are those of a mission on several, by their names in the mission.
+    and "robots" are those of a mission on several, by their names in the mission. "request_id" is that of the request.
     Raises UnknownNameError, InvalidOptionError, SkillsetError, and FaultyMissionError for a mission that does not fit
     the robot.
     """
     mission = find_mission(required(options, "mission"))
     robots = options.get("robots", {})
     if mission.robots:
-        return _on_robots(mission, robots, required(options, "robot"), options.get("options", {}))
+        return _on_robots(mission, robots, options)
     if robots:
         raise InvalidOptionError("robot", robots_problem(mission, robots))
     skillset = load(Path(required(options, "skillset")))
@@ -40,9 +40,13 @@ def make_mission_on_board(options: dict[str, Any]) -> MissionNode | MissionOnRob
     given = mission.read_options(known | options.get("options", {}))
     goal = msgspec.convert(options.get("rescue_goal"), RescueGoal | None)
     require_fit(mission, {"": RobotModel(skillset, goal)}, given)
-    return MissionNode(mission, skillset, given, rescue_goal=goal, ends_process=True)
+    return MissionNode(
+        mission, skillset, given, rescue_goal=goal, ends_process=True, request_id=options.get("request_id", "")
+    )
 
 
-def _on_robots(mission: Mission, robots: dict[str, str], own: str, options: dict[str, Any]) -> MissionOnRobots:
+def _on_robots(mission: Mission, robots: dict[str, str], options: dict[str, Any]) -> MissionOnRobots:
+    own = required(options, "robot")
     names = names_on_board(mission, robots, own)
-    return MissionOnRobots(mission, names, own, mission.read_options(options))
+    given = mission.read_options(options.get("options", {}))
+    return MissionOnRobots(mission, names, own, given, options.get("request_id", ""))

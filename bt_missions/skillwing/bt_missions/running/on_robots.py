@@ -27,11 +27,14 @@ class MissionOnRobots:
     owns_clock = False
     tells_when_ready = True
 
-    def __init__(self, mission: Mission, names: Mapping[str, str], own: str, options: MissionOptions) -> None:
+    def __init__(
+        self, mission: Mission, names: Mapping[str, str], own: str, options: MissionOptions, request_id: str = ""
+    ) -> None:
         self._mission = mission
         self._names = dict(names)
         self._own = own
         self._options = options
+        self._request_id = request_id
         self._search: RobotSearch | None = None
         self._node: MissionNode | None = None
 
@@ -62,7 +65,9 @@ class MissionOnRobots:
             for role, robot in robots.items()
         }
         require_fit(self._mission, models, self._options)
-        self._node = MissionNode.on_robots(self._mission, models, self._options, on_status=self._end_when_over)
+        self._node = MissionNode.on_robots(
+            *(self._mission, models, self._options), on_status=self._end_when_over, request_id=self._request_id
+        )
         self._node.attach_to(
             {
                 role: self._bus.with_own_time(self._names[role], follows=robot.follows_time)

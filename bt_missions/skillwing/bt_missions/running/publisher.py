@@ -20,7 +20,8 @@ class MissionPublisher:
     """Publishes for one mission: records to each of its robots, status and tree to those that it occupies. `status` is
     the latest that was published; each one goes to `on_status` too. Times are those of the first robot.
 
-    rescue: as in the status. keys: of the robots, by name. occupied: names of those that no other mission may use.
+    rescue, request_id: as in the status. keys: of the robots, by name. occupied: names of those that no other mission
+    may use.
     """
 
     rescue = ""
@@ -31,8 +32,11 @@ class MissionPublisher:
         keys: Mapping[str, Keys],
         occupied: Sequence[str],
         on_status: Callable[[MissionStatus], None],
+        request_id: str = "",
     ) -> None:
-        self.status = MissionStatus(mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started")
+        self.status = MissionStatus(
+            mission=mission, phase=MissionPhase.IDLE, t=0.0, text="not started", request_id=request_id
+        )
         self._keys = dict(keys)
         self._occupied = tuple(occupied)
         self._on_status = on_status
@@ -89,6 +93,7 @@ class MissionPublisher:
             waypoint=progress.waypoint,
             waypoints=progress.waypoints,
             goal=progress.goal,
+            request_id=self.status.request_id,
         )
         for name, out in self._status_out.items():
             out.put(encode(replace(self.status, t=self._buses[name].now())))

@@ -64,7 +64,7 @@ class MissionNode:
     Then every goal has ended, or had its time to end, unless the system was stopped.
 
     owner_grace: wall time in seconds for which the mission's goals run on without its link to the robot. ends_process:
-    the bus is closed at the end.
+    the bus is closed at the end. request_id: of the request for a mission on board.
     """
 
     name = MISSION
@@ -81,9 +81,10 @@ class MissionNode:
         owner_grace: float = 0.0,
         ends_process: bool = False,
         on_status: Callable[[MissionStatus], None] = lambda status: None,
+        request_id: str = "",
     ) -> None:
         robots = {"": RobotModel(skillset, rescue_goal)}
-        self._set_up(mission, robots, options, ready_timeout, owner_grace, ends_process, on_status)
+        self._set_up(mission, robots, options, ready_timeout, owner_grace, ends_process, on_status, request_id)
 
     @classmethod
     def on_robots(
@@ -95,10 +96,11 @@ class MissionNode:
         ready_timeout: float = READY_TIMEOUT,
         owner_grace: float = 0.0,
         on_status: Callable[[MissionStatus], None] = lambda status: None,
+        request_id: str = "",
     ) -> MissionNode:
         """A node for a mission on several robots, by name. It is attached by `attach_to`."""
         node = cls.__new__(cls)
-        node._set_up(mission, robots, options, ready_timeout, owner_grace, ends_process=False, on_status=on_status)
+        node._set_up(mission, robots, options, ready_timeout, owner_grace, False, on_status, request_id)
         return node
 
     def _set_up(
@@ -110,6 +112,7 @@ class MissionNode:
         owner_grace: float,
         ends_process: bool,
         on_status: Callable[[MissionStatus], None],
+        request_id: str,
     ) -> None:
         self.mission = mission
         self._robots = dict(robots)
@@ -120,7 +123,7 @@ class MissionNode:
         self._ends_process = ends_process
         self._on_status = on_status
         self._occupied = occupied(robots)
-        self._publisher = MissionPublisher(mission.name, self._keys, self._occupied, self._take_status)
+        self._publisher = MissionPublisher(mission.name, self._keys, self._occupied, self._take_status, request_id)
         self._awake = False
 
     @property

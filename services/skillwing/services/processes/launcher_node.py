@@ -41,6 +41,9 @@ FACTORY = "skillwing.bt_missions.running.on_board:make_mission_on_board"
 TREES = "trees"
 """Folder of the tree files that were sent to this robot, in the directory of its run."""
 
+LATE_STATUS = 1.0
+"""Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
+
 log = logging.getLogger(__name__)
 
 
@@ -51,10 +54,12 @@ def mission_on_board(
     *,
     robots: Mapping[str, str] = MappingProxyType({}),
     sites: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
+    request_id: str = "",
 ) -> ProcessSpec:
     """The process of a mission on board of a robot, by the mission's name or file.
 
     robots: of a mission on several, by their names in the mission. sites: options of missions by the site, by mission.
+    request_id: of the request for it.
     """
     given = {
         "mission": mission,
@@ -64,6 +69,7 @@ def mission_on_board(
         "robot": robot.name,
         "robots": dict(robots),
         "sites": {name: dict(site) for name, site in sites.items()},
+        "request_id": request_id,
     }
     return ProcessSpec(MISSION, FACTORY, given, essential=False, extra="missions", restart="never")
 
@@ -130,11 +136,7 @@ class LauncherNode:
         return status
 
     def _latest_status(self, query: QueryMission) -> MissionStatus:
-        del query
-        if self._slot.status is None:
-            text, help_ = "No mission has run here yet.", "Start one with `skillwing mission run`."
-            raise RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
-        return self._slot.status
+        return self._slot.latest(query.request_id)
 
     def _start(self, message: StartMission) -> None:
         """Start the process of a mission. Its node checks that the mission fits; if not, the process ends at once."""
@@ -154,7 +156,12 @@ class LauncherNode:
             file = self._launcher.run_dir / TREES / f"{mission}{number}.xml"
             _write(file, message.tree)
             mission = str(file)
-        return mission_on_board(self._robot, mission, message.options, robots=message.robots, sites=self._sites)
+        return mission_on_board(
+            *(self._robot, mission, message.options),
+            robots=message.robots,
+            sites=self._sites,
+            request_id=message.request_id,
+        )
 
     def _on_alive(self, _key: str, alive: bool) -> None:
         if alive:
@@ -164,15 +171,24 @@ class LauncherNode:
 
     def _end_mission(self, ended: ProcessExit) -> bool:
         """Take the end of the mission's process. Returns True if the mission was over, or had not begun."""
+        if ended.exit_code == 0 and self._slot.ends_unheard:
+
+            def free() -> None:
+                self._free_slot(ended)
+
+            self._bus.after(LATE_STATUS, free, wall=True)
+            return True
+        return self._free_slot(ended) or ended.exit_code == 0
+
+    def _free_slot(self, ended: ProcessExit) -> bool:
+        """Free the place of the mission. Returns True if the mission had not begun."""
         does_not_fit = ended.exit_code == EXIT_CONFIGURATION
         refused = self._slot.exited("" if does_not_fit else str(ended), ended.log)
         self._launcher.forget(MISSION)
-        if refused or ended.exit_code == 0:
-            return True
-        cut_short = self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
+        cut_short = None if refused else self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
         if cut_short is not None:
             self._status.put(encode(cut_short))
-        return False
+        return refused
 
 
 def _serve(bus: Bus, key: str, kind: type[M], answer: Callable[[M], MissionStatus]) -> None:

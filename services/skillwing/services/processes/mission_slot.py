@@ -28,18 +28,23 @@ Outcome = MissionStatus | RefusedError
 
 
 class MissionSlot:
-    """Place of a robot's only mission. status: the latest one of any mission; None before the first."""
+    """Place of a robot's only mission. status: the latest one of any mission; None before the first.
+
+    While a mission is on board, statuses of others are not taken: one on the ground may have begun at the same moment.
+    """
 
     def __init__(self) -> None:
         self.status: MissionStatus | None = None
-        self._starting: StartMission | None = None
-        """The request whose mission has not appeared yet."""
+        self._on_board: StartMission | None = None
+        """The request whose mission has a process."""
+        self._begun = False
+        """True once that mission has published a status."""
         self._before: MissionStatus | None = None
         """Status of the mission before that one."""
-        self._on_board: str | None = None
-        """Name of the mission whose process the launcher runs."""
         self._present = False
         self._outcomes: BoundedDict[str, Outcome] = BoundedDict(OUTCOMES_REMEMBERED)
+        self._latest: BoundedDict[str, MissionStatus] = BoundedDict(OUTCOMES_REMEMBERED)
+        """Latest statuses of missions on board, by request."""
 
     def request(self, request: StartMission, t: float) -> MissionStatus | None:
         """Reply to a request at robot time `t`; None if its mission has to be started now.
@@ -51,57 +56,88 @@ class MissionSlot:
             raise known
         if known is not None:
             return known
-        if self._starting is not None and self._starting.request_id == request.request_id:
+        if self._on_board is not None and self._on_board.request_id == request.request_id:
             raise being_started(request)
         _check(request)
         if self._present or self._on_board is not None:
             raise RefusedError(ErrorCode.NOT_ALLOWED, f"{self._name} runs here already.", help=WAIT)
-        self._starting, self._on_board, self._before = request, request.mission, self.status
-        # From now on the status is one of this mission, which may be over before its token is seen.
-        self.status = MissionStatus(mission=request.mission, phase=MissionPhase.IDLE, t=t, text=ON_BOARD)
+        self._on_board, self._begun, self._before = request, False, self.status
+        self.status = MissionStatus(
+            mission=request.mission, phase=MissionPhase.IDLE, t=t, text=ON_BOARD, request_id=request.request_id
+        )
         return None
 
+    def latest(self, request_id: str = "") -> MissionStatus:
+        """The latest status, or that of the mission of a request. Raises RefusedError without one."""
+        if not request_id and self.status is not None:
+            return self.status
+        if request_id and (found := self._latest.get(request_id)) is not None:
+            return found
+        if not request_id:
+            text, help_ = "No mission has run here yet.", "Start one with `skillwing mission run`."
+        else:
+            text = "This launcher does not know that mission."
+            help_ = "A launcher that was started again does not: the mission ended with the one before."
+        raise RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
+
     def appeared(self) -> None:
-        """Note the alive token of a mission. It answers the request."""
+        """Note the alive token of a mission, on board or on the ground."""
         self._present = True
-        starting, self._starting = self._starting, None
-        if starting is not None and self.status is not None:
-            self._outcomes[starting.request_id] = self.status
 
     def vanished(self) -> None:
         """Note that no mission holds its alive token."""
         self._present = False
 
     def note(self, status: MissionStatus) -> None:
-        """Note a status of a mission."""
-        self.status = status
+        """Note a status of a mission. The first one of the mission on board answers its request."""
+        own = self._on_board
+        if own is not None and status.request_id != own.request_id:
+            return
+        if own is not None and not self._begun and self.status is not None:
+            self._begun = True
+            self._outcomes[own.request_id] = self.status
+        self._set(status)
+
+    @property
+    def ends_unheard(self) -> bool:
+        """True if the mission on board has not published its end."""
+        return self._on_board is not None and (self.status is None or not self.status.phase.over)
 
     def exited(self, sentence: str, lines: Sequence[str]) -> bool:
         """Note the end of the mission's process. Returns True if it did not get to its begin: the request is refused.
 
         sentence: how it ended, empty for a mission that does not fit. lines: what it logged, such as its problems.
         """
-        self._on_board = None
-        starting, self._starting = self._starting, None
-        if starting is not None:
-            text = "\n".join([f"Mission `{starting.mission}` did not start. {sentence}".rstrip(), *lines])
-            help_ = "`skillwing mission check` lists all problems of a mission."
-            self._outcomes[starting.request_id] = RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
-            self.status = self._before
-        return starting is not None
+        own, self._on_board = self._on_board, None
+        if own is None or self._begun:
+            return False
+        text = "\n".join([f"Mission `{own.mission}` did not start. {sentence}".rstrip(), *lines])
+        help_ = "`skillwing mission check` lists all problems of a mission."
+        self._outcomes[own.request_id] = RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
+        self.status = self._before
+        return True
 
     def cut_short(self, sentence: str, t: float) -> MissionStatus | None:
         """The last status of a mission whose process died before its end; None if it had ended, or never begun."""
         status = self.status
         if status is None or status.phase.over:
             return None
-        self.status = MissionStatus(mission=status.mission, phase=MissionPhase.ABORTED, t=t, text=sentence)
-        return self.status
+        return self._set(
+            MissionStatus(
+                mission=status.mission, phase=MissionPhase.ABORTED, t=t, text=sentence, request_id=status.request_id
+            )
+        )
+
+    def _set(self, status: MissionStatus) -> MissionStatus:
+        self.status = status
+        if status.request_id:
+            self._latest[status.request_id] = status
+        return status
 
     @property
     def _name(self) -> str:
         if self._on_board is not None:
-            return f"Mission {self._on_board}"
+            return f"Mission {self._on_board.mission}"
         running = self.status is not None and not self.status.phase.over
         return f"Mission {self.status.mission}" if self.status is not None and running else "A mission"
 
