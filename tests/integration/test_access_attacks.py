@@ -264,6 +264,8 @@ def test_a_start_in_the_name_of_somebody_else(stage: Stage) -> None:
                 texts.append(status.text)
 
         observer.declare_subscriber(KEYS.status("turn"), zenoh.handlers.Callback(note, indirect=False))
+        # The router has passed on the subscription when it answers.
+        assert list(observer.get("access/olga", timeout=TIMEOUT))
         replayed = stage.ask(viewer, KEYS.start("turn"), recorded, "vic", "alice", "olga")
         succeeds(replayed is not None, stage)
         again = structs.replace(recorded, goal_id=f"{recorded.goal_id}-again")

@@ -6,8 +6,10 @@ its rules. It listens, answers and asks everywhere.
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +18,7 @@ import zenoh
 from keyed_site import PEOPLE, Site, free_port, make_store, opened_by_file, opened_site
 
 from skillwing.dsl import load
+from skillwing.services.access.identity_files import person_identity
 from skillwing.services.access.policy import (
     Grants,
     RobotAccess,
@@ -25,10 +28,13 @@ from skillwing.services.access.policy import (
     process_grants,
 )
 from skillwing.services.access.robots import robot_access
+from skillwing.services.bus import Answer, NoReply, Refused
 from skillwing.services.bus.identity import SessionIdentity, owned_chunk, signed
 from skillwing.services.bus.keys import matches
 from skillwing.services.bus.router_robots import robots_at
+from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.robot import ProcessSpec, Robot
+from skillwing.services.wire.channel import Role
 from skillwing.services.wire.channels import CHANNELS, keys_in
 
 ROVER = Path(__file__).parents[2] / "examples" / "rover" / "rover.skillset"
@@ -288,3 +294,21 @@ def test_everybody_finds_the_robots_at_the_router(site: Site) -> None:
         assert robots_at(site.endpoint, timeout=TIMEOUT, identity=identity) == {"r1": "rover"}
         assert robots_at(site.endpoint, "r1", TIMEOUT, identity) == {"r1": "rover"}
     token.undeclare()
+
+
+def test_a_role_that_the_router_took_back_meanwhile_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bus that joined before the router's new start has asked for its role then."""
+    store = make_store(tmp_path / "keys", PLAIN)
+    shutil.copytree(store.folder / "people" / "olga", tmp_path / "olga")
+    store.add_person("olga", Role.VIEWER)
+    monkeypatch.setenv("SKILLWING_KEYS", str(tmp_path / "olga"))
+    answers: list[Answer] = []
+    with opened_site(PLAIN.name, store) as site:
+        identity = person_identity(site.endpoint)
+        with closing(ZenohBus("x", PLAIN.name, site.endpoint, identity=identity)) as bus:
+            for key in ("rover/resource/extern", "rover/resource/state"):
+                bus.ask(key, b"", answers.append)
+            assert bus.run_until(lambda: len(answers) == 2, TIMEOUT)
+    denied = next(each for each in answers if isinstance(each, Refused))
+    assert denied.error.message == "`olga` is a viewer and may not change resources."
+    assert NoReply(timed_out=False) in answers, "nobody answers there, and she may ask"

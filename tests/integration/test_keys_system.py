@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -38,7 +39,7 @@ class Rover:
         with pytest.MonkeyPatch.context() as patch:
             patch.delenv("SKILLWING_KEYS", raising=False)
             if name:
-                patch.setenv("SKILLWING_KEYS", str(self.keys / "people" / name))
+                patch.setenv("SKILLWING_KEYS", str(self.keys / ("robots/rover" if "." in name else "people") / name))
             return self._skillwing(*words)
 
     @property
@@ -65,6 +66,10 @@ def rover(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Itera
     assert skillwing("keys", "init", str(keys), "--skillset", str(ROVER), "--host", "10.0.0.5").code == 0
     for name, role in {"vic": "viewer", "alice": "client", "bob": "client", "olga": "operator"}.items():
         assert skillwing("keys", "add", name, "--role", role, "--keys", str(keys)).code == 0
+    # ann keeps the folder of an operator, before she gets that of a viewer.
+    assert skillwing("keys", "add", "ann", "--role", "operator", "--keys", str(keys)).code == 0
+    shutil.copytree(keys / "people" / "ann", keys / "people" / "ann-before")
+    assert skillwing("keys", "add", "ann", "--role", "viewer", "--keys", str(keys)).code == 0
     started = skillwing("mock", str(ROVER), "--keys", str(keys), "--run-dir", str(run_dir), "--detach")
     assert started.code == 0, started.error
     try:
@@ -90,6 +95,20 @@ def test_a_viewer_reads_and_is_told_what_it_may_not(rover: Rover) -> None:
     assert "Ask for a certificate of role operator." in extern.error
     assert rover.by("olga", "trigger", "carousel", "FULL").code == 0
     assert rover.by("olga", "trigger", "carousel", "ROOM").code == 0
+
+
+def test_a_role_that_is_not_that_of_the_certificate_is_told(rover: Rover) -> None:
+    """The router knows the present role. The certificate says an earlier one, or the role of a process."""
+    words = (("start", "turn", "heading=0.1"), ("trigger", "carousel", "FULL"), ("mission", "abort"))
+    deeds = (("start skills", "client"), ("change resources", "operator"), ("abort missions", "client"))
+    for (deed, role), each in zip(deeds, words, strict=True):
+        denied = rover.by("ann-before", *each)
+        assert denied.code == 4, (each, denied.error)
+        assert denied.error.strip() == f"`ann` is a viewer and may not {deed}. Ask for a certificate of role {role}."
+    assert rover.by("ann-before", "resources").code == 0
+    copied = rover.by("skill.turn", "trigger", "carousel", "FULL")
+    assert copied.code == 4, copied.error
+    assert "`rover.skill.turn` is a skill manager and may not change resources." in copied.error
 
 
 def test_somebody_without_keys_is_told_what_is_missing(rover: Rover) -> None:

@@ -12,10 +12,12 @@ from skillwing.services.access.policy import (
     RobotAccess,
     SiteAccess,
     certificate_name,
+    denial,
     guest_grants,
     person_grants,
     process_grants,
     refusal,
+    role_at,
 )
 from skillwing.services.access.robots import robot_access
 from skillwing.services.access.zenoh_rules import access_control
@@ -129,6 +131,34 @@ def test_a_denial_names_the_role_that_would_do() -> None:
     attach = refusal(Role.OPERATOR, "olga", Keys("m600").resource_attach)
     assert attach is not None
     assert attach.message == "`olga` is an operator and may not ask at `m600/resource/attach`."
+
+
+def test_the_role_of_a_name_is_that_of_its_rules() -> None:
+    yard = replace(YARD, works_at=("right",))
+    site = SiteAccess((yard, LEFT, RIGHT), {"alice": Role.CLIENT})
+    roles = {
+        ("alice", "left"): Role.CLIENT,
+        ("left.skill.land", "left"): Role.SKILL_MANAGER,
+        ("left.skill.land", "right"): Role.VIEWER,
+        ("left.sim", "right"): Role.FUNCTIONAL_LAYER,
+        ("right.sim", "left"): None,
+        ("yard.mission", "right"): Role.MISSION,
+        ("yard.places", "right"): Role.VIEWER,
+        ("left.mission", "elsewhere"): None,
+        ("nobody", "left"): None,
+    }
+    assert {(name, robot): role_at(site, robot, name) for name, robot in roles} == roles
+
+
+@pytest.mark.parametrize("process", ["resource_manager", "data_manager", "skill/land", "sim", "mission", "recorder"])
+def test_a_process_is_denied_by_word_what_the_rules_deny(process: str) -> None:
+    asks = process_grants(M600, process).asks
+    for row in CHANNELS:
+        for key in keys_in(SKILLSET, row) if row.kind is Kind.QUERY else ():
+            denied = denial(M600.processes[process], "m600.x", key) is not None
+            assert denied == (not any(matches(each, key) for each in asks)), key
+    assert denial(M600.processes[process], "m600.x", "fl/guidance/command") is None
+    assert denial("", "x", Keys("m600").start("land")) is None
 
 
 def test_every_rule_is_within_one_robot_and_names_one_asker() -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.key_store import ROBOTS, ROUTER, KeysError, process_folder, read_facts
-from skillwing.services.access.policy import refusal
+from skillwing.services.access.policy import denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
 from skillwing.services.names import LAUNCHER
 from skillwing.services.protocol import ErrorReply
@@ -73,4 +74,5 @@ def person_identity(endpoint: str) -> SessionIdentity | None:
             f"{folder} in {KEYS_VARIABLE} holds no certificate. Name the folder of one person, as in DIR/people/NAME."
         )
         raise KeysError(text)
-    return read_identity(Path(folder))
+    found = read_identity(Path(folder))
+    return replace(found, denial=lambda role, key: denial(role, found.name, key))

@@ -110,7 +110,7 @@ def guest_grants(robot: RobotAccess, guest: RobotAccess, process: str) -> Grants
     A shared process does what the robot's own one of the same name may, under its own name. All others read.
     """
     name = certificate_name(guest.name, process)
-    if process in guest.shared and process in robot.processes:
+    if _acts_at(robot, guest, process):
         return _grants(robot, robot.processes[process], process, name, guest=guest.name)
     return _grants(robot, Role.VIEWER, None, name)
 
@@ -137,6 +137,39 @@ def refusal(role: Role, name: str, key: str) -> ErrorReply | None:
     return ErrorReply(
         code=ErrorCode.DENIED, message=f"`{name}` is {_article(role)} {role} and may not {deed}.", help=advice
     )
+
+
+def denial(role: str, name: str, key: str) -> ErrorReply | None:
+    """The reason against a question at a key in a role that the router says; None for none, and for no known role."""
+    if role not in {str(each) for each in Role}:
+        return None
+    known = Role(role)
+    # The table of the robot's topics says where its own processes ask in the functional layer.
+    return None if known not in PEOPLE and key.startswith("fl/") else refusal(known, name, key)
+
+
+def role_at(site: SiteAccess, robot: str, name: str) -> Role | None:
+    """The role of the holder of a certificate in a robot; None for a name without rights there."""
+    if name in site.people:
+        return site.people[name]
+    for home in site.robots:
+        for process, role in home.processes.items():
+            if certificate_name(home.name, process) == name:
+                return role if home.name == robot else _guest_role(site, robot, home, process)
+    return None
+
+
+def _guest_role(site: SiteAccess, robot: str, guest: RobotAccess, process: str) -> Role | None:
+    """The role in a robot of a process of another one."""
+    host = next((each for each in site.robots if each.name == robot), None)
+    if host is None or robot not in guest.works_at:
+        return None
+    return host.processes[process] if _acts_at(host, guest, process) else Role.VIEWER
+
+
+def _acts_at(robot: RobotAccess, guest: RobotAccess, process: str) -> bool:
+    """True for a process of a guest that may do what the robot's own one of the same name may."""
+    return process in guest.shared and process in robot.processes
 
 
 def _article(noun: str) -> str:

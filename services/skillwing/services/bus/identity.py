@@ -7,7 +7,7 @@ The receiver of a Zenoh query does not learn the sender's certificate. A sender 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +16,14 @@ from skillwing.services.protocol import ErrorReply
 
 BY = "by"
 WHO = "access"
-"""Begin of the key at which a router confirms a name that it knows: `access/NAME`."""
+"""Begin of the key at which a router confirms a name that it knows, and says its role: `access/NAME`."""
 CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE = "certificate.pem", "key.pem", "authority.pem"
+
+
+def no_denial(role: str, key: str) -> ErrorReply | None:
+    """No reason against a question, whatever the role."""
+    del role, key
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +31,18 @@ class SessionIdentity:
     """A certificate with its key.
 
     name: common name of the certificate, one chunk of a key. folder: directory with the three files in PEM format.
-    refusal: the reason against a question at a key relative to the robot's namespace, None for none.
+    refusal: the certificate's reason against a question at a key relative to the robot's namespace, None for none.
+    denial: the same for a role that the router says. A session with it asks the router after silence.
     """
 
     name: str
     folder: Path
     refusal: Callable[[str], ErrorReply | None] = lambda _: None
+    denial: Callable[[str, str], ErrorReply | None] = no_denial
+
+    def in_role(self, role: str) -> SessionIdentity:
+        """The same identity, refused by a role that the router has said; empty for one that it has not."""
+        return replace(self, refusal=lambda key: self.denial(role, key)) if role else self
 
     @property
     def certificate(self) -> Path:

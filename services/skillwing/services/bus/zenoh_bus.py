@@ -17,6 +17,7 @@ import zenoh.ext
 from skillwing.services.bus import (
     EVENT_HISTORY,
     Answer,
+    Answered,
     Handle,
     NoReply,
     Refused,
@@ -27,7 +28,7 @@ from skillwing.services.bus import (
 from skillwing.services.bus.agenda import Entry
 from skillwing.services.bus.backlog import EVENTS, STREAMS, Inbox, RequestBacklog, SampleBacklog
 from skillwing.services.bus.clock import LAG, ROUNDING, Clock, FollowedClock, LockstepClock, WallClock
-from skillwing.services.bus.identity import SessionIdentity, signed
+from skillwing.services.bus.identity import WHO, SessionIdentity, no_denial, signed
 from skillwing.services.bus.node_loop import NodeLoop, NodeTime
 from skillwing.services.bus.zenoh_entities import (
     REFUSAL,
@@ -39,7 +40,7 @@ from skillwing.services.bus.zenoh_entities import (
     sample_of,
     size_of,
 )
-from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, knows, open_session
+from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_session, role_at_router
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
     CLOCK_DONE_KEY,
@@ -57,6 +58,8 @@ HEARTBEAT = 0.5
 """Seconds between an event publisher's heartbeats, which reveal the loss of the last event to subscribers."""
 ANSWER_GRACE = 1.0
 """Seconds that Zenoh has after a query's timeout to report it."""
+ROLE_TIMEOUT = 1.0
+"""Seconds in which the router says the role of a name."""
 
 TIMER_SLACK = 0.005
 
@@ -137,8 +140,15 @@ class ZenohBus:
         return self._identity
 
     def is_known(self) -> bool:
-        """True if the router knows this node's certificate by name, or if there is none. Waits for an answer."""
-        return self._identity is None or knows(self._session, self._identity)
+        """True if the router knows this node's certificate by name, or if there is none. Waits for an answer.
+
+        From then on, questions are refused by the role that the router knows.
+        """
+        if self._identity is None:
+            return True
+        role = role_at_router(self._session, self._identity)
+        self._identity = self._identity.in_role(role or "")
+        return role is not None
 
     def now(self) -> float:
         return self._time.clock.now()
@@ -251,11 +261,38 @@ class ZenohBus:
         timeout: float = 2.0,
         attachment: bytes = b"",
     ) -> None:
-        if self._identity is not None:
-            if (refusal := self._identity.refusal(key)) is not None:
-                self.post(lambda: on_answer(Refused(refusal)))
+        if self._identity is None:
+            self._query(key, payload, on_answer, timeout, attachment)
+        elif (refusal := self._identity.refusal(key)) is not None:
+            self.post(lambda: on_answer(Refused(refusal)))
+        else:
+            explained = self._explaining(self._identity, key, on_answer)
+            self._query(signed(key, self._identity.name), payload, explained, timeout, attachment)
+
+    def _explaining(
+        self, identity: SessionIdentity, key: str, on_answer: Callable[[Answer], None]
+    ) -> Callable[[Answer], None]:
+        """The same callback, which gets a denial by the router as one. Zenoh reports it like an absent server, at once.
+
+        The router may have started again since this node joined, and know another role. It is asked for that role.
+        """
+
+        def explain(answer: Answer) -> None:
+            if not isinstance(answer, NoReply) or answer.timed_out:
+                on_answer(answer)
                 return
-            key = signed(key, self._identity.name)
+
+            def take(role: Answer) -> None:
+                denial = identity.denial(role.payload.decode(), key) if isinstance(role, Answered) else None
+                on_answer(answer if denial is None else Refused(denial))
+
+            self._query(f"{WHO}/{identity.name}", b"", take, ROLE_TIMEOUT)
+
+        return on_answer if identity.denial is no_denial else explain
+
+    def _query(
+        self, key: str, payload: bytes, on_answer: Callable[[Answer], None], timeout: float, attachment: bytes = b""
+    ) -> None:
         question = ZenohQuestion(on_answer)
         expiry = time.monotonic() + timeout
         question.expiry = self._time.wall_agenda.add(

@@ -120,15 +120,17 @@ def open_session(
     return open_client(endpoint, robot, timeout, identity)
 
 
-def knows(session: zenoh.Session, identity: SessionIdentity) -> bool:
-    """True if the router knows a session's certificate by name, and has rules for it.
+def role_at_router(session: zenoh.Session, identity: SessionIdentity) -> str | None:
+    """The role that the router knows a session's certificate by; None for a name that it has no rules for.
 
-    A router that is not Skillwing's has no such answer. There, any token of the robot proves the same.
+    A router that is not Skillwing's has no such answer. There, any token of the robot proves that the name is known,
+    and the role is empty.
     """
-    replies = session.get(f"{WHO}/{identity.name}", timeout=KNOWN_TIMEOUT)
-    if any(reply.ok is not None for reply in replies):
-        return True
-    return any(reply.ok is not None for reply in session.liveliness().get("**", timeout=KNOWN_TIMEOUT))
+    for reply in session.get(f"{WHO}/{identity.name}", timeout=KNOWN_TIMEOUT):
+        if reply.ok is not None:
+            return reply.ok.payload.to_string()
+    tokens = session.liveliness().get("**", timeout=KNOWN_TIMEOUT)
+    return "" if any(reply.ok is not None for reply in tokens) else None
 
 
 def _open_beside(

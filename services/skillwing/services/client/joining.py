@@ -11,7 +11,7 @@ from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.identity import SessionIdentity, owned_chunk
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
 from skillwing.services.errors import NoSystemError, NotKnownError, SkillwingError
 
 CONNECT_TIMEOUT = 2.0
@@ -52,7 +52,7 @@ def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
             present = robots_at(endpoint, timeout=CONNECT_TIMEOUT, identity=identity)
         if not present and identity is not None:
             with open_client(endpoint, robot or "any", CONNECT_TIMEOUT, identity) as session:
-                if not knows(session, identity):
+                if role_at_router(session, identity) is None:
                     raise NotKnownError(endpoint, REMOVED)
     except RouterUnreachableError as error:
         raise _reason(error, identity) from error

@@ -23,7 +23,7 @@ from skillwing.services.access.handshake import REMOVED, explained
 from skillwing.services.access.identity_files import person_identity
 from skillwing.services.access.key_store import KeysError, KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
-from skillwing.services.bus.zenoh_session import RouterUnreachableError, knows, open_client
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
 from skillwing.services.client.connection import find_target
 from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_target_at
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
@@ -172,9 +172,12 @@ def _join(target: Target) -> _Joined:
     except RouterUnreachableError as error:
         reason = explained(error, identity)
         return _Joined(objection=None if reason is error else str(reason))
-    if identity is not None and not knows(session, identity):
-        session.close()
-        return _Joined(objection=str(NotKnownError(target.endpoint, REMOVED)))
+    if identity is not None:
+        role = role_at_router(session, identity)
+        if role is None:
+            session.close()
+            return _Joined(objection=str(NotKnownError(target.endpoint, REMOVED)))
+        identity = identity.in_role(role)
     return _Joined(session, identity)
 
 

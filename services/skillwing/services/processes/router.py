@@ -20,6 +20,7 @@ import zenoh
 from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
 from skillwing.services.access.identity_files import KEYS_VARIABLE, read_identity
 from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.policy import SiteAccess, role_at
 from skillwing.services.access.zenoh_rules import access_control
 from skillwing.services.bus.identity import WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
@@ -45,17 +46,24 @@ def start_router(
     host, _, port = address.rpartition(":")
     if protocol not in ("tcp", "tls") or not host or not port.isdecimal():
         raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
-    identity, rules = None, None
+    identity, rules, site = None, None, SiteAccess()
     if keys is not None:
         store = KeyStore(keys)
-        rules = access_control(store.site())
+        site = store.site()
+        rules = access_control(site)
         identity = read_identity(store.router_folder)
 
     def open_at(endpoint: str) -> zenoh.Session:
         session = open_router(endpoint, identity, rules, upper)
         # The name in the key is that of the asker's certificate: the rules allow no other.
-        session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
+        session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(confirm, indirect=False))
         return session
+
+    def confirm(query: zenoh.Query) -> None:
+        """Tell an asker that its name is known, and its role in the robot."""
+        key = str(query.key_expr).removeprefix("robot/")
+        robot, name = key.partition("/")[0], key.rpartition("/")[2]
+        query.reply(query.key_expr, str(role_at(site, robot, name) or "").encode())
 
     if port != "0":
         return open_at(listen), listen
@@ -68,11 +76,6 @@ def start_router(
             if attempt == ATTEMPTS:
                 raise
     raise AssertionError("unreachable")
-
-
-def _confirm(query: zenoh.Query) -> None:
-    """Tell an asker that its name is known, whatever the name."""
-    query.reply(query.key_expr, b"")
 
 
 def _free_port(host: str, listen: str) -> int:
