@@ -51,6 +51,17 @@ def test_the_silence_is_reported() -> None:
     assert expired.silence == 0.75
 
 
+def test_a_lease_that_is_extended_runs_from_its_beginning_and_is_never_cut_short() -> None:
+    leases = Leases()
+    leases.begin("g", 1.0, 10.0)
+    leases.extend("g", 4.0)
+    leases.extend("g", 2.0)
+    leases.extend("unknown", 2.0)
+    [(key, when)] = look_until(leases, 10.0, 20.0)
+    assert key == "g"
+    assert 14.0 <= when < 14.01
+
+
 @given(st.lists(st.floats(0.1, 1.9), min_size=1, max_size=20))
 def test_a_renewed_lease_is_kept(gaps: list[float]) -> None:
     leases, now = Leases(), 0.0
@@ -194,6 +205,21 @@ def test_who_was_here_and_went_is_missed_again_when_he_is_expected() -> None:
     presence.expect("skill/watch")
     network.run_for(LOSS_DEBOUNCE + 0.1)
     assert gone == ["skill/watch"] * 2
+
+
+def test_the_grace_of_a_goal_counts_that_comes_after_its_owner_has_vanished() -> None:
+    network, gone, grace = InProcessNetwork(), list[str](), 0.0
+    presence = LivelinessMonitor(network.bus("watch"), KEYS, "**", gone.append, grace=lambda process: grace)
+    token = network.bus("mission").declare_alive(KEYS.alive("client/m"))
+    network.run_for(0.5)
+    token.cancel()
+    network.run_for(0.5)
+    grace = 3.0
+    presence.expect("client/m")
+    network.run_for(LOSS_DEBOUNCE + 2.0)
+    assert gone == []
+    network.run_for(1.0)
+    assert gone == ["client/m"]
 
 
 # --- losses that cannot be written down at first ---------------------------------------------------------------------

@@ -57,6 +57,11 @@ class Leases:
         if key in self._leases:
             self._leases[key] = _Lease(length, now)
 
+    def extend(self, key: str, length: float) -> None:
+        """Let a lease run for `length` seconds from its beginning, if there is one of that name that is shorter."""
+        if key in self._leases:
+            self._leases[key].length = max(self._leases[key].length, length)
+
     def end(self, key: str) -> None:
         """End a lease. Idempotent."""
         self._leases.pop(key, None)

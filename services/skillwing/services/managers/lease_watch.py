@@ -39,6 +39,10 @@ class LeaseWatch:
         """Renew a lease, if there is one of that name."""
         self._leases.renew(key, length, self._bus.wall())
 
+    def extend(self, key: str, length: float) -> None:
+        """Let a lease run for at least `length` seconds from its beginning, if there is one of that name."""
+        self._leases.extend(key, length)
+
     def end(self, key: str) -> None:
         """End a lease. Idempotent."""
         self._leases.end(key)

@@ -39,8 +39,13 @@ class LivelinessMonitor:
         bus.watch_alive(keys.alive(processes), self._on_alive)
 
     def expect(self, process: str) -> None:
-        """Count a process that was never seen as gone, unless its token shows up within its time."""
-        if process not in self._here and process not in self._absences:
+        """Count a process that was never seen as gone, unless its token shows up within its time.
+
+        If its token has just vanished, its grace of now counts.
+        """
+        if process in self._absences:
+            self._absences.extend(process, LOSS_DEBOUNCE + self._grace(process))
+        elif process not in self._here:
             self._begin_absence(process)
 
     def _on_alive(self, key: str, alive: bool) -> None:
