@@ -10,7 +10,7 @@ from standing_time import BusInStandingTime
 from faulty_network import FaultyNetwork, NetworkConditions
 from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork
-from skillwing.services.client.causal_feed import SILENCES_UNTIL_SHOWN, CausalFeed, follow_records
+from skillwing.services.client.causal_feed import NO_ANSWER, SILENCES_UNTIL_SHOWN, CausalFeed, follow_records
 from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.protocol import (
     ErrorCode,
@@ -181,6 +181,27 @@ def test_a_refused_question_is_asked_again() -> None:
     managers.refusing = False
     managers.wait()
     assert seen == ["RUNNING"]
+
+
+def test_what_waits_for_a_step_is_called_when_its_states_are_known() -> None:
+    managers = Managers()
+    called: list[tuple[str, int | None]] = []
+    feed = CausalFeed(managers.network.bus("client"), KEYS)
+    managers.wait()
+    feed.after_step(7, lambda remark: called.append((remark, feed.view.number)))
+    assert (called, managers.asked) == ([("", 7)], 1), "they are known"
+    managers.step(told=False)
+    feed.after_step(8, lambda remark: called.append((remark, feed.view.number)))
+    managers.wait()
+    assert (called[1:], managers.asked) == ([("", 8)], 2)
+
+
+def test_what_waits_for_the_step_of_a_silent_manager_is_called_with_a_sentence() -> None:
+    managers = Managers(answers=False)
+    called: list[str] = []
+    CausalFeed(managers.network.bus("client"), KEYS).after_step(8, called.append)
+    managers.wait(60.0)
+    assert called == [NO_ANSWER]
 
 
 def test_a_callback_that_raises_keeps_no_message_back() -> None:

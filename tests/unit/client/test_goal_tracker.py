@@ -110,6 +110,10 @@ class Desk:
         self.alive = alive
         self.handle = GoalHandle("g", "drive")
         self.changes: list[str] = []
+        self.steps = True
+        """The states after a step become known at once; never, if not."""
+        self.awaited: list[tuple[int, Callable[[str], None]]] = []
+        """Steps whose states are waited for, and what is to be called then."""
         self.releases = True
         """The release of a lost goal becomes known at once; never, if not."""
         self.released: list[tuple[str, str]] = []
@@ -125,6 +129,7 @@ class Desk:
             client="mission",
             manager_alive=lambda: self.alive,
             take_reply=self._take_reply,
+            after_step=self._after_step,
             after_release=self._after_release,
             on_change=lambda handle: self.changes.append(
                 handle.terminal.label if handle.terminal else handle.state or ""
@@ -133,6 +138,11 @@ class Desk:
 
     def _take_reply(self, status: GoalStatus) -> None:
         self.tracker.advance(status)
+
+    def _after_step(self, step: int, then: Callable[[str], None]) -> None:
+        self.awaited.append((step, then))
+        if self.steps:
+            then("")
 
     def _after_release(self, skill: str, goal_id: str, then: Callable[[str], None]) -> None:
         self.released.append((skill, goal_id))
@@ -385,6 +395,18 @@ def test_a_verdict_that_the_manager_does_not_pass_on_counts_after_a_second(
     assert desk.terminal.reason == verdict.reason
     [record] = desk.records
     assert (record.cause, record.goal_id) == (verdict.record, "g")
+
+
+def test_a_verdict_counts_once_the_states_after_its_step_are_known() -> None:
+    desk = Desk()
+    desk.steps = False
+    desk.tracker.advance(RUNNING)
+    desk.tracker.on_verdict(LOST)
+    desk.wait()
+    [(step, then)] = desk.awaited
+    assert (step, desk.handle.done) == (LOST.step, False)
+    then("")
+    assert (desk.terminal.label, desk.terminal.reason) == ("LOST", LOST.reason)
 
 
 def test_the_outcome_of_the_manager_comes_before_the_verdict() -> None:

@@ -93,6 +93,16 @@ class CausalFeed:
             return
         self._deliver(self.view.take_states(states, question))
 
+    def after_step(self, step: int, then: Callable[[str], None]) -> None:
+        """Call `then` once the states after a step are known, or if the resource manager does not answer.
+
+        It gets a sentence in that case, else an empty one.
+        """
+        if self.view.number is not None and self.view.number >= step:
+            then("")
+        else:
+            self._ask_states(then)
+
     def after_release(self, skill: str, goal_id: str, then: Callable[[str], None]) -> None:
         """Call `then` once the states are known from after the release of a goal that its client has lost.
 

@@ -55,6 +55,7 @@ class GoalTracker:
         client: str,
         manager_alive: Callable[[], bool],
         take_reply: Callable[[GoalStatus], None],
+        after_step: Callable[[int, Callable[[str], None]], None],
         after_release: Callable[[str, str, Callable[[str], None]], None],
         on_change: Callable[[GoalHandle], None],
     ) -> None:
@@ -65,7 +66,7 @@ class GoalTracker:
         self._client = client
         self._manager_alive = manager_alive
         self._take_reply = take_reply
-        self._after_release = after_release
+        self._after_step, self._after_release = after_step, after_release
         self._on_change = on_change
         self._interrupting = False
         self._interrupt_cause: str | None = None
@@ -152,7 +153,12 @@ class GoalTracker:
         """Take the resource manager's verdict, if the goal's manager does not pass it on in time, or is gone."""
         self._verdict = verdict.record
         patience = 0.0 if self._lost else VERDICT_PATIENCE
-        self._bus.after(patience, lambda: self._end(terminal_of(verdict), cause=verdict.record), wall=True)
+
+        def end(remark: str) -> None:
+            del remark  # a verdict says that the resources are free
+            self._end(terminal_of(verdict), cause=verdict.record)
+
+        self._bus.after(patience, lambda: self._after_step(verdict.step, end), wall=True)
 
     def advance(self, status: GoalStatus) -> None:
         """Take a status of this goal, published or answered."""

@@ -322,6 +322,7 @@ class SkillsetInterface:
             client=self.client,
             manager_alive=lambda: skill_process(skill) in self._alive,
             take_reply=self._feed.take_status,
+            after_step=self._feed.after_step,
             after_release=self._feed.after_release,
             on_change=self._on_goal_change,
         )
