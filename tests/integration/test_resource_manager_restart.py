@@ -15,6 +15,7 @@ from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, NoReply, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.client.causal_feed import follow_records
+from skillwing.services.client.retry import LONGEST_DELAY
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.resource_core import ResourceCore
 from skillwing.services.ids import RecordIds
@@ -126,6 +127,25 @@ def test_a_start_while_nobody_listens_is_granted_when_somebody_does(digger: Skil
     digger.restart(RESOURCE_MANAGER)
     digger.run(1.0)
     assert goal.state is State.RUNNING
+
+
+@pytest.mark.parametrize("away", [7.0, 7.3, 7.6, 7.9])
+def test_the_resources_of_a_goal_that_ended_without_an_answer_are_free_a_second_after_the_return(
+    digger: SkillsetInProcess, away: float
+) -> None:
+    """Another start is refused until the goal's manager repeats the end."""
+    first = digger.start_skill("dig")
+    digger.kill(RESOURCE_MANAGER)
+    hooks(digger).terminated(first.id, "DONE", None)
+    digger.run(away)
+    first.assert_ended("ERROR")
+    digger.restart(RESOURCE_MANAGER)
+    refused = digger.send_start("dig")
+    refused.assert_ended("NR")
+    digger.assert_states(arm="USED")
+    digger.run(LONGEST_DELAY)
+    digger.assert_states(arm="FREE")
+    assert digger.start_skill("dig").state is State.RUNNING
 
 
 def test_an_invariant_that_broke_meanwhile_is_noticed(digger: SkillsetInProcess) -> None:

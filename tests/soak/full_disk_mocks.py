@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
@@ -13,6 +14,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from full_disk_figures import Outage
+from full_disk_judge import EndedGoal, Kill, failure_sentences, missing_sentences
 from soak_run import LINES, SCRIPT, SKILLSET
 
 from skillwing.dsl import load
@@ -21,16 +23,12 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.history.files import read_goals
-from skillwing.services.history.recording_state import read_state
+from skillwing.services.history.recording_state import Gap, read_state
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
-from skillwing.services.protocol import Ending
 from small_disk import full
 
 KILLED = ("", "recorder", RESOURCE_MANAGER, skill_process(LINES[0]), "data_manager", "")
 """Processes that are killed in the outages, in turn; empty for none."""
-FAILS_WITH = {KILLED[3]: (Ending.LOST,), RESOURCE_MANAGER: (Ending.ERROR, Ending.NOT_READY)}
-"""Endings of goals that a kill may cause. Goals end with ERROR if the resource manager is away for more than 5.6 s, as
-on a busy machine. A start before their resources are released is refused."""
 RATE = 10.0
 """Goals that are started in a second."""
 WITHIN = 30.0
@@ -42,10 +40,11 @@ CLI = [sys.executable, "-m", "skillwing.services.terminal.cli"]
 
 @dataclass(slots=True)
 class _Work:
-    """Goals of the client, by id."""
+    """Goals of the client, by id. times: robot times at which they ended."""
 
     running: dict[str, GoalHandle] = field(default_factory=dict[str, GoalHandle])
     ended: dict[str, GoalHandle] = field(default_factory=dict[str, GoalHandle])
+    times: dict[str, float] = field(default_factory=dict[str, float])
 
 
 class MockedSystem:
@@ -82,11 +81,12 @@ class MockedSystem:
         outage = Outage(seconds=seconds, killed=killed)
         before = set(self._work.ended)
         gaps = len(read_state(self.run_dir).gaps)
+        kill: Kill | None = None
         with full(self._disk):
             end = monotonic() + seconds
             self.work(kill_at)
             if killed:
-                self._kill(killed, outage)
+                kill = self._kill(killed, outage)
             self.work(max(0.0, end - monotonic() - 5.0))
             said = self._status()["recording"] or ""
             if not said.startswith("The run is not recorded."):
@@ -98,7 +98,7 @@ class MockedSystem:
         else:
             outage.problems.append("The recorder does not write again.")
         self.work(2.0)
-        self._judge(outage, set(self._work.ended) - before, gaps)
+        self._judge(outage, set(self._work.ended) - before, read_state(self.run_dir).gaps[gaps:], kill)
         return outage
 
     def end(self) -> list[str]:
@@ -113,39 +113,45 @@ class MockedSystem:
             problems.append(f"The replay differs: {replayed.stdout.decode()}{replayed.stderr.decode()}")
         return problems
 
-    def _judge(self, outage: Outage, ended: set[str], gaps: int) -> None:
+    def _judge(self, outage: Outage, ended: set[str], gaps: Sequence[Gap], kill: Kill | None) -> None:
         """Compare the goals that ended since the begin of the outage with the files and the gaps."""
-        state = read_state(self.run_dir)
         there = {status.goal_id for status in read_goals(self.run_dir) if status.terminal is not None}
-        goals = {goal_id: self._work.ended[goal_id] for goal_id in ended}
-        failed = [each for each in goals.values() if not (each.terminal and each.terminal.success)]
-        unrecorded = [goal_id for goal_id in ended if goal_id not in there]
-        told = sum(sum(gap.lost.values()) for gap in state.gaps[gaps:])
-        outage.goals, outage.failed, outage.unrecorded, outage.lost = len(goals), len(failed), len(unrecorded), told
-        for each in failed:
-            ending = None if each.terminal is None else each.terminal.ending
-            expected = FAILS_WITH.get(outage.killed, ())
-            if ending not in expected or outage.killed not in (RESOURCE_MANAGER, _manager(each)):
-                outage.problems.append(f"A goal of {each.skill} ended with {ending}.")
-        if unrecorded and not told:
-            outage.problems.append(f"{len(unrecorded)} goals are missing, and `recording.json` does not say so.")
+        goals = sorted((self._ended(goal_id, there) for goal_id in ended), key=lambda goal: goal.t)
+        outage.goals, outage.lost = len(goals), sum(sum(gap.lost.values()) for gap in gaps)
+        outage.failed = sum(not goal.success for goal in goals)
+        outage.unrecorded = sum(not goal.recorded for goal in goals)
+        outage.problems += [*failure_sentences(goals, kill), *missing_sentences(goals, gaps)]
         if not goals:
             outage.problems.append("No goal ended.")
+
+    def _ended(self, goal_id: str, recorded: set[str]) -> EndedGoal:
+        goal = self._work.ended[goal_id]
+        terminal = goal.terminal
+        return EndedGoal(
+            skill=goal.skill,
+            t=self._work.times[goal_id],
+            success=terminal is not None and terminal.success,
+            ending="" if terminal is None else terminal.ending,
+            reason="" if terminal is None else terminal.reason,
+            recorded=goal_id in recorded,
+        )
 
     def _is_well(self, gaps: int) -> bool:
         state = read_state(self.run_dir)
         return len(state.gaps) > gaps and state.failing is None
 
-    def _kill(self, process: str, outage: Outage) -> None:
+    def _kill(self, process: str, outage: Outage) -> Kill:
         """Kill a process with -9, and wait until another one is there."""
         before = self._processes()[process]["pid"]
+        at = self._bus.now()
         os.kill(before, 9)
         end, now = monotonic() + WITHIN, {}
         while monotonic() < end:
             now = self._processes()[process]
             if now["state"] == "runs" and now["pid"] != before:
-                return
-        outage.problems.append(f"{process} does not come back: {now}")
+                return Kill(process=process, at=at, back=self._bus.now())
+        outage.problems.append(f"{process} does not come back: it {now.get('state')}.")
+        return Kill(process=process, at=at, back=None)
 
     def _processes(self) -> dict[str, Any]:
         return self._status()["processes"]
@@ -180,7 +186,8 @@ class MockedSystem:
         if all(goal.skill != skill for goal in self._work.running.values()):
             handle = self._interface.start(skill)
             self._work.running[handle.goal_id] = handle
+            handle.on_change(self._note_end)
 
-
-def _manager(goal: GoalHandle) -> str:
-    return skill_process(goal.skill)
+    def _note_end(self, goal: GoalHandle) -> None:
+        if goal.done:
+            self._work.times[goal.goal_id] = self._bus.now()
