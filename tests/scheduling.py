@@ -40,6 +40,7 @@ WAITING = (
     "integration/test_m600_fault_command.py",
     "integration/test_operations.py",
     "integration/test_resource_manager_killed.py",
+    "integration/test_router_command.py",
     "integration/test_router_tree.py",
     "links/test_absent_link.py",
     "links/test_links.py",

@@ -188,7 +188,7 @@ FORGED += [("alice", "fl/autopilot/setpoint", mode) for mode in ("peer", "router
 
 @pytest.mark.parametrize(("name", "key", "mode"), FORGED)
 def test_forged_publications(stage: Stage, name: str, key: str, mode: str) -> None:
-    """Attacks by a client, and by a process of the same robot whose table gives the key to another one."""
+    """The attacker is a client, or a process of the same robot whose table gives the key to another one."""
     heard: list[bytes] = []
     own = signed(KEYS.timeline, name if name in PEOPLE else f"rover.{name}")
     with stage.session("bridge") as victim, stage.session(name, mode) as attacker:
@@ -343,7 +343,7 @@ def test_an_earlier_certificate_of_a_name_has_the_present_role_of_that_name(stag
 
 
 def test_a_certificate_of_a_process_in_the_hands_of_a_person(stage: Stage) -> None:
-    """The holder of copied keys of `mapping` starts a skill, as it or as a client."""
+    """The holder of copied keys of `mapping` starts a skill, as that process or as a client."""
     request = StartGoal(
         goal_id=f"copied-{stage.secure}", inputs={"heading": 0.1}, client="m", schema=SKILLSET.schema_hash
     )

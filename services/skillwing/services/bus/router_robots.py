@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zenoh
+
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT, open_client
 from skillwing.services.names import RESOURCE_MANAGER
@@ -23,11 +25,19 @@ def robots_at(
     identity: for a router with keys.
     Raises RouterUnreachableError.
     """
-    pattern = Keys("*").alive(RESOURCE_MANAGER)
     with open_client(endpoint, robot, timeout, identity) as session:
-        replies = session.liveliness().get(pattern if robot else f"robot/*/{pattern}", timeout=ANSWER_TIMEOUT)
-        keys = [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]
-    if robot is not None:
-        return dict.fromkeys([robot], keys[0].partition("/")[0]) if keys else {}
-    parts = [key.split("/") for key in sorted(keys)]
+        if robot is None:
+            return robots_seen(session)
+        keys = _tokens(session, Keys("*").alive(RESOURCE_MANAGER))
+    return {robot: keys[0].partition("/")[0]} if keys else {}
+
+
+def robots_seen(session: zenoh.Session) -> dict[str, str]:
+    """The robots that a session without a namespace sees, each with the name of its skillset."""
+    parts = [key.split("/") for key in sorted(_tokens(session, f"robot/*/{Keys('*').alive(RESOURCE_MANAGER)}"))]
     return {name: skillset for _, name, skillset, *_ in parts}
+
+
+def _tokens(session: zenoh.Session, expression: str) -> list[str]:
+    replies = session.liveliness().get(expression, timeout=ANSWER_TIMEOUT)
+    return [str(reply.ok.key_expr) for reply in replies if reply.ok is not None]

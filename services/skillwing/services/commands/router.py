@@ -6,19 +6,30 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+import zenoh
 
 from skillwing.services.access.exposure import require_protected
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, run_router
+from skillwing.services.processes.router import run_router
+from skillwing.services.processes.stop_signal import stop_on_signals
 from skillwing.services.terminal.exit_codes import FAILED, OK
+from skillwing.services.terminal.shared_router import hold_router
 from skillwing.services.terminal.system_options import InsecureOption, KeysOption
+
+PORT = 7447
+"""Port of Zenoh's routers."""
 
 
 def router(
     listen: Annotated[
-        str,
-        typer.Option("--listen", metavar="tcp/HOST:PORT", help="Address; with --keys tls/HOST:PORT."),
-    ] = "tcp/127.0.0.1:7447",
+        str | None,
+        typer.Option(
+            "--listen",
+            metavar="tcp/HOST:PORT",
+            help="Address; with --keys tls/HOST:PORT.",
+            show_default="tcp/127.0.0.1:7447",
+        ),
+    ] = None,
     keys: KeysOption = None,
     insecure: InsecureOption = False,
     connect: Annotated[
@@ -32,13 +43,21 @@ def router(
 
     With --connect it is a branch of a tree: robots and stations at all its routers reach each other. See docs/fleet.md.
 
+    While robots use it, the first Ctrl-C only warns. The last line names those that have lost it.
+
     Exit codes: 0 it was told to stop, 1 it could not start, 2 wrong options.
     """
-    if keys is not None and listen == "tcp/127.0.0.1:7447":
-        listen = LOOPBACK_WITH_KEYS.replace(":0", ":7447")
+    if listen is None:
+        listen = f"{'tcp' if keys is None else 'tls'}/127.0.0.1:{PORT}"
     require_protected(listen, keys, insecure=insecure)
     _require_plain(connect, keys)
-    raise typer.Exit(FAILED if run_router(listen, keys, insecure=insecure, upper=connect) else OK)
+    with stop_on_signals() as stop:
+
+        def hold(session: zenoh.Session, endpoint: str) -> None:
+            hold_router(session, endpoint, stop, branch=connect is not None)
+
+        failure = run_router(listen, keys, hold, insecure=insecure, upper=connect)
+    raise typer.Exit(FAILED if failure else OK)
 
 
 def _require_plain(upper: str | None, keys: Path | None) -> None:

@@ -13,6 +13,7 @@ import argparse
 import os
 import socket
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import zenoh
@@ -98,14 +99,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--insecure", action="store_true", help="without keys also where strangers reach it")
     options = parser.parse_args(arguments)
     insecure = options.insecure or os.environ.get(INSECURE_VARIABLE) == "1"
-    return run_router(options.listen, options.keys, insecure=insecure, parent_pipe=options.parent_pipe)
+    lifetime = Lifetime(parent_pipe=options.parent_pipe)
+    return run_router(options.listen, options.keys, lambda *_: lifetime.wait(), insecure=insecure)
 
 
 def run_router(
-    listen: str, keys: Path | None, *, insecure: bool, parent_pipe: bool = False, upper: str | None = None
+    listen: str,
+    keys: Path | None,
+    wait: Callable[[zenoh.Session, str], None],
+    *,
+    insecure: bool,
+    upper: str | None = None,
 ) -> int:
-    """Print the endpoint of a router and run it until the process has to end; returns the exit code."""
-    lifetime = Lifetime(parent_pipe=parent_pipe)
+    """Print the endpoint of a router and run it until `wait` returns, called with both; returns the exit code."""
     try:
         require_protected(listen, keys, insecure=insecure)
         if exposed(listen):
@@ -123,7 +129,7 @@ def run_router(
     with session:
         sys.stdout.write(f"{endpoint}\n")
         sys.stdout.flush()
-        lifetime.wait()
+        wait(session, endpoint)
     return EXIT_OK
 
 

@@ -38,6 +38,11 @@ class StopSignal:
     def received(self) -> bool:
         return self._received_at is not None
 
+    @property
+    def was_withdrawn(self) -> bool:
+        """True once a person was asked to confirm a Ctrl-C."""
+        return self._withdrawn_at is not None
+
     def receive(self, number: int | None = None) -> None:
         """Record a signal. A new request after the first one raises KeyboardInterrupt at once, wherever the process is.
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from pathlib import Path
+
+import typer
+import zenoh
 
 from skillwing.dsl.suggest import listed
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.access.key_store import KeysError
-from skillwing.services.bus.router_robots import robots_at
+from skillwing.services.bus.router_robots import robots_at, robots_seen
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.run_state import RunState, running_systems
+from skillwing.services.processes.stop_signal import CHECK_PERIOD, StopSignal
 
 TIMEOUT = 1.0
 """Seconds for the connection to the router, which may be gone already."""
@@ -25,24 +30,60 @@ def owns_router(state: RunState) -> bool:
 
 def others_at_router(endpoint: str, robot: str, keys: Path | None = None) -> dict[str, bool]:
     """The other robots at a router, each with True if it is known to be at work. keys: of this robot's system."""
-    here = {state.robot: bool(state.active_work) for state in running_systems() if state.endpoint == endpoint}
     try:
         identity = None if keys is None else process_identity(keys, robot, LAUNCHER)
         present = dict.fromkeys(robots_at(endpoint, timeout=TIMEOUT, identity=identity), False)
     except (RouterUnreachableError, KeysError):
         present = {}
-    return {name: works for name, works in sorted((present | here).items()) if name != robot}
+    return {name: works for name, works in sorted((present | _started_here(endpoint)).items()) if name != robot}
+
+
+def robots_of_router(router: zenoh.Session, endpoint: str) -> dict[str, bool]:
+    """The robots that a router's own session sees, each with True if it is known to be at work.
+
+    In a tree of routers, these are all of the tree.
+    """
+    return dict(sorted((dict.fromkeys(robots_seen(router), False) | _started_here(endpoint)).items()))
+
+
+def _started_here(endpoint: str) -> dict[str, bool]:
+    """The robots of this machine at a router, each with True if it is at work."""
+    return {state.robot: bool(state.active_work) for state in running_systems() if state.endpoint == endpoint}
 
 
 def objection(robot: str, others: Mapping[str, bool]) -> str:
     """Sentences against the end of a router with these other robots; empty without any."""
     if not others:
         return ""
-    works = [name for name, at_work in others.items() if at_work]
     text = f"The router of `{robot}` is also that of {listed(others)}, which nobody could command any more."
-    return f"{text} At work: {listed(works)}." if works else text
+    return f"{text}{_at_work(others)}"
+
+
+def _at_work(robots: Mapping[str, bool]) -> str:
+    works = [name for name, at_work in robots.items() if at_work]
+    return f" At work: {listed(works)}." if works else ""
 
 
 def consequence(others: Mapping[str, bool]) -> str:
     """Sentence after the end of such a router; empty without other robots."""
     return f"{listed(others)} {'is' if len(others) == 1 else 'are'} without a router now." if others else ""
+
+
+def hold_router(router: zenoh.Session, endpoint: str, stop: StopSignal, *, branch: bool) -> None:
+    """Block until a signal ends a router.
+
+    While robots use it, the first Ctrl-C only warns, and the last line names them.
+    branch: of a tree of routers, which cannot tell its own robots from those at other routers.
+    """
+    while True:
+        while not stop.received:
+            time.sleep(CHECK_PERIOD)
+        robots = robots_of_router(router, endpoint)
+        if not robots or not stop.by_keyboard or stop.was_withdrawn:
+            break
+        stop.withdraw()
+        text = f"This router connects {listed(robots)} with those who command them.{_at_work(robots)}"
+        typer.echo(f"{text} Ctrl-C again ends it all the same.", err=True)
+    if robots:
+        unknown = f"{listed(robots)} may be without a router now."
+        typer.echo(unknown if branch else consequence(robots), err=True)

@@ -236,6 +236,8 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
         if state is not None and state.pid == process.pid:
             typer.echo(f"{robot} runs as process {process.pid}, logs in {run_dir}/logs.")
             typer.echo(f"`skillwing down{robot_words(robot)}` stops it.")
+            if state.listens and exposed(state.listens):
+                typer.secho(EXPOSED.format(endpoint=state.listens), fg="red", err=True)
             if state.viewer is not None:
                 typer.echo(f"Watch it in a browser: {state.viewer}")
             return _report_failed_processes(state.processes)
