@@ -45,8 +45,7 @@ def _grants(role: Role) -> Grants:
 
 
 def _keys(keys: Iterable[str]) -> str:
-    """Keys in a cell. Those of robot time, which everybody has, are left out."""
-    shown = sorted(key.removeprefix(f"{SKILLSET}/") for key in keys if not key.startswith("fl/clock"))
+    shown = sorted(key.removeprefix(f"{SKILLSET}/") for key in keys)
     return ", ".join(f"`{key}`" for key in shown)
 
 

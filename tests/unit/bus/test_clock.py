@@ -271,6 +271,21 @@ def test_in_lockstep_a_hung_follower_is_left_behind_until_it_is_heard_of_again(w
     assert clock.seconds_until(3 * STEP) == PATIENCE
 
 
+def test_in_lockstep_repetitions_do_not_hold_time(wall: Wall) -> None:
+    """A process that sends the same time at 100 Hz costs time its patience once, as a silent one does."""
+    clock = LockstepClock(wall)
+    clock.done("repeater", 0.0, 0.0)
+    step = 0
+    end = wall.time + 2 * PATIENCE
+    while wall.time < end:
+        while step < 1000 and clock.seconds_until((step + 1) * STEP) == 0.0:
+            step += 1
+            clock.reach(step * STEP)
+        wall.time += 0.01
+        clock.done("repeater", 0.0, 0.0)
+    assert step == 1000
+
+
 def test_in_lockstep_nobody_waits_for_who_has_gone(wall: Wall) -> None:
     clock = LockstepClock(wall)
     clock.done("mortal", 0.0, 0.0)

@@ -197,10 +197,11 @@ def _grants(robot: RobotAccess, role: Role, process: str | None, name: str, gues
         # The name in the key shows who has written a record.
         events -= {keys.timeline}
         events |= {signed(keys.timeline, name)}
-    done = {f"{CLOCK_DONE_KEY}/{own}" for own in _bus_names(process, name, guest)}
-    streams -= {f"{CLOCK_DONE_KEY}/*"}
-    streams |= done
-    tokens |= done
+    if f"{CLOCK_DONE_KEY}/*" in streams:
+        done = {f"{CLOCK_DONE_KEY}/{own}" for own in _bus_names(process, name, guest)}
+        streams -= {f"{CLOCK_DONE_KEY}/*"}
+        streams |= done
+        tokens |= done
     if role is Role.FUNCTIONAL_LAYER and not listed:
         for own in (streams, events, serves):
             own.add(LAYER)

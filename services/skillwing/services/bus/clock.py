@@ -243,8 +243,8 @@ class LockstepClock:
     synchronisation of distributed simulation (K. M. Chandy and J. Misra, "Distributed simulation", IEEE Transactions on
     Software Engineering SE-5(5), 1979), with one owner of time.
 
-    A follower that is not done within `PATIENCE` wall seconds is left behind until its next message. A hung process
-    must not stop time, since others have to notice that it hangs.
+    A follower that is not done within `PATIENCE` wall seconds is left behind until a message in which it has advanced.
+    A hung process must not stop time, since others have to notice that it hangs.
     """
 
     factor = 0.0
@@ -259,8 +259,15 @@ class LockstepClock:
         return self._now
 
     def done(self, follower: str, t: float, lag: float) -> None:
-        """Note that a follower has done everything up to `t`, and may lag by `lag` s. The first call registers it."""
-        self._followers[follower] = _Follower(t, lag)
+        """Note that a follower has done everything up to `t`, and may lag by `lag` s. The first call registers it.
+
+        A repetition does not count: time would wait again for a follower that sends it, and does not go on.
+        """
+        known = self._followers.get(follower)
+        if known is None or t > known.done:
+            self._followers[follower] = _Follower(t, lag)
+        else:
+            known.lag = lag
 
     def gone(self, follower: str) -> None:
         """Stop waiting for a follower."""

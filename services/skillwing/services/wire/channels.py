@@ -128,7 +128,9 @@ PUBLIC = (
     Channel(lambda keys, _: keys.mocked_world, Kind.QUERY, WORLD, OPERATORS, MockedWorldCall, MockedData),
 )
 INTERNAL = (
-    Channel(CLOCK_DONE_KEY, Kind.STREAM, EVERYBODY, (Role.FUNCTIONAL_LAYER,), ClockDone, each=Each.PROCESS),
+    Channel(
+        CLOCK_DONE_KEY, Kind.STREAM, (*PROCESSES, *PERSONS), (Role.FUNCTIONAL_LAYER,), ClockDone, each=Each.PROCESS
+    ),
     Channel(lambda keys, _: keys.resource_goal, Kind.QUERY, RESOURCES, SKILL, GoalCall, GoalVerdict, GRANTS),
     Channel(Keys.leader, Kind.TOKEN, RESOURCES, RESOURCES, each=Each.PROCESS),
     Channel(Keys.candidate, Kind.TOKEN, RESOURCES, RESOURCES, each=Each.PROCESS),
