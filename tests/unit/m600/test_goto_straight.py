@@ -8,8 +8,9 @@ from drone import Drone
 from goto_cases import TARGET, GotoCases
 
 from skillwing.m600.skills.goto_straight import GotoStraightManager
+from skillwing.m600.skills.guidance_client import CAUSE_PATIENCE
 from skillwing.m600.skills.zed_depthmap import ZedDepthmapManager
-from skillwing.onboard.topics.guidance import YawMode
+from skillwing.onboard.topics.guidance import MotionState, YawMode
 from skillwing.onboard.topics.sensors import SensorStatus
 from skillwing.services.testing.goal import GoalUnderTest
 
@@ -29,6 +30,18 @@ class TestGotoStraight(GotoCases):
         goal = blocked_after_a_blackout(no_view=True)
         assert goal.causes[:3] == ["zed FAILED", "zed_status FAILED", "zed_depthmap.zed_ok VIOLATED"]
         assert goal.causes[3:] == ["depthmap_source NONE", "guidance BLOCKED", "goto_straight S_BLOCKED"]
+
+    def test_the_camera_is_named_also_if_its_failure_comes_after_the_report(self) -> None:
+        drone = with_depth_map()
+        drone.start_skill("zed_depthmap")
+        drone.layer.blocked_at, drone.layer.body.no_view = 4.0, True
+        goal = drone.start(target=TARGET)
+        drone.run_until(lambda: drone.layer.body.state is MotionState.BLOCKED)
+        drone.run(CAUSE_PATIENCE / 2)
+        assert not goal.done
+        drone.layer.report_health("zed", SensorStatus.FAILED, "zed-failed")
+        goal.assert_ended("S_BLOCKED")
+        assert goal.causes[:2] == ["zed FAILED", "zed_status FAILED"]
 
     def test_blocked_by_an_obstacle_it_does_not_name_the_camera(self) -> None:
         assert blocked_after_a_blackout(no_view=False).causes == ["guidance BLOCKED", "goto_straight S_BLOCKED"]

@@ -34,6 +34,8 @@ SILENCE_LIMIT = 2.0
 VERDICT_PATIENCE = 1.0
 """Longest wait for the resource manager to end a goal that has lost its authority [s]. Its verdict takes some
 milliseconds."""
+CAUSE_PATIENCE = 0.5
+"""Longest wait for the change that ended the view of a motion [s]: its step may come after the report, or get lost."""
 ENDED_EARLY = frozenset({MotionState.BLOCKED, MotionState.ABORTED})
 """States of a motion that did not get to its end. The timeline gets their reason."""
 SUBJECT = "guidance"
@@ -60,6 +62,7 @@ class GuidanceClient:
     manager ends such a goal (`RI`), but guidance may hear of the pilot before it, and a drone at rest aborts at once.
 
     view: observes the depth map while the goal flies. Its loss is the cause of a motion that ends for want of a view.
+    While it is unknown, the report of such an end waits for `CAUSE_PATIENCE`.
     record: timeline record of the reason for which the goal's motion ended early; None if it did not. why: that reason
     in words, empty if guidance gave none.
     """
@@ -82,7 +85,7 @@ class GuidanceClient:
         self._stopping = False
         self._given_back = False
         self._timeline = Timeline(hooks.bus, KEYS)
-        self._lost_at: float | None = None
+        self._ended_at: float | None = None
         self.record: str | None = None
         self.why = ""
 
@@ -174,17 +177,28 @@ class GuidanceClient:
             self._given_back = axis.state in GIVEN_BACK
             if self._stopping and axis.state is MotionState.STOPPED:
                 self._hooks.interrupted(goal.id)
-            elif not (axis.state is MotionState.ABORTED and axis.authority_lost and self._may_get_verdict()):
+            elif not (self._may_get_verdict(axis) or self._may_get_cause(axis)):
                 self._report(goal, axis)
         elif self._stopping and axis.state in AT_REST:
             self._given_back = True
             self._hooks.interrupted(goal.id)
 
-    def _may_get_verdict(self) -> bool:
+    def _may_get_verdict(self, axis: AxisStatus) -> bool:
         """True while the end of a goal without authority is left to the resource manager."""
+        return axis.state is MotionState.ABORTED and axis.authority_lost and self._may_wait(VERDICT_PATIENCE)
+
+    def _may_get_cause(self, axis: AxisStatus) -> bool:
+        """True while the change that ended the view may still come."""
+        if not axis.no_view or self._view is None or self._view.record is not None:
+            return False
+        self._view.recall()
+        return self._may_wait(CAUSE_PATIENCE)
+
+    def _may_wait(self, patience: float) -> bool:
+        """True for `patience` seconds from the first report of a motion's end on."""
         now = self._bus.now()
-        self._lost_at = now if self._lost_at is None else self._lost_at
-        return now - self._lost_at < VERDICT_PATIENCE
+        self._ended_at = now if self._ended_at is None else self._ended_at
+        return now - self._ended_at < patience
 
     def _report(self, goal: Goal[Any], axis: AxisStatus) -> None:
         if axis.state in ENDED_EARLY and self.record is None:
@@ -219,7 +233,7 @@ class GuidanceClient:
             self._command.cancel()
         if self._watchdog is not None:
             self._watchdog.cancel()
-        self._lost_at = self.record = None
+        self._ended_at = self.record = None
         self.why = ""
         self._goal = self._command = self._watchdog = self._accepted_at = None
         self._stopping = self._given_back = False
