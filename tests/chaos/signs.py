@@ -21,6 +21,7 @@ from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headline
 from skillwing.services.names import KILLED, LAUNCHER, RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
 from skillwing.services.protocol import Ending, Keys, Record, RecordKind
@@ -64,7 +65,7 @@ class Signs:
         self._bus = bus
         self._launcher = launcher
         self._process = ""
-        self._deaths = 0
+        self._deaths: frozenset[ProcessExit] = frozenset()
         self._alive_key = ""
         self._killed = False
         self._before = 0
@@ -73,7 +74,7 @@ class Signs:
         self._launcher_bus = launcher.open_bus(LAUNCHER)
         self._launcher_node = LauncherNode(launcher, robot, keys.skillset, {})
         self._launcher_node.attach(self._launcher_bus)
-        self._recorded = len(launcher.exits)
+        self._recorded = set(launcher.exits)
         """Number of exits that are in the timeline, or that it does not need."""
         bus.watch_alive(keys.alive("**"), self._on_alive)
         follow_records(bus, keys, self._on_record)
@@ -92,7 +93,7 @@ class Signs:
         self.first = None
         self._process = process
         self._alive_key = self._keys.alive(process)
-        self._deaths = len(self._launcher.exits)
+        self._deaths = frozenset(self._launcher.exits)
         self._before = len(self.records)
         self._killed = fault is Fault.KILL
         pid = self._launcher.pids[process]
@@ -140,12 +141,14 @@ class Signs:
     def _record_exits(self) -> None:
         # It also follows the clock: an exit counts for grants from before it.
         self._launcher_bus.run_until(lambda: False, TURN)
-        for ended in self._launcher.exits[self._recorded :]:
-            self._recorded += 1
+        for ended in self._launcher.exits:
+            if ended in self._recorded:
+                continue
+            self._recorded.add(ended)
             self._launcher_node.take_exit(ended)
 
     def _look(self) -> None:
-        if any(death.process == self._process for death in self._launcher.exits[self._deaths :]):
+        if any(death.process == self._process and death not in self._deaths for death in self._launcher.exits):
             self._note("launcher")
         elif not self._bus.connected:
             self._note("every link")

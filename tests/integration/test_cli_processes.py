@@ -158,6 +158,22 @@ def test_a_system_starts_is_watched_and_stops(tmp_path: Path) -> None:
     assert "resource_manager ended" in (tmp_path / "logs" / "resource_manager.log").read_text(encoding="utf-8")
 
 
+def test_a_launcher_remembers_the_latest_exits_and_sees_each_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skillwing.services.processes.launcher.EXITS_KEPT", 2)
+    factory, nowhere = "skillwing.services.managers.data_manager:make_data_manager", {"skillset": "/nowhere"}
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", on_exit=deaths.put) as launcher:
+        launcher.start_router()
+        for name in ("first", "second", "third"):
+            launcher.launch(ProcessSpec(name, factory, nowhere, essential=False, restart="never"), name)
+            deaths.get(timeout=PATIENCE)
+        assert [death.process for death in launcher.exits] == ["second", "third"]
+        with pytest.raises(StartError, match="fourth ended with exit code 78"):
+            launcher.start([ProcessSpec("fourth", factory, nowhere)], timeout=PATIENCE)
+
+
 def test_a_process_that_hangs_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("skillwing.services.processes.launcher.STOP_TIMEOUT", 0.5)
     with Launcher("m600", "m600", tmp_path, clock="wall") as launcher:

@@ -133,7 +133,7 @@ def test_a_start_while_nobody_listens_is_granted_when_somebody_does(digger: Skil
 def test_the_resources_of_a_goal_that_ended_without_an_answer_are_free_a_second_after_the_return(
     digger: SkillsetInProcess, away: float
 ) -> None:
-    """Another start is refused until the goal's manager repeats the end."""
+    """The skill starts again as soon as its manager has repeated the end."""
     first = digger.start_skill("dig")
     digger.kill(RESOURCE_MANAGER)
     hooks(digger).terminated(first.id, "DONE", None)

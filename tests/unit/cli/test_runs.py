@@ -12,8 +12,12 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from skillwing.services.commands.runs import runs as command
+from skillwing.services.core.snapshot import ResourceEntry
 from skillwing.services.history.files import MISSIONS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.recording_state import RecordingState, StateFile
+from skillwing.services.journal.journal import Journal
+from skillwing.services.journal.schema import Identity
+from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.recording.recording_lock import RecordingLock, is_recorded
 from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, write_facts
@@ -94,6 +98,27 @@ def test_a_run_is_listed_with_its_length_missions_and_what_is_missing(tmp_path: 
         "What was recorded until 9.00 s was deleted to keep the run below 100 B: 1 part of timeline.jsonl (5 kB).",
     )
     assert second.size >= 16 << 10
+
+
+def test_a_run_without_a_recording_is_found_by_its_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "runs" / "unrecorded"
+    folder.mkdir(parents=True)
+    journal = Journal(folder / JOURNAL_FILE, Identity("rover", "digger", "0"))
+    journal.write((ResourceEntry("arm", "FREE", 0, ""),), (), 0.0, 0)
+    journal.close()
+    (folder / "logs").mkdir()
+    (folder / "logs" / "router.log").touch()
+    os.utime(folder / "logs" / "router.log", (100.0, 100.0))
+    make_run(tmp_path / "runs" / "later", 200.0)
+    (tmp_path / "runs" / "damaged").mkdir()
+    (tmp_path / "runs" / "damaged" / JOURNAL_FILE).write_bytes(b"no journal")
+    found = {Path(run.path).name: run for run in find_runs(tmp_path / "runs")}
+    assert (found["unrecorded"].begun, found["unrecorded"].robot, found["damaged"].robot) == (100.0, "rover", "")
+    assert found["unrecorded"].size > 0
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    assert run_cli("prune", "--count", "2")[0] == 0
+    assert not folder.exists()
 
 
 def run_cli(*words: str) -> tuple[int, str]:

@@ -12,10 +12,11 @@ from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking import MockRun, MockScript
+from skillwing.services.names import MISSION
 from skillwing.services.processes.child import ProcessExit
-from skillwing.services.processes.launcher_node import LauncherNode
+from skillwing.services.processes.launcher_node import MISSIONS_KEPT, LauncherNode
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, NodesExited, Record
+from skillwing.services.protocol import Keys, NodesExited, Record, StartMission, encode
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing import SkillsetInProcess
 
@@ -49,6 +50,41 @@ class NoLauncher:
 
     def forget(self, name: str) -> None:
         raise AssertionError(f"{name} is not to be forgotten")
+
+
+@dataclass
+class LogWriter:
+    """A launcher whose processes write a log and do nothing else."""
+
+    run_dir: Path
+    states: tuple[ProcessState, ...] = ()
+
+    def launch(self, spec: ProcessSpec, log: str) -> None:
+        file = self.run_dir / "logs" / f"{log}.log"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(spec.options["mission"], encoding="utf-8")
+
+    def forget(self, name: str) -> None:
+        pass
+
+
+def test_the_files_of_the_latest_missions_on_board_stay(tmp_path: Path) -> None:
+    network = InProcessNetwork()
+    node = LauncherNode(LogWriter(tmp_path), ROBOT, SKILLSET.name, {})
+    network.attach(node)
+    station = network.bus("station")
+    for number in range(1, MISSIONS_KEPT + 6):
+        request = StartMission(
+            request_id=str(number), mission="hop", client="cli", tree="<root/>" if number % 2 else ""
+        )
+        station.ask(KEYS.mission_start, encode(request), lambda answer: None)
+        network.run_for(1.0)
+        node.take_exit(ProcessExit(MISSION, pid=number, exit_code=1, signal=None, log=()))
+    kept = range(6, MISSIONS_KEPT + 6)
+    logs = {path.name for path in (tmp_path / "logs").iterdir()}
+    assert logs == {f"mission-{number}.log" for number in kept}
+    trees = {path.name for path in (tmp_path / "trees").iterdir()}
+    assert trees == {f"hop-{number}.xml" for number in kept if number % 2}
 
 
 def killed(process: str) -> ProcessExit:

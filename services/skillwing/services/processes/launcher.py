@@ -37,6 +37,10 @@ STOP_TIMEOUT = 4.0
 LAST_WORDS = 1.0
 """Seconds that a router has to end after a failed start."""
 ROUTER = "router"
+LOGS = "logs"
+"""Folder of the processes' logs, in the directory of the run."""
+EXITS_KEPT = 100
+"""Exits that a launcher remembers: over weeks, each mission on board is one."""
 
 
 class StartError(SkillwingError):
@@ -92,6 +96,7 @@ class Launcher:
         self._insecure = insecure
         self.run_dir = run_dir
         self.exits: list[ProcessExit] = []
+        """Exits of processes, the latest `EXITS_KEPT`."""
         self._keys = Keys(skillset)
         self._clock: ClockKind = clock
         self._topology: Topology = topology
@@ -190,14 +195,13 @@ class Launcher:
                     missing.pop(key, None)
 
             bus.watch_alive(self._keys.alive("**"), note)
-            earlier = len(self.exits)
             started = process_groups(specs)
             # The exit of a process that this start replaces may be noted only now.
             replaced = {self.pids[group.name] for group in started if group.name in self.pids}
-            earlier = len(self.exits)
+            earlier = frozenset(self.exits)
 
             def exits() -> list[ProcessExit]:
-                return [exit_ for exit_ in self.exits[earlier:] if exit_.pid not in replaced]
+                return [exit_ for exit_ in self.exits if exit_ not in earlier and exit_.pid not in replaced]
 
             for group in started:
                 self._watch(self._launch(group, self._command(group)))
@@ -270,7 +274,7 @@ class Launcher:
         child = Child(
             group.name,
             command,
-            self.run_dir / "logs" / f"{log or group.name}.log",
+            self.run_dir / LOGS / f"{log or group.name}.log",
             restart=group.restart if self._restarts else "never",
             essential=group.essential,
             talks=group.name != ROUTER,
@@ -293,7 +297,7 @@ class Launcher:
                 if self._stopping.is_set():
                     return
                 exit_ = child.exited(time.monotonic())
-                self.exits.append(exit_)
+                self.exits = [*self.exits[1 - EXITS_KEPT :], exit_]
             self._wake()
             self._on_exit(exit_)
             self.on_change()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -17,6 +19,7 @@ from skillwing.services.core.refusal import RefusedError
 from skillwing.services.errors import SkillwingError
 from skillwing.services.names import EXITED, KILLED, LAUNCHER, MISSION, STARTED
 from skillwing.services.processes.child import ProcessExit
+from skillwing.services.processes.launcher import LOGS
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.mission_slot import MissionSlot, being_started
 from skillwing.services.processes.process_state import ProcessState
@@ -41,6 +44,8 @@ FACTORY = "skillwing.bt_missions.running.on_board:make_mission_on_board"
 TREES = "trees"
 """Folder of the tree files that were sent to this robot, in the directory of its run."""
 
+MISSIONS_KEPT = 20
+"""Missions on board whose log and tree file stay: the latest ones."""
 LATE_STATUS = 1.0
 """Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
 
@@ -100,6 +105,8 @@ class LauncherNode:
         self._sites = sites
         self._slot = MissionSlot()
         self._started = 0
+        self._files: deque[tuple[Path, ...]] = deque()
+        """Files of the missions on board that were started last, by mission."""
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
@@ -143,19 +150,34 @@ class LauncherNode:
         self._started += 1
         number = "" if self._started == 1 else f"-{self._started}"
         try:
-            self._launcher.launch(self._process(message, number), f"{MISSION}{number}")
+            tree = self._written_tree(message, number)
+            self._keep_files(self._launcher.run_dir / LOGS / f"{MISSION}{number}.log", tree)
+            self._launcher.launch(self._process(message, tree), f"{MISSION}{number}")
             text = f"{message.client} starts `{message.mission}` on board"
             self._timeline.record(RecordKind.PROCESS, MISSION, None, STARTED, text=text)
         except (SkillwingError, OSError) as error:
             log.exception("the mission %s could not be started", message.mission)
             self._slot.exited(f"{error}.", ())
 
-    def _process(self, message: StartMission, number: str) -> ProcessSpec:
-        mission = message.mission
-        if message.tree:
-            file = self._launcher.run_dir / TREES / f"{mission}{number}.xml"
-            _write(file, message.tree)
-            mission = str(file)
+    def _written_tree(self, message: StartMission, number: str) -> Path | None:
+        """Write the tree of a mission to a file, if it has one."""
+        if not message.tree:
+            return None
+        file = self._launcher.run_dir / TREES / f"{message.mission}{number}.xml"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(message.tree, encoding="utf-8")
+        return file
+
+    def _keep_files(self, log: Path, tree: Path | None) -> None:
+        """Note the files of a mission that is started, and delete those of the oldest."""
+        self._files.append((log, log.with_name(f"{log.name}.1"), *([] if tree is None else [tree])))
+        while len(self._files) > MISSIONS_KEPT:
+            for file in self._files.popleft():
+                with suppress(OSError):
+                    file.unlink(missing_ok=True)
+
+    def _process(self, message: StartMission, tree: Path | None) -> ProcessSpec:
+        mission = message.mission if tree is None else str(tree)
         return mission_on_board(
             *(self._robot, mission, message.options),
             robots=message.robots,
@@ -202,8 +224,3 @@ def _serve(bus: Bus, key: str, kind: type[M], answer: Callable[[M], MissionStatu
             request.refuse(error.reply)
 
     bus.serve(key, on_request)
-
-
-def _write(file: Path, text: str) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")

@@ -9,12 +9,14 @@ from pathlib import Path
 import msgspec
 
 from skillwing.services.disk import directory_size
-from skillwing.services.errors import BadRecordingError
+from skillwing.services.errors import BadRecordingError, SkillwingError
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, Timed, last_time
 from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals, read_phases
 from skillwing.services.history.parts import part_paths
 from skillwing.services.history.recording_state import missing_sentences, read_state
 from skillwing.services.history.report import REPORT_FILE, RESULTS, read_report
+from skillwing.services.journal.journal import look_into
+from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.recording.run_facts import RUN_FILE, RunFacts
 
 RUNS_FOLDER = Path("runs")
@@ -45,35 +47,53 @@ class Run(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def find_runs(folder: Path, active: Collection[Path] = ()) -> list[Run]:
-    """The runs in a folder, oldest first. Other folders in it are left out, and so are links to folders elsewhere.
+    """The runs in a folder, oldest first: folders with the facts of a run, or as of `--no-record` with a journal alone.
+    Other folders are left out, and so are links to folders elsewhere.
 
     active: resolved directories of the systems that run.
     """
     found = [
         read_run(path, active=path.resolve() in active)
         for path in (folder.iterdir() if folder.is_dir() else ())
-        if not path.is_symlink() and (path / RUN_FILE).is_file()
+        if not path.is_symlink() and any((path / name).is_file() for name in (RUN_FILE, JOURNAL_FILE))
     ]
     return sorted(found, key=lambda run: (run.begun, run.path))
 
 
 def read_run(path: Path, *, active: bool = False) -> Run:
     """One run. What cannot be read counts as absent."""
-    facts = RunFacts(robot="", skillset="")
-    with suppress(OSError, msgspec.DecodeError):
-        facts = msgspec.json.decode((path / RUN_FILE).read_bytes(), type=RunFacts)
+    facts = _facts(path)
     begin, end = _first_time(path), _last_time(path)
     state = read_state(path)
     return Run(
         path=str(path),
         robot=facts.robot,
-        begun=(path / RUN_FILE).stat().st_mtime,
+        begun=_begun(path),
         seconds=None if begin is None or end is None else max(0.0, end - begin),
         size=directory_size(path),
         missions=tuple(_missions(path, alone=facts.mission is not None)),
         missing=tuple(missing_sentences(state, float("-inf"), float("inf"))),
         active=active,
     )
+
+
+def _facts(path: Path) -> RunFacts:
+    with suppress(OSError, msgspec.DecodeError):
+        return msgspec.json.decode((path / RUN_FILE).read_bytes(), type=RunFacts)
+    with suppress(SkillwingError, OSError):
+        return RunFacts(robot=look_into(path / JOURNAL_FILE)[0].robot, skillset="")
+    return RunFacts(robot="", skillset="")
+
+
+def _begun(path: Path) -> float:
+    """Unix time of the begin. Without facts it is about that of the file that was left alone for longest."""
+    with suppress(OSError):
+        return (path / RUN_FILE).stat().st_mtime
+    times: list[float] = []
+    for file in path.rglob("*"):
+        with suppress(OSError):  # it was deleted meanwhile
+            times.append(file.stat().st_mtime)
+    return min(times, default=0.0)
 
 
 def _missions(path: Path, *, alone: bool) -> Iterator[MissionEnd]:
