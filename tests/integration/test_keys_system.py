@@ -63,13 +63,16 @@ class Rover:
 def rover(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
     folder = tmp_path_factory.mktemp("site")
     keys, run_dir = folder / "keys", folder / "run"
-    assert skillwing("keys", "init", str(keys), "--skillset", str(ROVER), "--host", "10.0.0.5").code == 0
+    assert (
+        skillwing("keys", "init", str(keys), "--skillset", str(ROVER), "--host", "10.0.0.5", "--days", "20").code == 0
+    )
     for name, role in {"vic": "viewer", "alice": "client", "bob": "client", "olga": "operator"}.items():
         assert skillwing("keys", "add", name, "--role", role, "--keys", str(keys)).code == 0
     # ann keeps the folder of an operator, before she gets that of a viewer.
     assert skillwing("keys", "add", "ann", "--role", "operator", "--keys", str(keys)).code == 0
     shutil.copytree(keys / "people" / "ann", keys / "people" / "ann-before")
     assert skillwing("keys", "add", "ann", "--role", "viewer", "--keys", str(keys)).code == 0
+    assert skillwing("keys", "add", "dan", "--role", "client", "--days", "1", "--keys", str(keys)).code == 0
     started = skillwing("mock", str(ROVER), "--keys", str(keys), "--run-dir", str(run_dir), "--detach")
     assert started.code == 0, started.error
     try:
@@ -82,6 +85,26 @@ def test_a_client_runs_a_skill_and_its_name_is_recorded(rover: Rover) -> None:
     done = rover.by("alice", "start", "drive_to", TARGET, "--follow")
     assert done.code == 0, done.error
     assert "tls/127.0.0.1" in rover.by("vic", "status").out
+
+
+def test_the_end_of_certificates_is_in_the_log(rover: Rover) -> None:
+    """Certificates of 20 days have a reminder at once, and then each day."""
+    log = (rover.run_dir / "logs" / "up.log").read_text(encoding="utf-8")
+    assert log.count("Renew it with `skillwing keys add-robot rover`, then restart the router.") == 1
+
+
+TURN = """<root BTCPP_format="4" main_tree_to_execute="spin">
+  <BehaviorTree ID="spin"><turn heading="0.1"/></BehaviorTree>
+</root>"""
+
+
+def test_a_mission_from_the_ground_names_the_end_of_the_own_certificate(rover: Rover, tmp_path: Path) -> None:
+    file = tmp_path / "spin.xml"
+    file.write_text(TURN, encoding="utf-8")
+    for name, warned in (("dan", True), ("alice", False)):
+        said = rover.by(name, "mission", "run", str(file))
+        assert said.code == 0, said.error
+        assert (f"Your certificate `{name}` ends on" in said.error) == warned
 
 
 def test_a_viewer_reads_and_is_told_what_it_may_not(rover: Rover) -> None:

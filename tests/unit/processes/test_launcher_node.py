@@ -8,17 +8,22 @@ from pathlib import Path
 import pytest
 
 from skillwing.dsl import parse
+from skillwing.services.access.certificate_watch import CertificateWatch
+from skillwing.services.access.key_store import KeyStore
+from skillwing.services.access.policy import RobotAccess
+from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.names import MISSION
+from skillwing.services.names import LAUNCHER, MISSION
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher_node import MISSIONS_KEPT, LauncherNode
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.protocol import Keys, NodesExited, Record, StartMission, encode
+from skillwing.services.protocol import ErrorCode, Keys, NodesExited, Record, StartMission, encode
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.testing import SkillsetInProcess
+from skillwing.services.wire.channel import Role
 
 SKILLSET = parse(
     """
@@ -137,3 +142,20 @@ def test_a_resource_manager_reads_no_records_of_others(caplog: pytest.LogCapture
     timeline.put(b"no record")
     network.run_for(1.0)
     assert len(caplog.records) == 1
+
+
+def test_a_mission_on_board_does_not_start_before_a_certificate_ends(tmp_path: Path) -> None:
+    store = KeyStore.init(tmp_path / "keys", [], days=1)
+    store.add_robot(RobotAccess("rover", "rover", {LAUNCHER: Role.LAUNCHER}))
+    network = InProcessNetwork()
+    watch = CertificateWatch(store.folder, "rover", [])
+    network.attach(LauncherNode(NoLauncher(), ROBOT, SKILLSET.name, {}, watch))
+    answers: list[Answer] = []
+    request = StartMission(request_id="1", mission="patrol", client="alice")
+    network.bus("client").ask(KEYS.mission_start, encode(request), answers.append)
+    network.run_for(1.0)
+    [refused] = answers
+    assert isinstance(refused, Refused)
+    assert refused.error.code is ErrorCode.NOT_ALLOWED
+    assert "It might end during the mission" in refused.error.message
+    assert refused.error.help == "Renew it with `skillwing keys add-robot rover`, then restart the router."

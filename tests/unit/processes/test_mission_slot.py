@@ -63,6 +63,16 @@ def test_a_second_mission_is_refused_with_the_name_of_the_first() -> None:
         assert refused.message == "Mission patrol runs here already."
 
 
+def test_an_objection_refuses_new_missions_and_not_the_answer_to_an_earlier_request() -> None:
+    objection = RefusedError(ErrorCode.NOT_ALLOWED, "A certificate ends.")
+    slot = MissionSlot()
+    with pytest.raises(RefusedError, match="A certificate ends"):
+        slot.request(request(), 1.0, objection)
+    assert slot.request(request("2"), 1.0) is None, "the place is free"
+    slot.appeared()
+    assert slot.request(request("2"), 2.0, objection) == slot.status
+
+
 def test_a_mission_on_the_ground_counts_as_well() -> None:
     slot = MissionSlot()
     slot.appeared()

@@ -38,6 +38,7 @@ from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_mission_on_robots, write_models
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
+from skillwing.services.access.identity_files import ending_soon
 from skillwing.services.client.interface import require_allowed
 from skillwing.services.errors import (
     InvalidOptionError,
@@ -203,6 +204,8 @@ def run(
         for role in occupied(models):  # as late as possible: meanwhile another station may start a mission
             _refuse_second_mission(systems[role])
         first = next(iter(systems.values()))
+        if warning := ending_soon(first.bus.identity):
+            typer.echo(warning, err=True)
         follow_link(first, lambda text: print_link(console, text), without_link(grace, first.target))
         run_in_foreground(systems, node, console)
     if console is None:

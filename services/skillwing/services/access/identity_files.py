@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
-from skillwing.services.access.certificate_facts import utc_now
+from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
 from skillwing.services.access.key_store import ROBOTS, ROUTER, KeysError, process_folder, read_facts
 from skillwing.services.access.policy import denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
@@ -18,7 +18,7 @@ from skillwing.services.wire.channel import PEOPLE, Role
 
 KEYS_VARIABLE = "SKILLWING_KEYS"
 NEEDED = timedelta(days=1)
-"""Validity that each certificate of a robot has to have left at its start."""
+"""Validity that each certificate of a robot has to have left at its start, and at that of a mission on board."""
 
 
 def read_identity(folder: Path) -> SessionIdentity:
@@ -44,18 +44,32 @@ def process_identity(folder: Path, robot: str, process: str) -> SessionIdentity:
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
+def robot_certificates(folder: Path, robot: str, processes: Iterable[str]) -> list[CertificateFacts]:
+    """The certificates of a robot's processes, of its launcher, and of a router in the folder. Raises KeysError."""
+    used = [process_identity(folder, robot, process).folder for process in (*processes, LAUNCHER)]
+    used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []
+    return [read_facts(place) for place in used]
+
+
 def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> None:
     """Raise KeysError if a process of a robot, or its launcher, has no certificate that lasts for `NEEDED`.
 
     The router ends links whose certificate has expired, which must not happen while the robot moves.
     """
-    used = [process_identity(folder, robot, process).folder for process in (*processes, LAUNCHER)]
-    used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []
-    for place in used:
-        found = read_facts(place)
+    for found in robot_certificates(folder, robot, processes):
         if found.expires - utc_now() < NEEDED:
             text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
             raise KeysError(f"{text} Renew it before a start: `skillwing keys add-robot {robot}`.")
+
+
+def ending_soon(identity: SessionIdentity | None) -> str:
+    """Sentences about a person's certificate that does not last for `NEEDED`; empty for one that does, and for none."""
+    if identity is None or (end := read_facts(identity.folder).expires) - utc_now() >= NEEDED:
+        return ""
+    text = (
+        f"Your certificate `{identity.name}` ends on {end:%Y-%m-%d at %H:%M} UTC. Then your link to the robot breaks."
+    )
+    return f"{text} Ask for new keys."
 
 
 def person_identity(endpoint: str) -> SessionIdentity | None:

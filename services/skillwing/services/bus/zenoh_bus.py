@@ -175,6 +175,11 @@ class ZenohBus:
     def routed(self) -> bool:
         return not self._closed and bool(self._session.info.routers_zid())
 
+    @property
+    def router(self) -> str:
+        """Id of the router, another one after each of its starts; empty while it is away."""
+        return "" if self._closed else next((str(each) for each in self._session.info.routers_zid()), "")
+
     # --- messages ----------------------------------------------------------------------------------------------------
 
     def advertise(self, key: str, *, events: bool = False) -> ZenohPublisher:

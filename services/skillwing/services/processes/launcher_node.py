@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import msgspec
 
+from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.bus import Bus, Request
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.core.attribution import attributed
@@ -91,18 +92,28 @@ class ProcessLauncher(Protocol):
 
 
 class LauncherNode:
-    """Serves `mission/start` for the processes of a launcher. sites: options of missions by the site, by mission."""
+    """Serves `mission/start` for the processes of a launcher.
+
+    sites: options of missions by the site, by mission. certificates: None without keys. In the last day of one of them
+    no mission starts: the router would end all links of the robot at the same time, perhaps in flight.
+    """
 
     name = LAUNCHER
     owns_clock = False
 
     def __init__(
-        self, launcher: ProcessLauncher, robot: Robot, skillset: str, sites: Mapping[str, Mapping[str, Any]]
+        self,
+        launcher: ProcessLauncher,
+        robot: Robot,
+        skillset: str,
+        sites: Mapping[str, Mapping[str, Any]],
+        certificates: CertificateWatch | None = None,
     ) -> None:
         self._launcher = launcher
         self._robot = robot
         self._keys = Keys(skillset)
         self._sites = sites
+        self._certificates = certificates
         self._slot = MissionSlot()
         self._started = 0
         self._files: deque[tuple[Path, ...]] = deque()
@@ -136,11 +147,17 @@ class LauncherNode:
     # --- missions ----------------------------------------------------------------------------------------------------
 
     def _start_on_request(self, message: StartMission) -> MissionStatus:
-        status = self._slot.request(message, self._bus.now())
+        status = self._slot.request(message, self._bus.now(), self._objection())
         if status is None:
             self._start(message)
             raise being_started(message)
         return status
+
+    def _objection(self) -> RefusedError | None:
+        text = "" if self._certificates is None else self._certificates.objection()
+        if self._certificates is None or not text:
+            return None
+        return RefusedError(ErrorCode.NOT_ALLOWED, text, help=self._certificates.remedy())
 
     def _latest_status(self, query: QueryMission) -> MissionStatus:
         return self._slot.latest(query.request_id)

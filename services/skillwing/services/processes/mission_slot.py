@@ -46,9 +46,10 @@ class MissionSlot:
         self._latest: BoundedDict[str, MissionStatus] = BoundedDict(OUTCOMES_REMEMBERED)
         """Latest statuses of missions on board, by request."""
 
-    def request(self, request: StartMission, t: float) -> MissionStatus | None:
+    def request(self, request: StartMission, t: float, objection: RefusedError | None = None) -> MissionStatus | None:
         """Reply to a request at robot time `t`; None if its mission has to be started now.
 
+        objection: against the start of any mission.
         Raises RefusedError for a mission that cannot run now, with `UNAVAILABLE` for one that is being started.
         """
         known = self._outcomes.get(request.request_id)
@@ -61,6 +62,8 @@ class MissionSlot:
         _check(request)
         if self._present or self._on_board is not None:
             raise RefusedError(ErrorCode.NOT_ALLOWED, f"{self._name} runs here already.", help=WAIT)
+        if objection is not None:
+            raise objection
         self._on_board, self._begun, self._before = request, False, self.status
         self.status = MissionStatus(
             mission=request.mission, phase=MissionPhase.IDLE, t=t, text=ON_BOARD, request_id=request.request_id

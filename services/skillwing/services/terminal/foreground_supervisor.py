@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
@@ -35,7 +36,8 @@ class ForegroundSupervisor:
 
     node: the launcher's own, on the bus of this supervisor. exits: filled by the launcher. stop: ends `follow` with
     KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission under way. objection:
-    sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. Use it as a context manager, in
+    sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. certificates: reminds of their
+    end. Use it as a context manager, in
     which the table is shown.
     """
 
@@ -51,6 +53,7 @@ class ForegroundSupervisor:
         reporter: MissionReporter | None = None,
         active_work: ActiveWork | None = None,
         objection: Callable[[], str] = lambda: "",
+        certificates: CertificateWatch | None = None,
     ) -> None:
         self._console = console
         self._launcher = launcher
@@ -61,6 +64,7 @@ class ForegroundSupervisor:
         self._reporter = reporter
         self._active_work = active_work
         self._objection: Callable[[], str] | None = objection
+        self._certificates = certificates
         self._prefix = Keys(skillset).alive("")
         self._monitor = ProcessMonitor()
         self._alive: set[str] = set()
@@ -139,6 +143,8 @@ class ForegroundSupervisor:
         statuses = process_statuses(states, self._alive if self._bus.connected else None)
         for sentence in self._monitor.changes(statuses, time.monotonic()):
             self._print(sentence, "green" if sentence.endswith("again.") else "red")
+        if self._certificates is not None and (sentence := self._certificates.reminder(self._bus.router)):
+            self._print(sentence, "bold red")
         if self._live is not None:
             self._live.update(process_table(statuses), refresh=True)
 

@@ -16,6 +16,7 @@ from typing import BinaryIO
 import typer
 from rich.console import Console
 
+from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.access.exposure import EXPOSED, exposed
 from skillwing.services.access.identity_files import require_certificates
 from skillwing.services.disk import UnwritableError, discard_unwritten, require_room
@@ -148,12 +149,14 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                     f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
                 )
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
-                node = LauncherNode(launcher, robot, skillset.name, settings.mission_context)
+                certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs))
+                node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
                 supervisor = ForegroundSupervisor(
                     *(console, launcher, node, announcement, exits, skillset.name, stop),
                     reporter,
                     active_work,
                     objection=lambda: objection(robot.name, guests()),
+                    certificates=certificates,
                 )
                 with supervisor:
                     try:
