@@ -69,7 +69,7 @@ def test_an_objection_refuses_new_missions_and_not_the_answer_to_an_earlier_requ
     with pytest.raises(RefusedError, match="A certificate ends"):
         slot.request(request(), 1.0, objection)
     assert slot.request(request("2"), 1.0) is None, "the place is free"
-    slot.appeared()
+    slot.note(status(MissionPhase.IDLE, request_id="2"))
     assert slot.request(request("2"), 2.0, objection) == slot.status
 
 
