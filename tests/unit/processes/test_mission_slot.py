@@ -70,7 +70,9 @@ def test_an_objection_refuses_new_missions_and_not_the_answer_to_an_earlier_requ
         slot.request(request(), 1.0, objection)
     assert slot.request(request("2"), 1.0) is None, "the place is free"
     slot.note(status(MissionPhase.IDLE, request_id="2"))
-    assert slot.request(request("2"), 2.0, objection) == slot.status
+    answer = slot.request(request("2"), 2.0, objection)
+    assert answer is not None
+    assert answer.request_id == "2"
 
 
 def test_a_mission_on_the_ground_counts_as_well() -> None:

@@ -37,7 +37,7 @@ class Reminder:
 class CertificateWatch:
     """The watch over the certificates of a robot's processes and its router.
 
-    folder: of keys, None without any. processes: those with a certificate, besides the launcher. now: UTC.
+    folder: of keys, None without any. processes: those with a certificate, without the launcher. now: UTC.
     """
 
     def __init__(

@@ -95,7 +95,7 @@ class LauncherNode:
     """Serves `mission/start` for the processes of a launcher.
 
     sites: options of missions by the site, by mission. certificates: None without keys. In the last day of one of them
-    no mission starts: the router would end all links of the robot at the same time, perhaps in flight.
+    no mission starts: the router would end all links of the robot at the same time, perhaps while it moves.
     """
 
     name = LAUNCHER
