@@ -145,6 +145,22 @@ class NoLauncher:
         raise AssertionError(f"{name} is not to be forgotten")
 
 
+def test_a_view_on_a_cut_link_that_has_heard_of_no_mission_does_not_say_that_none_runs() -> None:
+    network = FaultyNetwork()
+    bus = network.join("watcher")
+    watch = watch_on(bus)
+    network.run_for(1.0)
+    assert seen(watch).startswith("No mission runs now")
+    network.cut(bus)
+    network.run_for(3.0)
+    warning, rest = seen(watch).splitlines()
+    assert warning.startswith("tcp/elsewhere:7447 has not answered since ")
+    assert rest == "Until then, nothing was heard of a mission here."
+    network.reconnect(bus)
+    network.run_for(3.0)
+    assert seen(watch).startswith("No mission runs now")
+
+
 def test_a_station_learns_that_another_launcher_does_not_know_its_mission() -> None:
     network = FaultyNetwork()
     network.attach(LauncherNode(NoLauncher(), ROBOT, M600.name, {}))

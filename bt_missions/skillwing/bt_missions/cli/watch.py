@@ -103,11 +103,10 @@ class MissionWatch:
 
     def view(self, height: int | None = None) -> RenderableType:
         """All that is known, or the result of the last mission if none runs. height: lines of the terminal."""
+        warning = [Text(self.link.warning, "bold red")] if self.link.warning else []
         if self.status is None:
-            return Text(_last_mission(self._system.target.run_dir), overflow="fold")
-        parts: list[RenderableType] = [status_line(self.status), Text()]
-        if self.link.warning:
-            parts.insert(0, Text(self.link.warning, "bold red"))
+            return Group(*warning, Text(self._without_status(), overflow="fold"))
+        parts: list[RenderableType] = [*warning, status_line(self.status), Text()]
         if self.tree is not None:
             parts += [_tree_text(self.tree, height), Text()]
         bars = self._latest_bars()
@@ -115,6 +114,12 @@ class MissionWatch:
             parts += [self._timeline(bars), Text()]
         parts += [Text(f"because  {chain_text(switch.chain)}", "yellow") for switch in self._history.switches[-2:]]
         return Group(*parts)
+
+    def _without_status(self) -> str:
+        """A sentence for a view that has heard of no mission. On a cut link, one may run all the same."""
+        if self.link.warning:
+            return "Until then, nothing was heard of a mission here."
+        return _last_mission(self._system.target.run_dir)
 
     def _latest_bars(self) -> list[SkillBar]:
         """The goals of this mission that run, and the latest that ran."""
