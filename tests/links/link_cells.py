@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Iterator, Sequence
-from datetime import date
 from enum import StrEnum
 from itertools import product
 from math import inf
@@ -14,6 +13,8 @@ import msgspec
 
 KNOWN_WITHIN = 3.0
 """Wall seconds after a cut within which the operator's screen has to show it."""
+BACK_WITHIN = 5.0
+"""Wall seconds after the end of a cut within which the screen has to say that the link is back."""
 NOTICED_FROM = 3.0
 """Wall seconds of the shortest cut that has to be shown: Zenoh notices a silent router after 2 s."""
 GRACE = 20.0
@@ -35,6 +36,12 @@ class Place(StrEnum):
     GROUND_WITH_GRACE = "on the ground, grace"
 
 
+SAYS = {
+    Place.ON_BOARD: ("A mission on board goes on.",),
+    Place.GROUND: ("The goals end after some seconds.", "then it lands."),
+    Place.GROUND_WITH_GRACE: (f"The goals run on for {GRACE:g} s, then they end.", "then it lands."),
+}
+"""Parts of the sentence on the screen: what the robot does by itself."""
 COLUMNS = (
     *("mission", "cut at", "for", "operator knows after", "link back after"),
     *("the drone", "on the ground after", "the mission"),
@@ -80,7 +87,8 @@ class LinkResult(msgspec.Struct, frozen=True):
     screen, None without one. screen: that sentence. back: wall seconds from the end of the cut to the sentence that the
     link is back. mission: last status as seen on the robot. succeeded: by that status, and by the command's exit code.
     landed: wall seconds from the cut to standing still on the ground, None without a landing. collisions, left_fence:
-    ground truth. load: of the machine. code: exit code of the command; None if it was still there in the end.
+    ground truth. load: of the machine. code: exit code of the command; None if it was still there in the end. flown_by:
+    digest of the code that flew, empty for results before it was noted. day: of the flight.
     """
 
     cell: LinkCell
@@ -96,6 +104,8 @@ class LinkResult(msgspec.Struct, frozen=True):
     code: int | None
     load: float
     back: float | None = None
+    flown_by: str = ""
+    day: str = ""
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -107,11 +117,23 @@ class LinkResult(msgspec.Struct, frozen=True):
             found.append("left the fence")
         if self.landed is None:
             found.append("still flies")
-        if self.cell.is_noticeable and (self.known is None or self.known > KNOWN_WITHIN):
-            found.append("the operator does not know in time")
+        if self.cell.is_noticeable:
+            found += self._problems_of_screen()
+        if self.cell.heals and self.code is None:
+            found.append("the command does not end")
         if self.cell.has_to_succeed and not self.succeeded:
             found.append("the mission failed")
         return tuple(found)
+
+    def _problems_of_screen(self) -> list[str]:
+        found: list[str] = []
+        if self.known is None or self.known > KNOWN_WITHIN:
+            found.append("the operator does not know in time")
+        elif not all(part in self.screen for part in SAYS[self.cell.place]):
+            found.append("the screen does not say what the robot does")
+        if self.cell.heals and (self.back is None or self.back > BACK_WITHIN):
+            found.append("the operator does not know in time that the link is back")
+        return found
 
     @property
     def kept(self) -> bool:
@@ -124,7 +146,7 @@ def cells() -> Iterator[LinkCell]:
 
 
 def link_table(results: Sequence[LinkResult]) -> list[str]:
-    """One row for each flight, in the order of the cells."""
+    """One row for each flight, in the order of the cells. results: at least one, by the same code."""
     order = {cell: number for number, cell in enumerate(cells())}
     lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     for each in sorted(results, key=lambda result: order[result.cell]):
@@ -137,11 +159,12 @@ def link_table(results: Sequence[LinkResult]) -> list[str]:
         lines.append(f"| {' | '.join(map(str, columns))} |")
     kept, load = sum(each.kept for each in results), max((each.load for each in results), default=0.0)
     machine = f"{platform.machine()}, {os.cpu_count()} cores at a load of up to {load:.0f}"
-    day = date.today().isoformat()  # noqa: DTZ011
+    code = " and ".join(sorted({each.flown_by or "unknown" for each in results}))
+    days = " to ".join(dict.fromkeys((min(each.day for each in results), max(each.day for each in results))))
     flown = f"{kept} of {len(results)} as promised"
     missing = len(order) - len(results)
     rest = f"; {missing} of {len(order)} cells are not flown yet" if missing else ""
-    return [*lines, "", f"{flown}{rest}; seed 1, {machine}, {day}."]
+    return [*lines, "", f"{flown}{rest}; seed 1, code {code}, {machine}, {days}."]
 
 
 def _drone(result: LinkResult) -> str:

@@ -95,7 +95,7 @@ def _cut_and_watch(cell: LinkCell, spaces: TwoNamespaces, seen: Lines, screen: L
         screen="" if told is None else told[1],
         mission=state.mission or "it never began",
         heard=state.over,
-        succeeded=state.succeeded and (not ended or screen.process.returncode == 0),
+        succeeded=state.succeeded and (screen.process.returncode == 0 if ended else not cell.heals),
         landed=landed,
         from_home=state.from_home,
         collisions=state.collisions,

@@ -3,22 +3,27 @@
     python tests/links/links_run.py --results runs/links.jsonl --write docs/reliability.md
     python tests/links/links_run.py --only "on board / cruise"
 
-Flights that are in the file of results already are not flown again. Exit code 1 for a broken promise: a collision, or
-a drone that does not land. An operator who does not know after 3 s is one as well, and so is a mission that fails
-although it could go on.
+Flights that the same code has flown already, by the file of results, are not flown again. The table has flights of that
+code only. Exit code 1 for a broken promise: a collision, or a drone that does not land. An operator who does not know
+after 3 s is one as well, and so is a mission that fails although it could go on.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import sys
+from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
 from link_cells import LinkResult, cells, link_table
 from link_flight import FlightError, fly
+from msgspec.structs import replace
 from namespaces import obstacle
 
+from skillwing.evaluation.campaign.flight_code import flight_code
 from skillwing.services.terminal.doc_sections import Marks, page_with
 
 PLACE = Marks.named("links, cuts")
@@ -41,22 +46,34 @@ def main(arguments: list[str] | None = None) -> int:
     if (reason := obstacle()) is not None:
         _say(f"Nothing is flown: {reason}.")
         return 0
-    results = {result.cell: result for result in _read(wanted.results)}
+    code = code_of_links()
+    results = {result.cell: result for result in _read(wanted.results) if result.flown_by == code}
     for cell in cells():
         if wanted.only in cell.name and cell not in results:
-            results[cell] = result = _fly_again(lambda cell=cell: fly(cell, wanted.speed))
+            flown = _fly_again(lambda cell=cell: fly(cell, wanted.speed))
+            if code_of_links() != code:
+                _say("The code has changed meanwhile. This flight is not kept. Start again.")
+                return 1
+            results[cell] = result = replace(flown, flown_by=code, day=f"{datetime.now().astimezone():%Y-%m-%d}")
             _append(wanted.results, result)
             _say(f"{cell.name}: {'as promised' if result.kept else ', '.join(result.problems)}; {result}")
     chosen = [result for cell, result in results.items() if wanted.only in cell.name]
-    table = "\n".join(link_table(chosen))
-    _say(table)
-    if wanted.write and results:
+    if not chosen:
+        _say(f"No cell has `{wanted.only}` in its name. --list prints the names.")
+        return 2
+    _say("\n".join(link_table(chosen)))
+    if wanted.write:
         PLACE.replace(wanted.write, "\n".join(link_table(list(results.values()))))
     return 0 if all(result.kept for result in chosen) else 1
 
 
-def _fly_again(flight: object) -> LinkResult:
-    assert callable(flight)
+def code_of_links() -> str:
+    """Twelve hexadecimal digits, equal for equal code: of all that flies, and of this trial."""
+    own = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    return hashlib.sha256(flight_code().digest.encode() + own).hexdigest()[:12]
+
+
+def _fly_again(flight: Callable[[], LinkResult]) -> LinkResult:
     for attempt in range(1, TRIES + 1):
         try:
             return flight()
