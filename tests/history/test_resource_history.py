@@ -47,7 +47,8 @@ def test_also_when_the_manager_is_killed_and_goes_on_from_its_journal(tmp_path: 
 def is_refuted(folder: Path, seed: int, **how: Any) -> bool:
     """Record until a history is decided, and tell whether it is refuted.
 
-    Two clients contradict each other as well as four do, and the refutation of four may take exponential time.
+    Two clients contradict each other as well as four do, with more operations. The refutation of four may take
+    exponential time.
     """
     for attempt in range(5):
         run_dir = folder / str(attempt)
@@ -61,12 +62,12 @@ def is_refuted(folder: Path, seed: int, **how: Any) -> bool:
 
 
 def test_a_manager_without_a_journal_is_found_to_have_forgotten(tmp_path: Path) -> None:
-    assert is_refuted(tmp_path, 3, operations=60, kills=1)
+    assert is_refuted(tmp_path, 3, operations=120, kills=1)
 
 
 @pytest.mark.parametrize("lie", ["grants_twice", "replies_old_states", "forgets_ends", "forgets_outcomes"])
 def test_a_manager_that_lies_is_found_out(tmp_path: Path, lie: str) -> None:
-    assert is_refuted(tmp_path, 4, operations=60, factory=f"untrustworthy:make_{lie}")
+    assert is_refuted(tmp_path, 4, operations=240, factory=f"untrustworthy:make_{lie}")
 
 
 @pytest.mark.parametrize(
