@@ -67,5 +67,5 @@ def scope_of(nodeid: str) -> str:
 
 
 def starts_processes(nodeid: str) -> bool:
-    """True for a test of a group."""
-    return scope_of(nodeid) in GROUPS
+    """True for a test of a group or of conformance."""
+    return scope_of(nodeid) in (*GROUPS, CONFORMANCE)

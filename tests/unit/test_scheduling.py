@@ -60,3 +60,4 @@ def test_conformance_cases_share_a_worker() -> None:
         "tests/conformance/test_conformance_goals.py::test_that",
     ]
     assert {scope_of(file) for file in files} == {"conformance"}
+    assert all(map(is_listed, files))
