@@ -18,7 +18,7 @@ from compose_services import COMPOSE_FILE, renewed
 from skillwing.bt_missions.library import installed_missions
 from skillwing.m600.mocked import ROBOT as MOCKS
 from skillwing.m600.robot import ROBOT
-from skillwing.services.processes.run_options import RUN_OPTIONS
+from skillwing.services.processes.run_options import RUN_OPTIONS, run_options
 from skillwing.services.robot import ProcessSpec, Robot
 
 ROOT = Path(__file__).parents[3]
@@ -211,6 +211,14 @@ def test_variables_are_those_that_processes_read() -> None:
     known = {f"SKILLWING_{name}" for name in FOR_EVERY_PROCESS | {option.upper() for option in RUN_OPTIONS}}
     for name, service in HOSTED.items():
         assert service["environment"].keys() <= known, name
+
+
+def test_the_recorder_alone_takes_the_size_of_a_run() -> None:
+    keeps = {name: service["environment"].get("SKILLWING_KEEP") for name, service in HOSTED.items()}
+    assert {name: value for name, value in keeps.items() if value is not None} == {"recorder": "${KEEP:-}"}
+    options = run_options({"SKILLWING_KEEP": "2GB", "SKILLWING_RUN_DIR": "runs/one"})
+    assert ROBOT.process("recorder", options).options["keep"] == 2_000_000_000
+    assert run_options({"SKILLWING_KEEP": ""}) == {}, "as the file passes it by default"
 
 
 PIP_ARGUMENTS = {"PIP_INDEX_URL", "PIP_EXTRA_INDEX_URL", "PIP_TRUSTED_HOST", "PIP_CERT"}
