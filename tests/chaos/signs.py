@@ -68,6 +68,8 @@ class Signs:
         self._deaths: frozenset[ProcessExit] = frozenset()
         self._alive_key = ""
         self._killed = False
+        """The process was killed, at once or by the person who found it hanging."""
+        self._harmed_by_kill = False
         self._before = 0
         """Number of records from before the fault."""
         self._keys = keys
@@ -95,7 +97,7 @@ class Signs:
         self._alive_key = self._keys.alive(process)
         self._deaths = frozenset(self._launcher.exits)
         self._before = len(self.records)
-        self._killed = fault is Fault.KILL
+        self._killed = self._harmed_by_kill = fault is Fault.KILL
         pid = self._launcher.pids[process]
         self.since = time.monotonic()
         os.kill(pid, signal.SIGKILL if fault is Fault.KILL else signal.SIGSTOP)
@@ -123,7 +125,7 @@ class Signs:
 
     def bad_chains(self, skillset: Skillset, since: float, tolerance: float) -> tuple[str, ...]:
         """The bad cause chains of what has happened since then. A router that dies or stops may lose records."""
-        fault = InjectedFault(since, first_effects(self._process, skillset))
+        fault = InjectedFault(since, first_effects(self._process, skillset, killed=self._harmed_by_kill))
         bad = bad_chains(History.of(self.records, skillset=skillset), skillset, fault, tolerance)
         news = (each for each in bad if each.record.t >= since)
         return tuple(str(each) for each in news if self._process != ROUTER or each.problem is not ChainProblem.CUT)

@@ -144,8 +144,8 @@ def record(number: int, subject: str, after: str, cause: str | None = None, **fi
     )
 
 
-def problems(process: str, skillset: Skillset, *records: Record) -> set[ChainProblem]:
-    fault = InjectedFault(0.5, first_effects(process, skillset))
+def problems(process: str, skillset: Skillset, *records: Record, killed: bool = False) -> set[ChainProblem]:
+    fault = InjectedFault(0.5, first_effects(process, skillset, killed=killed))
     return {each.problem for each in bad_chains(History.of(records, skillset=skillset), skillset, fault)}
 
 
@@ -182,6 +182,15 @@ def test_a_failure_must_come_from_the_process_that_was_harmed(process: str, perm
     }
     found = {end: problems(process, skillset, *records) for end, records in ends.items()}
     assert found == {end: set() if end in permitted else {ChainProblem.SKIPS_FAULT} for end in ends}
+
+
+def test_the_exit_of_a_killed_mission_is_the_cause_of_its_interrupted_goals() -> None:
+    exit_ = changed(record(1, "mission", "KILLED"), source="launcher")
+    rootless = [record(2, "work", "INTERRUPTING", goal_id="g"), record(3, "work", "IT", "p#2", goal_id="g")]
+    caused = [exit_, changed(rootless[0], cause="p#1"), rootless[1]]
+    assert problems("mission", load(STAND), *rootless, killed=True) == {ChainProblem.SKIPS_FAULT}
+    assert not problems("mission", load(STAND), *caused, killed=True)
+    assert not problems("mission", load(STAND), *rootless, killed=False)
 
 
 def test_a_goal_that_its_client_has_lost_is_interrupted_for_that_when_its_manager_wakes_up() -> None:

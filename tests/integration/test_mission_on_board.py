@@ -172,9 +172,9 @@ def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goal
         records = reversed(read_records(run_dir))
         return next((each for each in records if each.subject == "hover" and "is gone" in each.text), None)
 
-    until(end, "the goals of the mission to end")
-    killed = [headline(record) for record in read_records(run_dir) if record.source == "launcher"]
-    assert "mission KILLED" in killed
+    record = until(end, "the goals of the mission to end")
+    chain = History.of(read_records(run_dir)).chain(record.id)
+    assert (headline(chain[0]), chain[0].source) == ("mission KILLED", "launcher")
     assert skillwing("start", "land", "--follow").code == OK, "for those who come next"
 
 

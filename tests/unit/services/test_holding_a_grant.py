@@ -12,10 +12,20 @@ from skill_desk import REFUSED, TOKEN, Desk, dispatching, interrupting, owned, r
 
 from skillwing.services.core.delivery import SILENCES_UNTIL_ERROR
 from skillwing.services.core.goal_states import RENEWALS_UNTIL_UNWATCHED
-from skillwing.services.core.owners import owner_grace
+from skillwing.services.core.owners import ProcessExits, owner_grace
 from skillwing.services.core.skill_actions import AskResources, Hook
-from skillwing.services.core.skill_events import RenewalAnswered
-from skillwing.services.protocol import EndGoal, Ending, ErrorCode, ErrorReply, Granted, ModifyGoal, RenewGoal, State
+from skillwing.services.core.skill_events import OwnerGone, RenewalAnswered
+from skillwing.services.protocol import (
+    EndGoal,
+    Ending,
+    ErrorCode,
+    ErrorReply,
+    Granted,
+    ModifyGoal,
+    NodesExited,
+    RenewGoal,
+    State,
+)
 
 
 @pytest.mark.parametrize(("context", "how"), [(validating, None), (running, "DONE")])
@@ -158,6 +168,31 @@ def test_a_goal_has_the_grace_that_its_owner_asked_for_and_no_other() -> None:
     desk.dispatched()
     desk.owner_gone()
     assert desk.records[-1].text == "Its owner mission-1 is gone, and has not come back within 20 s."
+
+
+@pytest.mark.parametrize(
+    ("owner", "nodes", "after", "cause"),
+    [
+        ("client/mission-1", ("mission",), 0.5, "launcher#1"),
+        ("client/mission-1", ("recorder", "mission"), -1.0, "launcher#1"),
+        ("client/mission-1", ("mission",), -3.0, None),
+        ("client/mission-1", ("skill/look",), 0.5, None),
+        ("client/anna~mission-1", ("mission",), 0.5, "launcher#1"),
+        ("client/look-1", ("skill/look",), 0.5, "launcher#1"),
+    ],
+)
+def test_an_interrupt_for_an_owner_has_the_exit_of_its_process_as_its_cause(
+    owner: str, nodes: tuple[str, ...], after: float, cause: str | None
+) -> None:
+    desk = Desk()
+    desk.start(owner=owner)
+    desk.validated()
+    desk.granted()
+    desk.dispatched()
+    exits = ProcessExits()
+    exits.note(NodesExited(nodes=nodes, record="launcher#1", t=desk.now + after))
+    desk.step(OwnerGone(owner, exits.of_owner(owner)))
+    assert (desk.state, desk.records[-1].cause) == (State.INTERRUPTING, cause)
 
 
 @pytest.mark.parametrize("context", [running, owned])

@@ -185,7 +185,7 @@ class SkillCore:
     def _on_owner_gone(self, event: OwnerGone, now: float) -> None:
         run = self._current
         if run is not None and run.owner == event.owner and self.skill.owner_lost == "interrupt":
-            self._take(run, stop_without(event.owner, run), now)
+            self._take(run, stop_without(event, run), now)
 
     def _on_answer(self, event: QuestionAnswered, now: float) -> None:
         run = self._run_of(event.asked.call.goal_id)

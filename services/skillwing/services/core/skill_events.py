@@ -18,6 +18,7 @@ from skillwing.services.protocol import (
     InterruptGoal,
     Lost,
     ModifyGoal,
+    NodesExited,
     RenewGoal,
     StartGoal,
     Terminal,
@@ -39,9 +40,10 @@ ResourcesAnswer: TypeAlias = GoalVerdict | ErrorReply | None
 
 
 class OwnerGone(msgspec.Struct, frozen=True):
-    """A client process is gone. owner: its process name."""
+    """A client process is gone. owner: its process name; exited: the exit of that process, as far as it is known."""
 
     owner: str
+    exited: NodesExited | None = None
 
 
 # --- from the hooks ------------------------------------------------------------------------------------------------

@@ -13,9 +13,10 @@ import msgspec
 from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Node, NoReply, Refused, Sample
+from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.retry import CUT_OFF_DELAY, retry_delay
 from skillwing.services.core.events import TimePassed
-from skillwing.services.core.owners import owner_grace
+from skillwing.services.core.owners import ProcessExits, owner_grace
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.skill_actions import Action, AskResources, CallHook, Hook
 from skillwing.services.core.skill_core import RENEWAL_PERIOD, SkillCore
@@ -53,6 +54,7 @@ from skillwing.services.protocol import (
     Keys,
     Lost,
     ModifyGoal,
+    NodesExited,
     ProtocolError,
     QueryGoal,
     RecordKind,
@@ -88,6 +90,7 @@ class SkillManagerNode:
         self._keys = Keys(skillset.name)
         self._actions: deque[Action] = deque()
         self._performing = False
+        self._exits = ProcessExits()
         self._progress_timer: Handle | None = None
         self._renewal_timer: Handle | None = None
         if hooks.Inputs is not None:
@@ -115,6 +118,8 @@ class SkillManagerNode:
         self._hooks.bind(HookBus(bus, self._guard_callback), self)
         self._hooks.setup()
         bus.subscribe(keys.verdict(skill), self._on_verdict, events=True)
+        # No events: an old exit says nothing about the owners of today.
+        bus.subscribe(keys.exits, message_reader(NodesExited, self._exits.note))
         self._owners = LivelinessMonitor(
             *(bus, keys, f"{CLIENT}*", self._on_owner_gone),
             from_outside=True,
@@ -166,7 +171,7 @@ class SkillManagerNode:
         return self._core.status(request.goal_id)
 
     def _on_owner_gone(self, owner: str) -> None:
-        self._step(OwnerGone(owner))
+        self._step(OwnerGone(owner, self._exits.of_owner(owner)))
 
     def _on_verdict(self, sample: Sample) -> None:
         try:

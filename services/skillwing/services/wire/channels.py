@@ -138,7 +138,7 @@ INTERNAL = (
         lambda keys, _: keys.resource_attach, Kind.QUERY, RESOURCES, SKILL, AttachManager, ResourceStates, ATTACHMENTS
     ),
     Channel(Keys.verdict, Kind.EVENTS, RESOURCES, (*SKILL, *BRIDGE), Violated | Lost, each=Each.SKILL),
-    Channel(lambda keys, _: keys.exits, Kind.EVENTS, LAUNCHER, RESOURCES, NodesExited),
+    Channel(lambda keys, _: keys.exits, Kind.EVENTS, LAUNCHER, (*RESOURCES, *SKILL), NodesExited),
     Channel(Keys.mocked_goal, Kind.EVENTS, SKILL, WORLD, MockedGoal, each=Each.SKILL),
 )
 """Keys on which only processes of Skillwing publish and ask. Others may listen."""
