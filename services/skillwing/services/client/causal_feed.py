@@ -234,10 +234,11 @@ def follow_records(
     on_record: Callable[[Record], object],
     on_status: Callable[[GoalStatus], object] = lambda status: None,
 ) -> None:
-    """Follow all timeline records of a robot and the statuses of its goals, in causal order.
+    """Follow all timeline records of a robot and the statuses of its goals.
 
-    The record of a status comes right before it. Records from before the subscription come in any order of processes.
-    With keys, records have the true name of their source.
+    Steps of the resource manager and statuses come in causal order, with their records; that of a status right before
+    it. Other records, such as switches of missions, are handed on at once: they may come before their causes. Records
+    from before the subscription come in any order of processes. With keys, records have the true name of their source.
     """
 
     def take_step(step: ResourceStep) -> None:
