@@ -775,9 +775,10 @@ class StartMission(Message, frozen=True, kw_only=True):
 
 class QueryMission(Message, frozen=True, kw_only=True):
     """Ask for the latest status of the mission that runs, or ran last; with `request_id`, of the mission of that
-    `StartMission`."""
+    `StartMission`; with `on_board`, of the one whose process this launcher runs, also while it starts."""
 
     request_id: str = ""
+    on_board: bool = False
 
 
 class AbortMission(Message, frozen=True, kw_only=True):

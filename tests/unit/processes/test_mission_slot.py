@@ -134,6 +134,22 @@ def test_a_mission_on_the_ground_that_begins_at_the_same_moment_answers_no_reque
     assert slot.latest("1") == cut_short
 
 
+def test_only_a_mission_whose_process_runs_here_is_on_board() -> None:
+    """The launcher of another robot may have run the mission, and died with it."""
+    slot = MissionSlot()
+    slot.note(status(MissionPhase.RUNNING, "both", "of another launcher"))
+    slot.vanished()
+    with pytest.raises(RefusedError, match="No mission runs on board here"):
+        slot.on_board()
+    slot.request(request(), 1.0)
+    assert slot.on_board().mission == "patrol"
+    slot.note(status(MissionPhase.RUNNING))
+    assert slot.on_board() == status(MissionPhase.RUNNING)
+    slot.exited("", ())
+    with pytest.raises(RefusedError, match="No mission runs on board here"):
+        slot.on_board()
+
+
 def test_a_refusal_is_not_lost_beside_a_mission_on_the_ground() -> None:
     slot = MissionSlot()
     slot.request(request(), 1.0)

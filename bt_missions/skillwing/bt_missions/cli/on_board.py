@@ -103,12 +103,11 @@ def run_on_board(system: System, request: StartMission, console: Console | None)
 
 
 def begins_on_board(system: System) -> str | None:
-    """Name of a mission on board, also of one whose process has no alive token yet; None without one."""
+    """Name of the mission that the launcher runs, even before its process has an alive token; None without one."""
     try:
-        status = system.ask(system.keys.mission_status, QueryMission(), MissionStatus)
-    except (NoReplyError, RefusedError):  # no launcher, or no mission since its begin
+        return system.ask(system.keys.mission_status, QueryMission(on_board=True), MissionStatus).mission
+    except (NoReplyError, RefusedError):  # no launcher, or no such mission
         return None
-    return status.mission if status.request_id and not status.phase.over else None
 
 
 class OnBoardWatch:

@@ -160,7 +160,7 @@ class LauncherNode:
         return RefusedError(ErrorCode.NOT_ALLOWED, text, help=self._certificates.remedy())
 
     def _latest_status(self, query: QueryMission) -> MissionStatus:
-        return self._slot.latest(query.request_id)
+        return self._slot.on_board() if query.on_board else self._slot.latest(query.request_id)
 
     def _start(self, message: StartMission) -> None:
         """Start the process of a mission. Its node checks that the mission fits; if not, the process ends at once."""

@@ -35,7 +35,7 @@ class MissionSlot:
 
     def __init__(self) -> None:
         self.status: MissionStatus | None = None
-        self._on_board: StartMission | None = None
+        self._own: StartMission | None = None
         """The request whose mission has a process."""
         self._begun = False
         """True once that mission has published a status."""
@@ -57,14 +57,14 @@ class MissionSlot:
             raise known
         if known is not None:
             return known
-        if self._on_board is not None and self._on_board.request_id == request.request_id:
+        if self._own is not None and self._own.request_id == request.request_id:
             raise being_started(request)
         _check(request)
-        if self._present or self._on_board is not None:
+        if self._present or self._own is not None:
             raise RefusedError(ErrorCode.NOT_ALLOWED, f"{self._name} runs here already.", help=WAIT)
         if objection is not None:
             raise objection
-        self._on_board, self._begun, self._before = request, False, self.status
+        self._own, self._begun, self._before = request, False, self.status
         self.status = MissionStatus(
             mission=request.mission, phase=MissionPhase.IDLE, t=t, text=ON_BOARD, request_id=request.request_id
         )
@@ -83,6 +83,12 @@ class MissionSlot:
             help_ = "A launcher that was started again does not: the mission ended with the one before."
         raise RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
 
+    def on_board(self) -> MissionStatus:
+        """The latest status of the mission whose process the launcher runs. Raises RefusedError without one."""
+        if self._own is None or self.status is None:
+            raise RefusedError(ErrorCode.NOT_ALLOWED, "No mission runs on board here.", help="It may run elsewhere.")
+        return self.status
+
     def appeared(self) -> None:
         """Note the alive token of a mission, on board or on the ground."""
         self._present = True
@@ -93,7 +99,7 @@ class MissionSlot:
 
     def note(self, status: MissionStatus) -> None:
         """Note a status of a mission. The first one of the mission on board answers its request."""
-        own = self._on_board
+        own = self._own
         if own is not None and status.request_id != own.request_id:
             return
         if own is not None and not self._begun and self.status is not None:
@@ -104,14 +110,14 @@ class MissionSlot:
     @property
     def ends_unheard(self) -> bool:
         """True if the mission on board has not published its end."""
-        return self._on_board is not None and (self.status is None or not self.status.phase.over)
+        return self._own is not None and (self.status is None or not self.status.phase.over)
 
     def exited(self, sentence: str, lines: Sequence[str]) -> bool:
         """Note the end of the mission's process. Returns True if it did not get to its begin: the request is refused.
 
         sentence: how it ended, empty for a mission that does not fit. lines: what it logged, such as its problems.
         """
-        own, self._on_board = self._on_board, None
+        own, self._own = self._own, None
         if own is None or self._begun:
             return False
         text = "\n".join([f"Mission `{own.mission}` did not start. {sentence}".rstrip(), *lines])
@@ -139,8 +145,8 @@ class MissionSlot:
 
     @property
     def _name(self) -> str:
-        if self._on_board is not None:
-            return f"Mission {self._on_board.mission}"
+        if self._own is not None:
+            return f"Mission {self._own.mission}"
         running = self.status is not None and not self.status.phase.over
         return f"Mission {self.status.mission}" if self.status is not None and running else "A mission"
 
