@@ -22,7 +22,7 @@ from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.causal_view import CausalView
 from skillwing.services.managers.data_manager import DataManagerNode
 from skillwing.services.managers.resource_manager import ResourceManagerNode
-from skillwing.services.mocking import MockWorld, load_scripts, make_mock_managers
+from skillwing.services.mocking import MockWorld, load_scripts, make_mock_managers, world
 from skillwing.services.mocking.fitting import fit_script
 from skillwing.services.mocking.script import MockScript
 from skillwing.services.mocking.skill import MockSkillNode
@@ -107,6 +107,7 @@ def robot() -> Iterator[Callable[[], tuple[Node, ...]]]:
         patch.object(inspection, "take_off", lambda context, height: Success("in the air")),
         patch.object(mission_check, "preflight", lambda mission, trees, context: []),
         patch.object(MissionPublisher, "publish_tree", lambda publisher: False),
+        patch.object(world, "fit_script", lambda script, skillset: fitted),
     ):
         yield make
 
