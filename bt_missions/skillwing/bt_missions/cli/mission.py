@@ -17,6 +17,7 @@ from skillwing.bt_missions.cli.foreground import print_if_open, print_link, run_
 from skillwing.bt_missions.cli.mission_robots import (
     RobotTablesOption,
     RunningRobotsOption,
+    addressed_text,
     chosen_robots,
     connected,
     models_of,
@@ -194,8 +195,11 @@ def run(
                 _refuse_other_robot(chosen, system.skillset)
         given = _options_with_site(chosen, asked, systems, console)
 
+        first = next(iter(systems.values()))
+        names = {role: each.target.robot for role, each in systems.items()}
+
         def show(status: MissionStatus) -> None:
-            print_if_open(console, status_line(status))
+            print_if_open(console, status_line(status, addressed_text(status.text, first, names)))
 
         grace = chosen.owner_grace if owner_grace is None else owner_grace
         node = MissionNode.on_robots(chosen, models, given, owner_grace=grace, on_status=show)
@@ -203,7 +207,6 @@ def run(
             require_allowed(system.bus, system.keys.start("*"))
         for role in occupied(models):  # as late as possible: meanwhile another station may start a mission
             _refuse_second_mission(systems[role])
-        first = next(iter(systems.values()))
         if warning := ending_soon(first.bus.identity):
             typer.echo(warning, err=True)
         follow_link(first, lambda text: print_link(console, text), without_link(grace, first.target))
@@ -405,7 +408,7 @@ def _send(
     if as_json:
         print_json(status)
     else:
-        make_console().print(status_line(status))
+        make_console().print(status_line(status, system.addressed(status.text)))
 
 
 def _put(text: str, output: Path | None) -> None:
@@ -480,5 +483,5 @@ def _refuse_second_mission(system: System) -> None:
     raise RefusedError(
         ErrorCode.NOT_ALLOWED,
         f"{name} runs here already.",
-        help="Wait until it has ended, or abort it with `skillwing mission abort`.",
+        help=system.addressed("Wait until it has ended, or abort it with `skillwing mission abort`."),
     )

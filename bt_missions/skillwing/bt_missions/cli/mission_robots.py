@@ -18,6 +18,7 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import UnknownRobotError
 from skillwing.services.terminal.completion import running
 from skillwing.services.terminal.connection import System, connect
+from skillwing.services.terminal.robot_option import with_robot
 
 RunningRobotsOption = Annotated[
     list[str] | None,
@@ -106,6 +107,15 @@ def connected(names: Mapping[str, str | None]) -> Iterator[dict[str, System]]:
             first = next(iter(systems.values()), None)
             systems[robot] = stack.enter_context(connect(name, beside=None if first is None else first.bus))
         yield systems
+
+
+def addressed_text(text: str, system: System, names: Mapping[str, str]) -> str:
+    """A text of a mission, whose commands in backticks choose the robot that it begins with, else that of `system`.
+
+    names: of the running robots, by their names in the mission.
+    """
+    name = names.get(text.partition(": ")[0])
+    return system.addressed(text) if name is None else with_robot(text, name)
 
 
 def models_of(systems: Mapping[str, System]) -> dict[str, RobotModel]:

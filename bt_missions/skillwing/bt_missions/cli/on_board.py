@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from skillwing.bt_missions.cli.foreground import print_if_open
+from skillwing.bt_missions.cli.mission_robots import addressed_text
 from skillwing.bt_missions.cli.watch import SILENCES, ask_latest_status, status_line
 from skillwing.bt_missions.library import UnknownMissionError, find_mission
 from skillwing.bt_missions.mission.mission import Mission
@@ -30,6 +31,7 @@ NEWS_WAIT = 1.0
 """Wait for the last status of a mission whose alive token is gone, in seconds of wall time."""
 ABORT = "`skillwing mission abort` ends it."
 LEFT = f"The mission goes on on board. {ABORT}"
+FORGOTTEN = "`skillwing runs list` has its result, `skillwing status` the state of the robot."
 CLIENT = "cli"
 
 
@@ -45,11 +47,9 @@ class NoLauncherError(SkillwingError):
 class MissionForgottenError(SkillwingError):
     """The launcher of a mission has been started again, and the mission has ended with the one before."""
 
-    def __init__(self, mission: str) -> None:
-        super().__init__(
-            f"The robot's system was started again, and mission {mission} ended with the one before. "
-            "`skillwing runs list` has its result, `skillwing status` the state of the robot."
-        )
+    def __init__(self, mission: str, remedy: str = FORGOTTEN) -> None:
+        text = f"The robot's system was started again, and mission {mission} ended with the one before."
+        super().__init__(f"{text} {remedy}")
 
 
 def known_mission(name: str) -> Mission | None:
@@ -86,17 +86,23 @@ def run_on_board(system: System, request: StartMission, console: Console | None)
     Raises NoLauncherError, MissionForgottenError, and RefusedError for a mission that does not fit, or while another
     one runs.
     """
-    seen = OnBoardWatch(system, lambda status: print_if_open(console, status_line(status)))
+
+    def show(status: MissionStatus) -> None:
+        print_if_open(console, status_line(status, addressed_text(status.text, system, request.robots)))
+
+    seen = OnBoardWatch(system, show)
     try:
         seen.start(request)
         if console is not None:
-            console.print(f"Mission {request.mission} runs on board. Ctrl-C ends this view only. {ABORT}")
+            console.print(
+                f"Mission {request.mission} runs on board. Ctrl-C ends this view only. {system.addressed(ABORT)}"
+            )
         system.bus.run_until(lambda: seen.over or seen.forgotten)
     except KeyboardInterrupt:
-        typer.echo(LEFT, err=console is None)
+        typer.echo(system.addressed(LEFT), err=console is None)
         return INTERRUPTED
     if seen.forgotten:
-        raise MissionForgottenError(request.mission)
+        raise MissionForgottenError(request.mission, system.addressed(FORGOTTEN))
     if console is None:
         print_json(seen.status)
     return OK if seen.succeeded else FAILED

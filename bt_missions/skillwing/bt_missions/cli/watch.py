@@ -106,7 +106,11 @@ class MissionWatch:
         warning = [Text(self.link.warning, "bold red")] if self.link.warning else []
         if self.status is None:
             return Group(*warning, Text(self._without_status(), overflow="fold"))
-        parts: list[RenderableType] = [*warning, status_line(self.status), Text()]
+        parts: list[RenderableType] = [
+            *warning,
+            status_line(self.status, self._system.addressed(self.status.text)),
+            Text(),
+        ]
         if self.tree is not None:
             parts += [_tree_text(self.tree, height), Text()]
         bars = self._latest_bars()
@@ -119,7 +123,7 @@ class MissionWatch:
         """A sentence for a view that has heard of no mission. On a cut link, one may run all the same."""
         if self.link.warning:
             return "Until then, nothing was heard of a mission here."
-        return _last_mission(self._system.target.run_dir)
+        return self._system.addressed(_last_mission(self._system.target.run_dir))
 
     def _latest_bars(self) -> list[SkillBar]:
         """The goals of this mission that run, and the latest that ran."""
@@ -222,13 +226,13 @@ def _last_mission(run_dir: Path | None) -> str:
     return f"No mission runs now. The last one, `{last.mission}`, {became}; {where}."
 
 
-def status_line(status: MissionStatus) -> Text:
-    """Robot time, phase, waypoints and text of a status, in one line."""
-    text = Text(f"{clock_text(status.t):>9}  ")
-    text.append(f"{status.phase:9}", PHASE_COLOURS.get(status.phase, "default"))
+def status_line(status: MissionStatus, text: str | None = None) -> Text:
+    """Robot time, phase, waypoints and text of a status, in one line. text: in place of its own."""
+    line = Text(f"{clock_text(status.t):>9}  ")
+    line.append(f"{status.phase:9}", PHASE_COLOURS.get(status.phase, "default"))
     if status.waypoints:
-        text.append(f"  {status.waypoint}/{status.waypoints}", "dim")
-    return text.append(f"  {status.text}")
+        line.append(f"  {status.waypoint}/{status.waypoints}", "dim")
+    return line.append(f"  {status.text if text is None else text}")
 
 
 def _tree_text(tree: TreeSnapshot, height: int | None) -> Text:

@@ -47,7 +47,7 @@ def ready(
         managed = (each.skill for each in report.skills if each.skill not in unmanaged)
         silent = [each for each in managed if not _answers(system, each)]
         advice = None if as_json or skill is None else _advice(system, report.skills[0])
-    troubles = {**dict.fromkeys(unmanaged, NOBODY_RUNS_IT), **dict.fromkeys(silent, HANGS)}
+    troubles = {**dict.fromkeys(unmanaged, system.addressed(NOBODY_RUNS_IT)), **dict.fromkeys(silent, HANGS)}
     if as_json:
         managers = {"without_manager": unmanaged, "silent_manager": silent}
         print_json({"step": report.step, "t": report.t, "skills": report.skills, **managers})
@@ -56,7 +56,7 @@ def ready(
     else:
         console = make_console()
         for line in lines(report.skills[0], advice, troubles.get(skill, "")):
-            console.print(line, markup=False)
+            console.print(system.addressed(line), markup=False)
     raise typer.Exit(OK if skill is None or (report.skills[0].ready and not troubles) else FAILED)
 
 

@@ -85,7 +85,8 @@ def _advice(system: System, goal: GoalHandle, interface: SkillsetInterface, valu
         return []
     try:
         (ready,) = system.ask_ready(interface, goal.skill, values).skills
-        return list(start_advice(system.skillset, ready, goal.terminal.failing, system_state(system)))
+        advice = start_advice(system.skillset, ready, goal.terminal.failing, system_state(system))
+        return [system.addressed(sentence) for sentence in advice]
     except (NoReplyError, RefusedError):
         return []
 

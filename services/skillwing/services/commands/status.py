@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +91,7 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
     if as_json:
         print_json(_facts(seen))
     else:
-        _print(make_console(), seen)
+        _print(make_console(), seen, system.addressed)
     raise typer.Exit(OK if seen.is_whole else FAILED)
 
 
@@ -177,7 +177,7 @@ def _mission_facts(mission: MissionStatus) -> dict[str, Any]:
     return {"mission": mission.mission, "phase": mission.phase, "text": mission.text, "t": mission.t}
 
 
-def _print(console: Console, seen: SystemOverview) -> None:
+def _print(console: Console, seen: SystemOverview, addressed: Callable[[str], str]) -> None:
     target, states = seen.target, seen.states
     traits = [*(["mock"] if target.mock else []), *(["mesh"] if target.topology == "mesh" else [])]
     kind = f" ({', '.join(traits)})" if traits else ""
@@ -189,11 +189,12 @@ def _print(console: Console, seen: SystemOverview) -> None:
         if entry.condition is not ProcessCondition.RUNS and entry.state.last_words:
             console.print(Text(entry.state.last_words, style="red"))
     if seen.mission is not None:
-        console.print(f"Mission {seen.mission.mission}: {seen.mission.phase}  {seen.mission.text}", markup=False)
+        text = addressed(seen.mission.text)
+        console.print(f"Mission {seen.mission.mission}: {seen.mission.phase}  {text}", markup=False)
     if seen.recording:
         console.print(Text(seen.recording, style="red"))
     if seen.unattended is not None:
-        console.print(Text(f"{seen.unattended.what} {seen.unattended.remedy}", style="red"))
+        console.print(Text(addressed(f"{seen.unattended.what} {seen.unattended.remedy}"), style="red"))
     console.print()
     console.print(process_table(seen.processes))
     if seen.goals or not seen.troubles:

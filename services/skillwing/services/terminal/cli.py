@@ -231,13 +231,15 @@ def main() -> None:
             exit_code_of,
             user_message,
         )
+        from skillwing.services.terminal.robot_option import named_robot, with_robot  # noqa: PLC0415
 
         if isinstance(error, KeyboardInterrupt):
             sys.exit(INTERRUPTED)
         if (message := user_message(error)) is None:
             raise
         code = exit_code_of(error)
-        sys.stderr.write(f"{_as_json(error, message, code) if JSON_OPTION in sys.argv else message}\n")
+        text = _as_json(error, message, code) if JSON_OPTION in sys.argv else message
+        sys.stderr.write(f"{with_robot(text, named_robot(sys.argv[1:]))}\n")
         sys.exit(code)
 
 

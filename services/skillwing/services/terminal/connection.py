@@ -10,6 +10,7 @@ import contextlib
 import os
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import typer
@@ -24,10 +25,12 @@ from skillwing.services.names import CLIENT
 from skillwing.services.processes.process_monitor import ProcessStatus, process_statuses
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.run_options import run_options
-from skillwing.services.processes.run_state import read_run_state
+from skillwing.services.processes.run_state import read_run_state, running_systems
 from skillwing.services.protocol import (
     ErrorCode,
     GoalStatus,
+    M,
+    Message,
     QueryGoal,
     QueryStates,
     ReadyReport,
@@ -36,6 +39,7 @@ from skillwing.services.protocol import (
 )
 from skillwing.services.robot import find_robot
 from skillwing.services.terminal.completion import inputs, running
+from skillwing.services.terminal.robot_option import with_robot
 
 RobotOption = Annotated[
     str | None,
@@ -56,8 +60,23 @@ InputsArgument = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
+@dataclass
 class System(Connection):
-    """A system that a command is connected to."""
+    """A system that a command is connected to. named: the command has chosen its robot by name."""
+
+    named: bool = False
+
+    def addressed(self, text: str) -> str:
+        """A text whose commands in backticks choose this robot, where a command without `--robot` could not."""
+        return addressed(text, self.target.robot, named=self.named)
+
+    def ask(self, key: str, message: Message, reply: type[M]) -> M:
+        """See `Connection.ask`. The help of a refusal is addressed to this robot."""
+        try:
+            return super().ask(key, message, reply)
+        except RefusedError as refusal:
+            help_ = self.addressed(refusal.help)
+            raise RefusedError(refusal.code, refusal.message, help=help_, known=refusal.known) from refusal
 
     def make_interface(self, client: str = "cli", *, owns_goals: bool = False) -> SkillsetInterface:
         return super().make_interface(client, owns_goals=owns_goals)
@@ -118,13 +137,20 @@ class System(Connection):
         return names
 
 
+def addressed(text: str, robot: str, *, named: bool) -> str:
+    """A text whose commands in backticks choose this robot, if the command was given its name, or other systems of this
+    user run.
+    """
+    return with_robot(text, robot if named or any(state.robot != robot for state in running_systems()) else None)
+
+
 @contextmanager
 def connect(
     robot: str | None = None, *, wait_for_clock: bool = True, beside: ZenohBus | None = None
 ) -> Iterator[System]:
     """Connect to the running system; raises as `find_target` and `open_connection` do. beside: as for the latter."""
     with open_connection(find_target(robot), client="cli", wait_for_clock=wait_for_clock, beside=beside) as connection:
-        yield System(connection.target, connection.bus, connection.skillset)
+        yield System(connection.target, connection.bus, connection.skillset, named=robot is not None)
 
 
 def mission_context(target: Target, mission: str) -> dict[str, Any]:
