@@ -8,6 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from skillwing.services.access import key_store
 from skillwing.services.access.certificate_facts import utc_now
@@ -15,7 +16,10 @@ from skillwing.services.access.certificates import facts, issue, new_authority
 from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
 from skillwing.services.access.key_store import KeysError, KeyStore
 from skillwing.services.access.policy import RobotAccess
+from skillwing.services.access.robots import table_words
 from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.robot import Robot, find_robot
+from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Role
 
 ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launcher": Role.LAUNCHER})
@@ -101,7 +105,7 @@ def test_certificates_that_end_soon_are_renewed(tmp_path: Path) -> None:
 
 def test_keys_of_a_new_process_are_added_and_the_others_stay(store: KeyStore) -> None:
     before = (store.folder / "robots" / "rover" / "skill.drive" / "key.pem").read_bytes()
-    with pytest.raises(KeysError, match="add-robot rover"):
+    with pytest.raises(KeysError, match="add-robot ROBOT --robot-name rover --keys"):
         require_certificates(store.folder, "rover", ["skill/drive", "skill/lift"])
     more = {**ROVER.processes, "skill/lift": Role.SKILL_MANAGER}
     store.add_robot(RobotAccess("rover", "rover", more))
@@ -158,6 +162,31 @@ def test_a_robot_does_not_start_with_keys_that_end_today(tmp_path: Path) -> None
         require_certificates(store.folder, "rover", ["skill/drive"])
 
 
+def test_the_remedy_for_a_missing_certificate_is_a_command_that_makes_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = replace(find_robot("m600"), name="third")
+    store = KeyStore.init(Path("keys"), [])
+    with pytest.raises(KeysError) as refused:
+        require_certificates(store.folder, "third", ["skill/land"], table_words(table))
+    remedy = str(refused.value).partition("`skillwing ")[2].partition("`")[0]
+    assert remedy == "keys add-robot m600 --robot-name third --keys keys"
+    done = CliRunner().invoke(app, remedy.split())
+    assert done.exit_code == 0, done.output
+    require_certificates(store.folder, "third", ["skill/land"], table_words(table))
+
+
+def test_the_table_of_a_robot_is_found_by_its_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert table_words(find_robot("m600")) == "m600"
+    yard = Path(__file__).parents[3] / "examples" / "yard"
+    monkeypatch.chdir(yard.parent)
+    assert table_words(find_robot("./yard")) == "./yard"
+    skillset = tmp_path / "day.skillset"
+    mocked = Robot(name="a1", skillset=skillset, hooks={}, clock="wall")
+    assert table_words(mocked) == f"a1 --skillset {skillset}"
+
+
 @pytest.mark.parametrize("name", ["", "a/b", "a.b", "m600.skill.land", "a~b", "*", "router", "é", "a" * 41])
 def test_a_name_that_could_be_mistaken_is_refused(store: KeyStore, name: str) -> None:
     with pytest.raises(InvalidOptionError):
@@ -181,6 +210,9 @@ def test_identities_are_found_in_their_folders(store: KeyStore, monkeypatch: pyt
     monkeypatch.delenv("SKILLWING_KEYS", raising=False)
     assert person_identity("tcp/10.0.0.5:7447") is None
     with pytest.raises(KeysError, match="SKILLWING_KEYS=FOLDER"):
+        person_identity("tls/10.0.0.5:7447")
+    monkeypatch.setenv("SKILLWING_KEYS", str(store.folder / "missing"))
+    with pytest.raises(KeysError, match="missing in SKILLWING_KEYS is no folder"):
         person_identity("tls/10.0.0.5:7447")
     monkeypatch.setenv("SKILLWING_KEYS", str(store.folder))
     with pytest.raises(KeysError, match="folder of one person"):

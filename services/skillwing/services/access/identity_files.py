@@ -21,6 +21,10 @@ NEEDED = timedelta(days=1)
 """Validity that each certificate of a robot has to have left at its start, and at that of a mission on board."""
 
 
+UNKNOWN_TABLE = "ROBOT"
+"""Word for the table of a robot whose name alone is known, as in the help of `keys add-robot`."""
+
+
 def read_identity(folder: Path) -> SessionIdentity:
     """The identity in a folder with one certificate. Raises KeysError."""
     found = read_facts(folder)
@@ -35,31 +39,44 @@ def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None
     return lambda key: refusal(role, name, key)
 
 
-def process_identity(folder: Path, robot: str, process: str) -> SessionIdentity:
-    """The identity of a process. folder: its own, or that of a whole site. Raises KeysError."""
+def process_identity(folder: Path, robot: str, process: str, table: str = UNKNOWN_TABLE) -> SessionIdentity:
+    """The identity of a process. folder: its own, or that of a whole site. table: as of `table_words`, for the remedy.
+
+    Raises KeysError.
+    """
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
             return read_identity(place)
-    advice = f"Make one: `skillwing keys add-robot {robot}`."
+    advice = f"Make one: {_add_robot(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
-def robot_certificates(folder: Path, robot: str, processes: Iterable[str]) -> list[CertificateFacts]:
+def _add_robot(folder: Path, robot: str, table: str) -> str:
+    """The command that makes a robot's certificates. folder: of the site."""
+    name = "" if table == robot else f" --robot-name {robot}"
+    return f"`skillwing keys add-robot {table}{name} --keys {folder}`"
+
+
+def robot_certificates(
+    folder: Path, robot: str, processes: Iterable[str], table: str = UNKNOWN_TABLE
+) -> list[CertificateFacts]:
     """The certificates of a robot's processes, of its launcher, and of a router in the folder. Raises KeysError."""
-    used = [process_identity(folder, robot, process).folder for process in (*processes, LAUNCHER)]
+    used = [process_identity(folder, robot, process, table).folder for process in (*processes, LAUNCHER)]
     used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []
     return [read_facts(place) for place in used]
 
 
-def require_certificates(folder: Path, robot: str, processes: Iterable[str]) -> None:
+def require_certificates(folder: Path, robot: str, processes: Iterable[str], table: str = UNKNOWN_TABLE) -> None:
     """Raise KeysError if a process of a robot, or its launcher, has no certificate that lasts for `NEEDED`.
+
+    table: as of `table_words`, for the remedy.
 
     The router ends links whose certificate has expired, which must not happen while the robot moves.
     """
-    for found in robot_certificates(folder, robot, processes):
+    for found in robot_certificates(folder, robot, processes, table):
         if found.expires - utc_now() < NEEDED:
             text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
-            raise KeysError(f"{text} Renew it before a start: `skillwing keys add-robot {robot}`.")
+            raise KeysError(f"{text} Renew it before a start: {_add_robot(folder, robot, table)}.")
 
 
 def ending_soon(identity: SessionIdentity | None) -> str:
@@ -84,9 +101,8 @@ def person_identity(endpoint: str) -> SessionIdentity | None:
         text = f"The router at {endpoint} asks for a key. Name the folder that you were given: {KEYS_VARIABLE}=FOLDER."
         raise KeysError(text)
     if not (Path(folder) / CERTIFICATE_FILE).exists():
-        text = (
-            f"{folder} in {KEYS_VARIABLE} holds no certificate. Name the folder of one person, as in DIR/people/NAME."
-        )
+        what = "holds no certificate" if Path(folder).is_dir() else "is no folder"
+        text = f"{folder} in {KEYS_VARIABLE} {what}. Name the folder of one person, as in DIR/people/NAME."
         raise KeysError(text)
     found = read_identity(Path(folder))
     return replace(found, denial=lambda role, key: denial(role, found.name, key))

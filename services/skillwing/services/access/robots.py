@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
 
 from skillwing.services.access.policy import RobotAccess
+from skillwing.services.errors import SkillwingError
 from skillwing.services.names import (
     DATA_MANAGER,
     LAUNCHER,
@@ -15,7 +18,7 @@ from skillwing.services.names import (
     skill_process,
 )
 from skillwing.services.options import imported
-from skillwing.services.robot import RECORDER, Robot
+from skillwing.services.robot import RECORDER, TABLE, Robot, find_robot, robot_names
 from skillwing.services.wire.channel import Channel, Role
 
 ALWAYS = {
@@ -28,6 +31,20 @@ ALWAYS = {
     LAUNCHER: Role.LAUNCHER,
 }
 """Processes that every robot may have, in addition to a manager for each skill and its functional layer."""
+
+
+def table_words(robot: Robot) -> str:
+    """Words by which `keys add-robot` finds the table of a robot: `m600`, a folder, or a skillset with its option."""
+    for name in robot_names():
+        with suppress(SkillwingError, ImportError):
+            if find_robot(name).skillset == robot.skillset:
+                return name
+    folder = robot.skillset.parent
+    here = Path.cwd()
+    place = folder.relative_to(here) if folder.is_relative_to(here) else folder
+    if (folder / TABLE).is_file():
+        return f"./{place}" if place is not folder else f"{place}"
+    return f"{robot.name} --skillset {place / robot.skillset.name}"
 
 
 def robot_access(robot: Robot, works_at: Iterable[str] = ()) -> RobotAccess:

@@ -19,6 +19,7 @@ from rich.console import Console
 from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.access.exposure import EXPOSED, exposed
 from skillwing.services.access.identity_files import require_certificates
+from skillwing.services.access.robots import table_words
 from skillwing.services.disk import UnwritableError, discard_unwritten, require_room
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE
@@ -82,7 +83,8 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
     """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
     laid_out = colocated(specs) if settings.colocate else tuple(specs)
     if settings.keys is not None:
-        require_certificates(settings.keys, robot.name, (spec.name for spec in specs))
+        processes = [spec.name for spec in specs]
+        require_certificates(settings.keys, robot.name, processes, table_words(robot))
     with stop_on_signals() as stop, reserved(robot.name):
         try:
             return _run(robot, laid_out, run_dir, settings, stop)
