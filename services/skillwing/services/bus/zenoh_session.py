@@ -36,13 +36,11 @@ _PLACE_IN_SOURCE = re.compile(r"(?: \(os error \d+\))? at /\S+")
 
 
 class RouterUnreachableError(SkillwingError):
-    """No router answers at `endpoint`."""
+    """No router answers at `endpoint`. remedy: clause on what starts one."""
 
-    def __init__(self, endpoint: str) -> None:
+    def __init__(self, endpoint: str, remedy: str = "Start the system with `skillwing up`") -> None:
         self.endpoint = endpoint
-        super().__init__(
-            f"No router answers at {endpoint}. Start the system with `skillwing up`, or check the address and the link."
-        )
+        super().__init__(f"No router answers at {endpoint}. {remedy}, or check the address and the link.")
 
 
 class EndpointError(SkillwingError):

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from skillwing.dsl.suggest import listed
 from skillwing.services.client.connection import find_target
 from skillwing.services.errors import NoSystemError, RefusedError
 from skillwing.services.processes.launcher import STOP_TIMEOUT
@@ -39,7 +40,8 @@ def down(
         raise NoSystemError(f"The system at {target.endpoint} was not started here. Stop it where it was started.")
     others = others_at_router(state.endpoint, state.robot, target.keys) if owns_router(state) else {}
     if others and not force:
-        stop = f"Stop it first, as with `skillwing down --robot {next(iter(others))}`, or use `--force`."
+        commands = listed(f"skillwing down --robot {name}" for name in others)
+        stop = f"Stop the others first, with {commands}, or use `--force`."
         raise RefusedError(ErrorCode.NOT_ALLOWED, objection(state.robot, others), help=stop)
     os.kill(state.pid, signal.SIGTERM)
     ended = _wait_for_end(state.pid, state.pid_started)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -45,6 +46,14 @@ WithOption = Annotated[
     ),
 ]
 FOLDER = Path("keys")
+
+
+class PersonRole(StrEnum):
+    """Role that a person or station can have: one of `PEOPLE`."""
+
+    VIEWER = Role.VIEWER.value
+    CLIENT = Role.CLIENT.value
+    OPERATOR = Role.OPERATOR.value
 
 
 @keys.command()
@@ -124,7 +133,8 @@ def add_robot(
 def add(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Person or station.")],
     role: Annotated[
-        Role, typer.Option(metavar="viewer|client|operator", help="viewer reads, client commands, operator does all.")
+        PersonRole,
+        typer.Option(metavar="viewer|client|operator", help="viewer reads, client commands, operator does all."),
     ],
     folder: DirOption = FOLDER,
     days: Annotated[int | None, typer.Option(metavar="N", min=1, max=3650, help="Validity.")] = None,
@@ -137,8 +147,9 @@ def add(
     """
     store = KeyStore(folder)
     known = name in store.names().people
-    place = store.add_person(name, role, days)
-    typer.echo(f"Give {place} to {name}, by a safe way. There: `export SKILLWING_KEYS={name}`. {RESTART}")
+    place = store.add_person(name, Role(role), days)
+    typer.echo(f"Give {place} to {name}, by a safe way. There: `export SKILLWING_KEYS={name}`.")
+    typer.echo(f"On this machine: `export SKILLWING_KEYS={place}`. {RESTART}")
     if known:
         typer.echo(EARLIER.format(name=name), err=True)
 

@@ -172,9 +172,15 @@ class Launcher:
             return ZenohBus(name, self.robot, self.endpoint, clock, identity=identity)
         except RouterUnreachableError as error:
             reason = explained(error, identity)
-            if reason is error:
+            if reason is error and self.listens:
                 raise
-            raise reason from error
+            raise (self._no_router() if reason is error else reason) from error
+
+    def _no_router(self) -> RouterUnreachableError:
+        """The error for a router of others that does not answer: this system was asked to join it."""
+        keys = "" if self._key_folder is None else f" --keys {self._key_folder}"
+        remedy = f"Start one there with `skillwing router --listen {self.endpoint}{keys}`"
+        return RouterUnreachableError(self.endpoint, remedy)
 
     def start(self, specs: Sequence[ProcessSpec], timeout: float = START_TIMEOUT) -> None:
         """Start processes, all at once, and return when each of their nodes has its alive token.

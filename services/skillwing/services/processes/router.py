@@ -114,8 +114,6 @@ def run_router(
     """Print the endpoint of a router and run it until `wait` returns, called with both; returns the exit code."""
     try:
         require_protected(listen, keys, insecure=insecure)
-        if exposed(listen):
-            sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
         session, endpoint = start_router(listen, keys, upper)
     except (InvalidOptionError, KeysError) as error:
         sys.stderr.write(f"{error}\n")
@@ -127,6 +125,8 @@ def run_router(
         # A taken port may be free at the next start.
         return EXIT_CONFIGURATION if taken is None else EXIT_UNREACHABLE
     with session:
+        if exposed(listen):
+            sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
         sys.stdout.write(f"{endpoint}\n")
         sys.stdout.flush()
         wait(session, endpoint)

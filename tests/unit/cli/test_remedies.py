@@ -1,0 +1,97 @@
+"""Remedies in messages of commands: they name what the user has, and commands that work."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from skillwing.services.access.key_store import KeyStore
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.commands import down as down_command
+from skillwing.services.commands.keys import PersonRole
+from skillwing.services.core.refusal import RefusedError
+from skillwing.services.processes import launcher as launcher_module
+from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.router import run_router
+from skillwing.services.processes.run_state import RunState, started, write_run_state
+from skillwing.services.terminal.cli import app
+from skillwing.services.wire.channel import PEOPLE
+
+
+@pytest.fixture(autouse=True)
+def own_runtime_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
+
+
+def announce(robot: str, *processes: ProcessState) -> None:
+    write_run_state(
+        RunState(
+            robot=robot,
+            endpoint="tcp/127.0.0.1:1",
+            skillset="m600.skillset",
+            clock="wall",
+            pid=os.getpid(),
+            pid_started=started(os.getpid()) or "",
+            run_dir="runs/x",
+            processes=processes,
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("keys", "command"),
+    [
+        (None, "`skillwing router --listen tcp/127.0.0.1:7999`"),
+        ("keys", "`skillwing router --listen tcp/127.0.0.1:7999 --keys keys`"),
+    ],
+)
+def test_a_system_that_joins_a_router_names_the_command_that_starts_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys: str | None, command: str
+) -> None:
+    def fail(_name: str, _robot: str, endpoint: str, *_: object, **__: object) -> None:
+        raise RouterUnreachableError(endpoint)
+
+    monkeypatch.setattr(launcher_module, "ZenohBus", fail)
+    monkeypatch.setattr(launcher_module, "process_identity", lambda *_: None)
+    launcher = Launcher(
+        "other", "m600", tmp_path, clock="wall", router="tcp/127.0.0.1:7999", keys=None if keys is None else Path(keys)
+    )
+    with pytest.raises(RouterUnreachableError, match=re.escape(command)):
+        launcher.open_bus("launcher")
+
+
+def test_the_end_of_a_router_names_every_system_to_stop_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    announce("left", ProcessState(name="router"))
+    monkeypatch.setattr(down_command, "others_at_router", lambda *_: {"right": False, "yard": False})
+    result = CliRunner().invoke(app, ["down", "--robot", "left"])
+    assert isinstance(result.exception, RefusedError)
+    commands = "`skillwing down --robot right` and `skillwing down --robot yard`"
+    assert result.exception.help == f"Stop the others first, with {commands}, or use `--force`."
+
+
+def test_a_malformed_address_of_a_router_comes_without_a_warning(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_router("7620", None, lambda *_: None, insecure=True) != 0
+    said = capsys.readouterr().err
+    assert "cannot listen at 7620" in said
+    assert "Everybody" not in said
+
+
+def test_people_are_offered_the_roles_of_people() -> None:
+    assert [role.value for role in PersonRole] == [role.value for role in PEOPLE]
+    result = CliRunner().invoke(app, ["keys", "add", "bob", "--role", "admin"])
+    assert "operator" in str(result.exception)
+    assert "launcher" not in str(result.exception)
+
+
+def test_new_keys_of_a_person_name_their_folder_on_both_machines(tmp_path: Path) -> None:
+    store = KeyStore.init(tmp_path / "keys", [])
+    result = CliRunner().invoke(app, ["keys", "add", "alice", "--role", "viewer", "--keys", str(store.folder)])
+    assert result.exit_code == 0, result.output
+    assert "There: `export SKILLWING_KEYS=alice`." in result.output
+    assert f"On this machine: `export SKILLWING_KEYS={store.folder / 'people' / 'alice'}`." in result.output
