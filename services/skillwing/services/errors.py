@@ -62,12 +62,12 @@ class NoSystemError(SkillwingError):
 
 
 class NotKnownError(SkillwingError):
-    """A certificate that a router rejects. endpoint: of the router. reason: part of a sentence."""
+    """A certificate that a router rejects. endpoint: of the router. reason: part of a sentence. remedy: a sentence."""
 
-    def __init__(self, endpoint: str, reason: str) -> None:
+    def __init__(self, endpoint: str, reason: str, remedy: str = "Ask the owner of the robot for new keys.") -> None:
         self.endpoint = endpoint
         self.reason = reason
-        super().__init__(f"You are not known at {endpoint}: {reason}. Ask the owner of the robot for new keys.")
+        super().__init__(f"You are not known at {endpoint}: {reason}. {remedy}")
 
 
 class SeveralSystemsError(NoSystemError):

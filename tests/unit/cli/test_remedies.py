@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from skillwing.services.access.key_store import KeyStore
+from skillwing.m600.robot import SKILLSET
+from skillwing.services.access.handshake import unknown_name
+from skillwing.services.access.key_store import KeysError, KeyStore
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.commands import down as down_command
 from skillwing.services.commands.keys import PersonRole
@@ -29,12 +31,13 @@ def own_runtime_dir(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SKILLWING_CONNECT", raising=False)
 
 
-def announce(robot: str, *processes: ProcessState) -> None:
+def announce(robot: str, *processes: ProcessState, endpoint: str = "tcp/127.0.0.1:1", listens: str = "") -> None:
     write_run_state(
         RunState(
             robot=robot,
-            endpoint="tcp/127.0.0.1:1",
-            skillset="m600.skillset",
+            endpoint=endpoint,
+            listens=listens,
+            skillset=str(SKILLSET),
             clock="wall",
             pid=os.getpid(),
             pid_started=started(os.getpid()) or "",
@@ -95,3 +98,32 @@ def test_new_keys_of_a_person_name_their_folder_on_both_machines(tmp_path: Path)
     assert result.exit_code == 0, result.output
     assert "There: `export SKILLWING_KEYS=alice`." in result.output
     assert f"On this machine: `export SKILLWING_KEYS={store.folder / 'people' / 'alice'}`." in result.output
+
+
+@pytest.mark.parametrize("listens", ["", "tls/192.168.1.7:7447"])
+def test_status_shows_the_router_here_to_somebody_whom_it_does_not_know(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listens: str
+) -> None:
+    announce("left", ProcessState(name="router", pid=os.getpid()), listens=listens, endpoint="tls/127.0.0.1:1")
+    monkeypatch.setenv("SKILLWING_KEYS", str(tmp_path / "removed"))
+    if listens:
+        monkeypatch.setenv("SKILLWING_CONNECT", listens)
+    result = CliRunner().invoke(app, ["status", "--robot", "left"])
+    assert isinstance(result.exception, KeysError)
+    assert re.search(rf"router +\S+ +{os.getpid()}", result.output)
+
+
+def test_status_shows_no_process_of_this_machine_for_a_system_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    announce("left", ProcessState(name="router", pid=os.getpid()))
+    monkeypatch.setenv("SKILLWING_KEYS", str(tmp_path / "removed"))
+    monkeypatch.setenv("SKILLWING_CONNECT", "tls/192.168.1.7:7447")
+    result = CliRunner().invoke(app, ["status", "--robot", "left"])
+    assert isinstance(result.exception, KeysError)
+    assert not result.output
+
+
+def test_a_name_that_the_router_does_not_know_has_two_remedies() -> None:
+    assert "restart the router" in str(unknown_name("tls/127.0.0.1:1"))
+    assert "ask the owner" in str(unknown_name("tls/127.0.0.1:1"))

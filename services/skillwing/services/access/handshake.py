@@ -18,6 +18,7 @@ TIMEOUT = 2.0
 """Seconds for the router's objection to a certificate."""
 OTHER_AUTHORITY = "your certificate comes from another authority than the router's"
 REMOVED = "the router does not know your name, or no longer. It reads the names when it starts"
+RESTART = "If your keys are new, restart the router (docs/keys.md). Else ask the owner of the robot for new keys."
 _ALERTS = {
     "CERTIFICATE_EXPIRED": "your certificate has expired",
     "UNKNOWN_CA": OTHER_AUTHORITY,
@@ -28,6 +29,11 @@ _ALERTS = {
     "CERTIFICATE_REQUIRED": "the router asks for a certificate",
 }
 """Sentences for TLS alerts."""
+
+
+def unknown_name(endpoint: str) -> NotKnownError:
+    """The error for a name that the router does not know, so that it may have been added or removed since its start."""
+    return NotKnownError(endpoint, REMOVED, RESTART)
 
 
 def explained(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:

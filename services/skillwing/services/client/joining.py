@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from itertools import count
 
-from skillwing.services.access.handshake import REMOVED, explained
+from skillwing.services.access.handshake import explained, unknown_name
 from skillwing.services.access.identity_files import person_identity
 from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.identity import SessionIdentity, owned_chunk
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
-from skillwing.services.errors import NoSystemError, NotKnownError, SkillwingError
+from skillwing.services.errors import NoSystemError, SkillwingError
 
 CONNECT_TIMEOUT = 2.0
 """Seconds that a router has to answer, as long as the lease after which a silent link counts as broken."""
@@ -36,7 +36,7 @@ def join(
         raise _reason(error, identity) from error
     if not bus.is_known():
         bus.close()
-        raise NotKnownError(endpoint, REMOVED)
+        raise unknown_name(endpoint)
     return bus
 
 
@@ -53,7 +53,7 @@ def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
         if not present and identity is not None:
             with open_client(endpoint, robot or "any", CONNECT_TIMEOUT, identity) as session:
                 if role_at_router(session, identity) is None:
-                    raise NotKnownError(endpoint, REMOVED)
+                    raise unknown_name(endpoint)
     except RouterUnreachableError as error:
         raise _reason(error, identity) from error
     return present

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,17 +11,20 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
+from skillwing.services.client.target import CONNECT
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
-from skillwing.services.errors import NoReplyError, RefusedError
+from skillwing.services.errors import NoReplyError, NoSystemError, NotKnownError, RefusedError, SeveralSystemsError
 from skillwing.services.history.goal_ends import recorded_goals
 from skillwing.services.history.recording_state import gap_sentence, read_state
 from skillwing.services.names import MISSION, RESOURCE_MANAGER, skill_process
 from skillwing.services.processes.launcher import ROUTER
-from skillwing.services.processes.process_monitor import ProcessStatus
+from skillwing.services.processes.process_monitor import ProcessStatus, process_statuses
 from skillwing.services.processes.process_state import ProcessCondition, running_count
+from skillwing.services.processes.run_state import running_systems
 from skillwing.services.protocol import GoalStatus, MissionStatus, QueryStates, ResourceStates, State
 from skillwing.services.terminal.connection import JsonOption, RobotOption, System, connect
 from skillwing.services.terminal.exit_codes import FAILED, OK
@@ -85,14 +89,30 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
     Exit codes: 0 every process runs and answers, 1 one of them does not, 3 no system is running.
     """
-    with connect(robot, wait_for_clock=False) as system:
-        follow_link(system, lambda sentence: typer.echo(sentence, err=True))
-        seen = _overview(system)
+    try:
+        with connect(robot, wait_for_clock=False) as system:
+            follow_link(system, lambda sentence: typer.echo(sentence, err=True))
+            seen = _overview(system)
+    except (KeysError, NoSystemError, NotKnownError) as error:
+        if not as_json and not isinstance(error, SeveralSystemsError):
+            _print_processes_here(make_console(), robot)
+        raise
     if as_json:
         print_json(_facts(seen))
     else:
         _print(make_console(), seen, system.addressed)
     raise typer.Exit(OK if seen.is_whole else FAILED)
+
+
+def _print_processes_here(console: Console, robot: str | None) -> None:
+    """Print what is known without the router: processes of a system of this user. Their ids end and restart it."""
+    endpoint = os.environ.get(CONNECT)
+    for state in running_systems():
+        if robot in (None, state.robot) and (not endpoint or endpoint in (state.endpoint, state.listens)):
+            console.print(
+                f"{state.robot} runs here as process {state.pid}. Its processes, as it last noted them:", markup=False
+            )
+            console.print(process_table(process_statuses(state.processes, None)))
 
 
 def _overview(system: System) -> SystemOverview:

@@ -19,7 +19,7 @@ import zenoh
 from skillwing.dsl import UnknownNameError, load
 from skillwing.dsl.model import Skillset
 from skillwing.services.access.exposure import exposed
-from skillwing.services.access.handshake import REMOVED, explained
+from skillwing.services.access.handshake import explained, unknown_name
 from skillwing.services.access.identity_files import person_identity
 from skillwing.services.access.key_store import KeysError, KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
@@ -29,7 +29,7 @@ from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
-from skillwing.services.errors import NoSystemError, NotKnownError
+from skillwing.services.errors import NoSystemError
 from skillwing.services.history.goal_ends import recorded_goals, was_lost
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -176,7 +176,7 @@ def _join(target: Target) -> _Joined:
         role = role_at_router(session, identity)
         if role is None:
             session.close()
-            return _Joined(objection=str(NotKnownError(target.endpoint, REMOVED)))
+            return _Joined(objection=str(unknown_name(target.endpoint)))
         identity = identity.in_role(role)
     return _Joined(session, identity)
 
