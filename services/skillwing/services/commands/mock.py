@@ -32,7 +32,7 @@ from skillwing.services.terminal.system_options import (
     ViewerOption,
     require_robot_name,
 )
-from skillwing.services.terminal.system_runner import make_run_dir, prepare_run, run_detached, run_system
+from skillwing.services.terminal.system_runner import prepare_run, run_detached, run_system
 
 
 def mock(
@@ -85,8 +85,7 @@ def mock(
         keys=keys,
         insecure=insecure,
     )
-    directory = make_run_dir(run_dir, "mock")
-    prepare_run(name, directory, settings, detach=detach)
+    directory = prepare_run(name, run_dir, "mock", settings, detach=detach)
     if detach:
         words = ["mock", str(file.absolute()), "--robot-name", name, *settings.words()]
         words += [] if script is None else ["--script", str(script.absolute())]

@@ -36,7 +36,7 @@ from skillwing.services.terminal.system_options import (
     require_robot_name,
     speed_word,
 )
-from skillwing.services.terminal.system_runner import make_run_dir, prepare_run, run_detached, run_system
+from skillwing.services.terminal.system_runner import prepare_run, run_detached, run_system
 
 WORLD_SEED = 1
 
@@ -154,8 +154,7 @@ def up(
         keys=keys,
         insecure=insecure,
     )
-    directory = make_run_dir(run_dir, "up")
-    prepare_run(table.name, directory, settings, detach=detach)
+    directory = prepare_run(table.name, run_dir, "up", settings, detach=detach)
     if detach:
         # The words of this call cannot be used again: any of them, such as `-dr`, may mean --detach.
         words = ["up", *skills, "--robot", robot, "--speed", speed_word(speed), *settings.words()]

@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from datetime import datetime
 from pathlib import Path
 from queue import SimpleQueue
 from typing import BinaryIO
@@ -40,14 +39,10 @@ from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.foreground_supervisor import ForegroundSupervisor
 from skillwing.services.terminal.mission_reporter import MissionReporter
 from skillwing.services.terminal.output import make_console, relative_path
+from skillwing.services.terminal.run_directory import claimed, make_run_dir
 from skillwing.services.terminal.shared_router import consequence, objection, others_at_router
 from skillwing.services.terminal.system_options import RunSettings
 from skillwing.services.viewer.viewer import Viewer, ViewerKind
-
-
-def make_run_dir(given: Path | None, command: str) -> Path:
-    """The directory of a run; its default name has the time and the command."""
-    return (given or Path("runs") / f"{datetime.now().astimezone():%Y%m%d-%H%M%S}-{command}").absolute()
 
 
 def require_not_running(robot: str, otherwise: str = "") -> None:
@@ -58,21 +53,27 @@ def require_not_running(robot: str, otherwise: str = "") -> None:
         raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
 
 
-def prepare_run(robot: str, run_dir: Path, settings: RunSettings, *, detach: bool) -> None:
-    """Check that a system can run in a directory, and set the journal of an earlier run there aside.
+def prepare_run(robot: str, given: Path | None, command: str, settings: RunSettings, *, detach: bool) -> Path:
+    """Make the directory of a run, and set the journal of an earlier run there aside.
 
-    detach: another process runs it, and moves the journal. Raises SkillwingError, for a full disk too, and
-    InvalidOptionError.
+    given: the directory; None for one named after the command. detach: another process runs the system, and moves the
+    journal. Raises SkillwingError, for a full disk too, and InvalidOptionError.
     """
     require_not_running(robot, ", or give this one a name of its own with `--robot-name`")
+    run_dir = make_run_dir(given, command)
     require_room(run_dir)
-    if settings.record and not settings.resume and part_paths(run_dir, TIMELINE_FILE):
-        text = f"{relative_path(run_dir)} holds the recording of a run. Choose another directory, or `--no-record`."
-        raise InvalidOptionError("run-dir", text)
-    if detach:
-        return
+    with claimed(run_dir):
+        if settings.record and not settings.resume and part_paths(run_dir, TIMELINE_FILE):
+            text = f"{relative_path(run_dir)} holds the recording of a run. Choose another directory, or `--no-record`."
+            raise InvalidOptionError("run-dir", text)
+        if not detach:
+            _prepare_journal(run_dir, resume=settings.resume)
+    return run_dir
+
+
+def _prepare_journal(run_dir: Path, *, resume: bool) -> None:
     journal = run_dir / JOURNAL_FILE
-    if not settings.resume:
+    if not resume:
         set_aside(journal)
     elif not journal.is_file():
         text = f"There is no journal in {run_dir} to continue from. Name the directory of a run with --run-dir."
@@ -85,7 +86,7 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
     if settings.keys is not None:
         processes = [spec.name for spec in specs]
         require_certificates(settings.keys, robot.name, processes, table_words(robot))
-    with stop_on_signals() as stop, reserved(robot.name):
+    with stop_on_signals() as stop, reserved(robot.name), claimed(run_dir):
         try:
             return _run(robot, laid_out, run_dir, settings, stop)
         finally:

@@ -1,0 +1,58 @@
+"""Directories of runs: each run has one of its own, and those that cannot be used get a sentence."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.errors import InvalidOptionError
+from skillwing.services.terminal import cli
+from skillwing.services.terminal.exit_codes import USAGE
+from skillwing.services.terminal.run_directory import claimed, make_run_dir
+
+
+def test_runs_that_begin_in_one_second_have_directories_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with ThreadPoolExecutor(8) as pool:
+        made = list(pool.map(lambda _: make_run_dir(None, "mock"), range(40)))
+    assert len(set(made)) == 40
+    assert all(path.is_dir() and path.parent == tmp_path / "runs" for path in made)
+    assert any(path.name.endswith("-mock-2") for path in made)
+
+
+def test_a_directory_in_which_a_system_runs_is_refused_until_that_ends(tmp_path: Path) -> None:
+    assert make_run_dir(tmp_path / "run", "up") == make_run_dir(tmp_path / "run", "up")
+    with (
+        claimed(tmp_path / "run"),
+        pytest.raises(InvalidOptionError, match="already"),
+        claimed(tmp_path / "run"),
+    ):
+        pass
+    with claimed(tmp_path / "run"):
+        pass
+
+
+def test_up_refuses_the_directory_of_a_system_that_runs_and_moves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    journal = tmp_path / "journal.sqlite"
+    journal.touch()
+    with claimed(tmp_path):
+        assert "already" in refusal(["up", "--mock", "--run-dir", str(tmp_path)], tmp_path, monkeypatch, capsys)
+    assert journal.exists()
+
+
+def refusal(
+    words: list[str], runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> str:
+    """What a command prints that must be refused as a wrong option."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(runtime))
+    monkeypatch.setattr("sys.argv", ["skillwing", *words])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == USAGE
+    return capsys.readouterr().err
