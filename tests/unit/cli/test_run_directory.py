@@ -56,3 +56,20 @@ def refusal(
         cli.main()
     assert ended.value.code == USAGE
     return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["up", "demo"])
+def test_a_run_directory_without_a_name_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    assert "without a name" in refusal([command, "--run-dir", ""], tmp_path, monkeypatch, capsys)
+
+
+def test_a_directory_that_cannot_be_made_is_refused_with_the_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    for folder in ("/proc/nope", str(tmp_path / "file"), str(tmp_path / "file" / "run")):
+        said = refusal(["up", "--mock", "--run-dir", folder], tmp_path, monkeypatch, capsys)
+        assert "cannot be made: " in said
+        assert "free" not in said

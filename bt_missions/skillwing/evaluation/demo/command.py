@@ -52,6 +52,7 @@ from skillwing.services.terminal.system_options import (
     KeepOption,
     SpeedOption,
     TopologyOption,
+    read_run_dir,
 )
 from skillwing.services.terminal.system_runner import opened_viewer
 from skillwing.services.viewer.viewer import Viewer, ViewerKind, has_screen
@@ -145,7 +146,8 @@ def demo(
     ] = None,
     no_viewer: Annotated[bool, typer.Option("--no-viewer", help="The same as --viewer none.")] = False,
     run_dir: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where the run goes; default runs/TIME-MISSION.")
+        Path | None,
+        typer.Option(metavar="DIR", parser=read_run_dir, help="Where the run goes; default runs/TIME-MISSION."),
     ] = None,
     colocate: ColocateOption = False,
     topology: TopologyOption = "router",
@@ -198,7 +200,6 @@ def _make_run_dir(path: Path) -> Path:
     """Make the directory of one run; return its absolute path. Raises InvalidOptionError, and SkillwingError for a full
     disk."""
     directory = path.absolute()
-    require_room(directory)
     if part_paths(directory, TIMELINE_FILE) or (directory / REPORT_FILE).exists():
         raise InvalidOptionError("run_dir", f"{path} holds a run already. Choose another directory with --run-dir.")
     try:
@@ -207,6 +208,7 @@ def _make_run_dir(path: Path) -> Path:
     except OSError as error:
         message = f"Nothing can be written to {path} ({error.strerror}). Choose another directory with --run-dir."
         raise InvalidOptionError("run_dir", message) from error
+    require_room(directory)
     return directory
 
 

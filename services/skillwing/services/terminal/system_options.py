@@ -31,9 +31,24 @@ KeysOption = Annotated[
 InsecureOption = Annotated[
     bool, typer.Option("--insecure", help="Listen beyond this machine without keys: everybody may command.")
 ]
-RunDirOption = Annotated[
+
+
+def read_run_dir(text: str | Path) -> Path:
+    """A directory for a run. Raises BadParameter for an empty name, as of a variable without a value."""
+    if not str(text):
+        raise typer.BadParameter("A run directory without a name. Name one, or leave the option out.")
+    return Path(text)
+
+
+RunDirOption: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--run-dir", metavar="DIR", help="Directory for logs; default runs/TIME.", show_default=False),
+    typer.Option(
+        "--run-dir",
+        metavar="DIR",
+        parser=read_run_dir,
+        help="Directory for logs; default runs/TIME.",
+        show_default=False,
+    ),
 ]
 TopologyOption = Annotated[
     Topology,
