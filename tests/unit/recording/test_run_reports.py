@@ -13,8 +13,8 @@ from skillwing.services.history.report import make_report
 from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
 
-def phase(t: float, mission: str, before: str, after: str) -> Record:
-    text = f"{mission}#{t}"
+def phase(t: float, mission: str, before: str, after: str, writer: str = "") -> Record:
+    text = f"{writer or mission}#{t}"
     return Record(id=text, t=t, source="mission", kind=RecordKind.MISSION, subject=mission, before=before, after=after)
 
 
@@ -47,6 +47,52 @@ def test_a_mission_that_was_killed_is_over_just_before_the_next_one_begins(secon
 def test_a_mission_that_never_began_has_an_end() -> None:
     never_begun = MissionInterval(1, "mapping", 30.0, 30.0, MissionPhase.FAILED)
     assert mission_intervals([phase(30.0, "mapping", "IDLE", "FAILED")]) == (never_begun,)
+
+
+@pytest.mark.parametrize("second", ["lefty", "righty"])
+def test_missions_at_a_shared_robot_run_beside_each_other(second: str) -> None:
+    records = [
+        phase(1.0, "lefty", "IDLE", "RUNNING", "cli-1~a"),
+        phase(2.0, second, "IDLE", "RUNNING", "cli-2~b"),
+        phase(3.0, "lefty", "RUNNING", "PAUSED", "cli-1~a"),
+        phase(8.0, "lefty", "RUNNING", "SUCCEEDED", "cli-1~a"),
+        phase(9.0, second, "RUNNING", "FAILED", "cli-2~b"),
+    ]
+    assert mission_intervals(records) == (
+        MissionInterval(1, "lefty", 1.0, 8.0, MissionPhase.SUCCEEDED),
+        MissionInterval(2, second, 2.0, 9.0, MissionPhase.FAILED),
+    )
+
+
+def test_a_mission_that_is_killed_after_the_next_began_is_over_before_the_one_after_that() -> None:
+    records = [
+        phase(1.0, "lefty", "IDLE", "RUNNING", "cli-1~a"),
+        phase(2.0, "righty", "IDLE", "RUNNING", "cli-2~b"),
+        phase(3.0, "lefty", "RUNNING", "PAUSED", "cli-1~a"),
+        phase(5.0, "righty", "RUNNING", "SUCCEEDED", "cli-2~b"),
+        phase(6.0, "lefty", "IDLE", "RUNNING", "cli-3~c"),
+        phase(7.0, "lefty", "RUNNING", "FAILED", "cli-3~c"),
+    ]
+    assert mission_intervals(records) == (
+        MissionInterval(1, "lefty", 1.0, math.nextafter(6.0, 0.0)),
+        MissionInterval(2, "righty", 2.0, 5.0, MissionPhase.SUCCEEDED),
+        MissionInterval(3, "lefty", 6.0, 7.0, MissionPhase.FAILED),
+    )
+
+
+def test_a_report_has_the_end_of_its_own_mission_also_beside_one_of_the_same_name() -> None:
+    records = [
+        phase(1.0, "lefty", "IDLE", "RUNNING", "cli-1~a"),
+        phase(2.0, "lefty", "IDLE", "RUNNING", "cli-2~b"),
+        phase(5.0, "lefty", "RUNNING", "FAILED", "cli-1~a"),
+        phase(9.0, "lefty", "RUNNING", "SUCCEEDED", "cli-2~b"),
+    ]
+    history = History.of(records, [], SKILLSET)
+    reports = [
+        make_report(history.part(each.begin, each.end or math.inf), mission=each.mission, phases=each.records)
+        for each in mission_intervals(records)
+    ]
+    assert [(each.result, each.sim_time_s) for each in reports] == [("failure", 4.0), ("success", 7.0)]
 
 
 def test_a_part_of_a_history_counts_from_its_beginning_and_knows_older_causes() -> None:

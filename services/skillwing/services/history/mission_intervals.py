@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from skillwing.services.history.files import MISSIONS_FILE, TIMELINE_FILE, iterate
@@ -17,8 +17,9 @@ from skillwing.services.protocol import MissionPhase, Record, RecordKind
 class MissionInterval:
     """One mission from its begin to its end, in robot time.
 
-    number: counts the missions of a run, from 1 on. end: None for the last mission without a record of its end.
-    phase: the last one; None without a record of the end.
+    number: counts the missions of a run in the order of their begins, from 1 on. end: None for a mission without a
+    record of its end, after which no other one began. phase: the last one; None without a record of the end. records:
+    ids of its phases.
     """
 
     number: int
@@ -26,6 +27,7 @@ class MissionInterval:
     begin: float
     end: float | None = None
     phase: MissionPhase | None = None
+    records: frozenset[str] = field(default=frozenset(), compare=False)
 
     @property
     def name(self) -> str:
@@ -36,28 +38,51 @@ def mission_intervals(records: Iterable[Record]) -> tuple[MissionInterval, ...]:
     """The missions of a run, from its records in order of time.
 
     A mission that never began, because the robot was not ready, ends when it is given up. One without a record of its
-    end is over just before the next one begins.
+    end is over just before the next one begins. Missions at a shared robot run beside each other: one has not ended
+    while its process writes phases.
     """
-    return tuple(
-        _intervals(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES)
-    )
+    flown = _missions(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES)
+    begins = [phases[0].t for phases in flown]
+    return tuple(_interval(number, phases, begins[number:]) for number, phases in enumerate(flown, 1))
 
 
-def _intervals(phases: Iterable[Record]) -> Iterator[MissionInterval]:
-    number, current = 0, None
+def _missions(phases: Iterable[Record]) -> list[list[Record]]:
+    """The phases of each mission."""
+    flown: list[list[Record]] = []
+    running: list[list[Record]] = []
     for record in phases:
-        if current is not None and (record.subject != current.mission or record.before == "IDLE"):
-            # Just before: this record belongs to the next mission, and may hold the end of that one.
-            yield replace(current, end=max(current.begin, math.nextafter(record.t, -math.inf)))
-            current = None
-        if current is None:
-            number += 1
-            current = MissionInterval(number, record.subject, record.t)
+        mission = None if record.before == MissionPhase.IDLE else _mission_of(record, running)
+        if mission is None:
+            mission = []
+            flown.append(mission)
+            running.append(mission)
+        mission.append(record)
         if MissionPhase(record.after).over:
-            yield replace(current, end=record.t, phase=MissionPhase(record.after))
-            current = None
-    if current is not None:
-        yield current
+            running = [each for each in running if each is not mission]
+    return flown
+
+
+def _mission_of(record: Record, running: list[list[Record]]) -> list[Record] | None:
+    """The running mission that a phase belongs to: that of its process, else the last one, if it has that name."""
+    own = [each for each in running if each[0].subject == record.subject and _writer(each[0]) == _writer(record)]
+    return next(iter(own[-1:] or [each for each in running[-1:] if each[0].subject == record.subject]), None)
+
+
+def _writer(record: Record) -> str:
+    """The node that wrote a record, another one after each start of its process."""
+    return record.id.rpartition("#")[0]
+
+
+def _interval(number: int, phases: list[Record], later: Iterable[float]) -> MissionInterval:
+    """later: begins of the missions after this one."""
+    first, last = phases[0], phases[-1]
+    ids = frozenset(record.id for record in phases)
+    if MissionPhase(last.after).over:
+        return MissionInterval(number, first.subject, first.t, last.t, MissionPhase(last.after), ids)
+    following = next((begin for begin in later if begin >= last.t), None)
+    # Just before: the record at that time belongs to the next mission.
+    end = None if following is None else max(first.t, math.nextafter(following, -math.inf))
+    return MissionInterval(number, first.subject, first.t, end, None, ids)
 
 
 def read_phases(run_dir: Path) -> History:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import msgspec
@@ -100,12 +100,14 @@ def make_report(
     wall_time_s: float | None = None,
     judged: Iterable[JudgedFigure] = (),
     processes: Iterable[ProcessEntry] = (),
+    phases: Collection[str] | None = None,
 ) -> MissionReport:
     """The report of `history`, with facts from outside of it. Times are rounded to milliseconds.
 
-    wall_time_s: until the mission's end, or until the last record of a mission without one; so is robot time.
+    wall_time_s: until the mission's end, or until the last record of a mission without one; so is robot time. phases:
+    ids of the mission's phase records; None for all records with its name.
     """
-    end = last_phase(history, mission)
+    end = last_phase(history, mission, phases)
     sim_time = end.t if end is not None and end.after in RESULTS else history.end
     return MissionReport(
         mission=mission,
@@ -135,11 +137,12 @@ def read_report(run_dir: Path) -> MissionReport:
     return msgspec.json.decode((run_dir / REPORT_FILE).read_bytes(), type=MissionReport)
 
 
-def last_phase(history: History, mission: str) -> Record | None:
-    """The mission's latest phase record."""
+def last_phase(history: History, mission: str, ids: Collection[str] | None = None) -> Record | None:
+    """The mission's latest phase record. ids: of its records; another mission beside it may have its name."""
     phases = (
         record
         for record in reversed(history.records)
         if record.kind is RecordKind.MISSION and record.subject == mission and record.after in PHASES
+        if ids is None or record.id in ids
     )
     return next(phases, None)

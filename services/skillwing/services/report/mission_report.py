@@ -38,7 +38,8 @@ class ReportedMission:
     """A mission to be reported. run_dir: directory with the recorder's files. folder: for report and pictures.
 
     begin, end: of the mission in the run's robot time. options: of the run (`seed`, `world`, ...). wall_time_s,
-    processes: facts of the command that ran it. notes: sentences for readers of `report.md`.
+    processes: facts of the command that ran it. notes: sentences for readers of `report.md`. phases: as of
+    `make_report`.
     """
 
     mission: str
@@ -50,6 +51,7 @@ class ReportedMission:
     wall_time_s: float | None = None
     processes: tuple[ProcessEntry, ...] = ()
     notes: tuple[str, ...] = ()
+    phases: frozenset[str] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +94,12 @@ def report_mission(
         history = history.part(reported.begin, reported.end)
     seed = reported.options.get("seed")
     report = make_report(
-        history, mission=reported.mission, seed=seed, wall_time_s=reported.wall_time_s, processes=reported.processes
+        history,
+        mission=reported.mission,
+        seed=seed,
+        wall_time_s=reported.wall_time_s,
+        processes=reported.processes,
+        phases=reported.phases,
     )
     title = f"{reported.mission}: {report.result} at {report.sim_time_s:.0f} s" + (
         "" if seed is None else f", seed {seed}"

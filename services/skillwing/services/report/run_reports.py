@@ -63,6 +63,7 @@ def write_reports(
             begin=begin,
             end=end,
             options=facts.options,
+            phases=each.records,
             wall_time_s=seen[each.number].wall_time_s,
             processes=seen[each.number].processes,
             notes=(*([] if alone else [_time_note(each)]), *([] if note is None else [note])),
