@@ -28,12 +28,13 @@ from skillwing.services.report.rendering import write_report
 from skillwing.services.robot import ProcessSpec
 
 
-def watched(flight: Flight, run_dir: Path | None = None) -> MissionWatch:
-    return watch_on(flight.network.bus("watcher"), run_dir)
+def watched(flight: Flight, run_dir: Path | None = None, *, shared: bool = False) -> MissionWatch:
+    return watch_on(flight.network.bus("watcher"), run_dir, shared=shared)
 
 
-def watch_on(bus: Bus, run_dir: Path | None = None) -> MissionWatch:
-    target = SimpleNamespace(run_dir=run_dir, endpoint="tcp/elsewhere:7447", without_goals="It holds its position.")
+def watch_on(bus: Bus, run_dir: Path | None = None, *, shared: bool = False) -> MissionWatch:
+    endpoint, without_goals = "tcp/elsewhere:7447", "It holds its position."
+    target = SimpleNamespace(run_dir=run_dir, endpoint=endpoint, without_goals=without_goals, shared=shared)
     system: Any = SimpleNamespace(bus=bus, keys=KEYS, skillset=M600, target=target)
     return MissionWatch(system)
 
@@ -104,6 +105,15 @@ def test_the_report_may_know_an_end_that_is_not_recorded(tmp_path: Path) -> None
     assert "`mapping`, failed" in last_one(tmp_path)
 
 
+def test_at_a_shared_robot_the_report_is_said_to_be_in_the_run_of_another(tmp_path: Path) -> None:
+    record(tmp_path, "righty", None, 10.0)
+    assert "`righty`, runs, or was cut short; its report is in the run of the robot" in last_one(tmp_path, shared=True)
+    record(tmp_path, "lefty", "SUCCEEDED", 20.0)
+    told = last_one(tmp_path, shared=True)
+    assert told.startswith("No mission occupies this robot")
+    assert "`lefty`, succeeded; its report is in the run of the robot that it occupies." in told
+
+
 def record(run_dir: Path, mission: str, end: str | None, t: float) -> None:
     """Record the phases of a mission; end: None for an end that the recorder missed."""
     phases = [("IDLE", "RUNNING"), *([] if end is None else [("RUNNING", end)])]
@@ -127,8 +137,8 @@ def report(folder: Path, mission: str, result: str) -> None:
     write_report(msgspec.structs.replace(make_report(history, mission=mission), result=result), history, folder)
 
 
-def last_one(run_dir: Path) -> str:
-    return " ".join(seen(watched(Flight(), run_dir)).split())
+def last_one(run_dir: Path, *, shared: bool = False) -> str:
+    return " ".join(seen(watched(Flight(), run_dir, shared=shared)).split())
 
 
 @dataclass

@@ -123,7 +123,8 @@ class MissionWatch:
         """A sentence for a view that has heard of no mission. On a cut link, one may run all the same."""
         if self.link.warning:
             return "Until then, nothing was heard of a mission here."
-        return self._system.addressed(_last_mission(self._system.target.run_dir))
+        target = self._system.target
+        return self._system.addressed(_last_mission(target.run_dir, shared=target.shared))
 
     def _latest_bars(self) -> list[SkillBar]:
         """The goals of this mission that run, and the latest that ran."""
@@ -209,11 +210,11 @@ def show_live(system: System, watch: MissionWatch, console: Console) -> None:
     console.print(watch.view())
 
 
-def _last_mission(run_dir: Path | None) -> str:
+def _last_mission(run_dir: Path | None, *, shared: bool) -> str:
     """Sentence for a system without a mission: the result of the last one that began, and its report.
 
     Both are taken from the recording, as the report is written seconds after the end. Without a record of the end, the
-    report may know it.
+    report may know it. shared: missions use this robot and occupy others, where their status and report are.
     """
     missions = () if run_dir is None else mission_intervals(read_phases(run_dir).records)
     if run_dir is None or not missions:
@@ -223,7 +224,13 @@ def _last_mission(run_dir: Path | None) -> str:
     result = PHASE_RESULTS.get(last.phase or "", "unfinished")
     became = RESULTS[read_report(folder).result if reported else result]
     where = f"its report is in {relative_path(folder)}" if reported else "its report is not written yet"
-    return f"No mission runs now. The last one, `{last.mission}`, {became}; {where}."
+    if not shared:
+        return f"No mission runs now. The last one, `{last.mission}`, {became}; {where}."
+    if not reported:
+        became = "runs, or was cut short" if last.phase is None else became
+        where = "its report is in the run of the robot that it occupies"
+    used = f"The last one that used it, `{last.mission}`, {became}"
+    return f"No mission occupies this robot, which is shared. {used}; {where}."
 
 
 def status_line(status: MissionStatus, text: str | None = None) -> Text:
