@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from skillwing.m600.robot import SKILLSET
-from skillwing.services.bus import Bus, Handle
+from skillwing.services.bus import Handle
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.report import read_report
@@ -34,7 +34,7 @@ class System:
         self.network = InProcessNetwork()
         self.told: list[str] = []
         self.reports = MissionReporter(run_dir, "m600", lambda: STATES)
-        self.bus: Bus = self.network.bus("supervisor")
+        self.bus = self.network.bus("supervisor")
         self.reports.attach(self.bus, lambda text, _style: self.told.append(text))
         self._mission = self.network.bus("mission")
         self._out = self._mission.advertise(Keys("m600").mission_status, events=True)
@@ -59,9 +59,12 @@ class System:
 
     def begin(self) -> Handle:
         """A mission takes off; cancelling what is returned kills its process."""
-        alive = self._mission.declare_alive(Keys("m600").alive("mission"))
+        token = self.alive()
         self.enter("IDLE", "RUNNING")
-        return alive
+        return token
+
+    def alive(self) -> Handle:
+        return self._mission.declare_alive(Keys("m600").alive("mission"))
 
     def results(self) -> dict[str, tuple[str, float, float | None]]:
         """Result, duration and wall time in the reports."""
@@ -184,6 +187,54 @@ def test_one_that_is_killed_just_before_the_next_is_given_up_is_reported_with_th
         "1-patrol": ("unfinished", None),
         "2-patrol": ("aborted", None),
     }
+
+
+def test_a_mission_goes_on_while_the_router_is_away(system: System) -> None:
+    system.network.run_for(1.0)
+    token = system.begin()
+    system.network.run_for(5.0)
+    system.bus.given_up = True
+    token.cancel()
+    system.network.run_for(3 * LAST_WORDS)
+    system.bus.given_up = False
+    system.network.run_for(LAST_WORDS / 2)
+    token = system.alive()
+    system.network.run_for(2.0)
+    assert system.told == []
+    system.enter("RUNNING", "SUCCEEDED")
+    token.cancel()
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results() == {"1-patrol": ("success", 24.5, pytest.approx(24.5, abs=0.1))}
+    assert [each.split(".")[0] for each in system.told] == ["Mission patrol: success"]
+
+
+def test_a_mission_that_is_gone_when_the_router_is_back_is_reported_as_unfinished(system: System) -> None:
+    killed = system.begin()
+    system.network.run_for(5.0)
+    system.bus.given_up = True
+    killed.cancel()
+    system.network.run_for(3 * LAST_WORDS)
+    system.bus.given_up = False
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
+
+
+def test_a_mission_that_was_away_for_long_and_is_back_has_no_wall_time(system: System) -> None:
+    """Its link broke, and not that of the robot. From its return on, the wall time would be too short."""
+    away = system.begin()
+    system.network.run_for(5.0)
+    away.cancel()
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    system.alive()
+    system.enter("RUNNING", "PAUSED")
+    system.network.run_for(2.0)
+    system.enter("PAUSED", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    assert system.results() == {"1-patrol": ("success", pytest.approx(13.0, abs=0.2), None)}
 
 
 def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:

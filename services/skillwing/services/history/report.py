@@ -60,9 +60,11 @@ class ProcessEntry(msgspec.Struct, frozen=True, kw_only=True):
 class OperatorFacts(msgspec.Struct, frozen=True, kw_only=True):
     """Facts about the last mission of a system that only the command which ran it has.
 
-    end: its last status, which the recorder may have missed; None if no end was seen.
+    begun: robot time of its first status that was seen; None without one. The wall time counts from there. end: its
+    last status, which the recorder may have missed; None if no end was seen.
     """
 
+    begun: float | None = None
     wall_time_s: float | None = None
     processes: tuple[ProcessEntry, ...] = ()
     end: MissionStatus | None = None

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec.structs import replace as replaced
+
 from skillwing.dsl import load
 from skillwing.services.history.history import History
 from skillwing.services.history.mission_intervals import MissionInterval, mission_intervals, read_phases
@@ -19,6 +21,9 @@ from skillwing.services.report.mission_report import ReportedMission, read_histo
 
 ROUNDED_OFF = 0.00049
 """Most by which a time in a report, in whole milliseconds, may be before the true one, in seconds."""
+
+SEEN_WITHIN = 1.0
+"""Most robot seconds between the record of a mission's begin and its first status."""
 
 
 def write_reports(
@@ -45,7 +50,7 @@ def write_reports(
     missions = missions_begun()
     seen = {each.number: _earlier_facts(folder_of(each), 0.0 if alone else each.begin) for each in missions}
     if missions and known is not None:
-        seen[missions[-1].number] = known
+        seen[missions[-1].number] = _timed(known, missions[-1])
     for each in missions:
         _add_lost_end(phases, each, seen[each.number].end)
     missions = missions_begun()
@@ -70,6 +75,14 @@ def write_reports(
         )
         written.append((reported.folder, report_mission(reported, skillset, judge, history)))
     return written
+
+
+def _timed(known: OperatorFacts, mission: MissionInterval) -> OperatorFacts:
+    """The facts, without a wall time that does not count from the begin of the mission: it was seen late, or it is of
+    the mission before."""
+    if known.begun is not None and abs(known.begun - mission.begin) <= SEEN_WITHIN:
+        return known
+    return replaced(known, wall_time_s=None)
 
 
 def _unreported(run: Path, missions: Sequence[MissionInterval]) -> list[MissionInterval]:

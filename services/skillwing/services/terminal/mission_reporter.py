@@ -28,8 +28,8 @@ LAST_WORDS = 5.0
 """Wall seconds in which the recorder receives the map and the last records."""
 LOOK_FOR_ROOM = 5.0
 """Wall seconds between two looks at a full disk on which a report is to be written."""
-LATE_STATUS = 1.0
-"""Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
+ABSENCE_PERIOD = 0.5
+"""Wall seconds between two looks for a mission whose token is gone."""
 Print = Callable[[str, str], None]
 """Prints a sentence in a style, on the bus's thread."""
 
@@ -46,10 +46,14 @@ class MissionReporter:
         self._states = states
         self._last_status: float | None = None
         """Robot time of the running mission's last status; None without a mission."""
-        self._begun: float | None = None
-        """Wall time of the mission's begin; None if unknown."""
+        self._begun: tuple[float, float] | None = None
+        """Wall time and robot time of the first status of the mission; None without one."""
         self._present = False
-        self._wall_time: float | None = None
+        self._absent_since = math.inf
+        """Wall time since which the mission's token is missing, while this process is connected."""
+        self._absence: Handle | None = None
+        self._timed: tuple[float | None, float | None] = None, None
+        """Robot time of the first status of the mission to be reported, and wall seconds since then."""
         self._over_at = math.inf
         self._end: MissionStatus | None = None
         """Last status of the mission to be reported, if its end was seen."""
@@ -94,30 +98,33 @@ class MissionReporter:
             self._waiting = self._bus.after(LAST_WORDS, self._start, wall=True)
         elif status.phase is not MissionPhase.IDLE:
             if self._last_status is None:
-                self._begun = self._bus.wall()
+                self._begun = self._bus.wall(), status.t
             self._last_status = status.t
 
     def _on_alive(self, key: str, alive: bool) -> None:
-        """A mission without token was killed, unless the router is away, or its last status is late."""
         self._present = alive
         if not alive and self._last_status is not None:
-            begun = self._begun
-            self._bus.after(LATE_STATUS, lambda: self._forget_begin(begun), wall=True)
-            self._bus.after(LAST_WORDS, self._end_if_gone, wall=True)
+            if self._absence is not None:
+                self._absence.cancel()
+            self._absent_since = self._bus.wall()
+            self._look_for_mission()
 
-    def _forget_begin(self, begun: float | None) -> None:
-        """A mission that appears after this may be the same or another one."""
-        if self._begun == begun:
-            self._begun = None
-
-    def _end_if_gone(self) -> None:
-        if not self._present and self._last_status is not None:
-            self._stop_watch()
-            self._last_status, self._over_at = None, self._last_status
-            self._start()
+    def _look_for_mission(self) -> None:
+        """A mission without token was killed, unless the router is away: then its token returns soon after that."""
+        self._absence = None
+        if self._present or self._last_status is None:
+            return
+        if not self._bus.connected:
+            self._absent_since = self._bus.wall()
+        if self._bus.wall() - self._absent_since < LAST_WORDS:
+            self._absence = self._bus.after(ABSENCE_PERIOD, self._look_for_mission, wall=True)
+            return
+        self._stop_watch()
+        self._last_status, self._over_at = None, self._last_status
+        self._start()
 
     def _stop_watch(self) -> None:
-        self._wall_time = None if self._begun is None else self._bus.wall() - self._begun
+        self._timed = (None, None) if self._begun is None else (self._begun[1], self._bus.wall() - self._begun[0])
         self._begun = None
 
     def _start(self) -> None:
@@ -147,7 +154,9 @@ class MissionReporter:
 
     def _facts(self) -> bytes:
         processes = tuple(map(_entry, self._states()))
-        return msgspec.json.encode(OperatorFacts(wall_time_s=self._wall_time, processes=processes, end=self._end))
+        begun, wall_time = self._timed
+        facts = OperatorFacts(begun=begun, wall_time_s=wall_time, processes=processes, end=self._end)
+        return msgspec.json.encode(facts)
 
     def _write(self, facts: bytes, until: float) -> str:
         """Report the last mission that had begun by then, and others without a report; returns a sentence for each."""
