@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import fcntl
 import io
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -11,12 +13,14 @@ from rich.console import Console
 
 from skillwing.m600.robot import SKILLSET
 from skillwing.services.bus import Handle
-from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
-from skillwing.services.history.report import read_report
+from skillwing.services.history.history import History
+from skillwing.services.history.report import make_report, read_report
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
-from skillwing.services.recording.run_facts import RunFacts, read_facts, write_facts
+from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, read_facts, write_facts
+from skillwing.services.report.rendering import write_report
 from skillwing.services.report.run_reports import write_reports
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
@@ -65,6 +69,11 @@ class System:
 
     def alive(self) -> Handle:
         return self._mission.declare_alive(Keys("m600").alive("mission"))
+
+    def cut_off(self, *, away: bool) -> None:
+        """Take the router away from this system, or give it back."""
+        assert isinstance(self.bus, InProcessBus)
+        self.bus.given_up = away
 
     def results(self) -> dict[str, tuple[str, float, float | None]]:
         """Result, duration and wall time in the reports."""
@@ -193,10 +202,10 @@ def test_a_mission_goes_on_while_the_router_is_away(system: System) -> None:
     system.network.run_for(1.0)
     token = system.begin()
     system.network.run_for(5.0)
-    system.bus.given_up = True
+    system.cut_off(away=True)
     token.cancel()
     system.network.run_for(3 * LAST_WORDS)
-    system.bus.given_up = False
+    system.cut_off(away=False)
     system.network.run_for(LAST_WORDS / 2)
     token = system.alive()
     system.network.run_for(2.0)
@@ -212,10 +221,10 @@ def test_a_mission_goes_on_while_the_router_is_away(system: System) -> None:
 def test_a_mission_that_is_gone_when_the_router_is_back_is_reported_as_unfinished(system: System) -> None:
     killed = system.begin()
     system.network.run_for(5.0)
-    system.bus.given_up = True
+    system.cut_off(away=True)
     killed.cancel()
     system.network.run_for(3 * LAST_WORDS)
-    system.bus.given_up = False
+    system.cut_off(away=False)
     system.network.run_for(LAST_WORDS + 1.0)
     system.wait_for_report()
     assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
@@ -235,6 +244,23 @@ def test_a_mission_that_was_away_for_long_and_is_back_has_no_wall_time(system: S
     system.network.run_for(LAST_WORDS + 1.0)
     system.wait_for_report()
     assert system.results() == {"1-patrol": ("success", pytest.approx(13.0, abs=0.2), None)}
+
+
+def test_a_report_that_is_written_at_the_same_time_keeps_the_facts(system: System) -> None:
+    """The later writer waits for the earlier one, which alone has the facts, and takes them from its report."""
+    system.begin()
+    system.network.run_for(20.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    facts = read_facts(system.run_dir)
+    with (system.run_dir / RUN_FILE).open("rb") as file, ThreadPoolExecutor(1) as other:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        written = other.submit(write_reports, system.run_dir, facts, None)
+        with pytest.raises(TimeoutError):
+            written.result(0.5)
+        write_report(make_report(History(), mission="patrol", wall_time_s=20.0), History(), system.run_dir / "1-patrol")
+        fcntl.flock(file, fcntl.LOCK_UN)
+        ((_, report),) = written.result()
+    assert report.wall_time_s == 20.0
 
 
 def test_where_no_mission_was_flown_nothing_is_written(system: System) -> None:

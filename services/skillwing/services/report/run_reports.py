@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from skillwing.services.history.wording import time_text
 from skillwing.services.names import MISSION
 from skillwing.services.options import imported
 from skillwing.services.protocol import MissionPhase, MissionStatus, Record, RecordKind
-from skillwing.services.recording.run_facts import RunFacts, version_note
+from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, version_note
 from skillwing.services.report.mission_report import ReportedMission, read_history, report_mission
 
 ROUNDED_OFF = 0.00049
@@ -34,7 +35,17 @@ def write_reports(
     known: facts about the last mission. With them, only that mission is reported, and others without a report.
     Facts about the other missions come from their earlier reports, also the end of one that was not recorded. Raises
     OSError, InvalidOptionError, and SkillsetError for a skillset file that has gone.
+
+    One process at a time writes reports of a run. The next one keeps the facts in them.
     """
+    with (run / RUN_FILE).open("rb") as locked:
+        fcntl.flock(locked, fcntl.LOCK_EX)
+        return _write_reports(run, facts, known, only_last=only_last, until=until)
+
+
+def _write_reports(
+    run: Path, facts: RunFacts, known: OperatorFacts | None, *, only_last: bool, until: float
+) -> list[tuple[Path, MissionReport]]:
     skillset = load(facts.skillset)
     note = version_note(facts, skillset)
     judge = None if facts.judge is None else imported({"judge": facts.judge}, "judge")
