@@ -7,7 +7,7 @@ A robot package declares one `Robot`, called `ROBOT` in its `robot.py` and insta
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -205,10 +205,13 @@ class Robot:
 
 
 class UnknownRobotError(UnknownNameError):
-    """A robot that is not installed. `str()` names the installed ones, and the other forms of a robot's name."""
+    """A robot that is not installed. `str()` names the installed ones, and the other forms of a robot's name.
 
-    def __init__(self, reference: str) -> None:
-        super().__init__("robot", reference, robot_names())
+    running: names of robots that run, for a command that takes those as well.
+    """
+
+    def __init__(self, reference: str, running: Iterable[str] = ()) -> None:
+        super().__init__("robot", reference, tuple(dict.fromkeys((*running, *robot_names()))))
 
     def __str__(self) -> str:
         return f"{super().__str__()} The folder of a robot package is possible, too: `./{self.name}`."

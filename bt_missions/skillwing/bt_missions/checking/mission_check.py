@@ -116,8 +116,13 @@ def robots_problem(mission: Mission, robots: Iterable[str]) -> str:
         return ""
     if not mission.robots:
         return f"Mission `{mission.name}` is for one robot. Name it by `--robot NAME`."
-    options = " ".join(f"--robot {robot}=NAME" for robot in mission.robots)
-    return f"Mission `{mission.name}` is for the robots {listed(mission.robots)}. Name them: `{options}`."
+    missing = [robot for robot in mission.robots if robot not in given]
+    options = " ".join(f"--robot {robot}=NAME" for robot in missing or mission.robots)
+    text = f"Mission `{mission.name}` is for the robots {listed(mission.robots)}."
+    if missing == list(mission.robots) or not missing:
+        return f"{text} Name them: `{options}`."
+    was, them = ("was", "it") if len(missing) == 1 else ("were", "them")
+    return f"{text} {listed(missing)} {was} not found. Name {them}: `{options}`."
 
 
 def require_fit(mission: Mission, robots: Mapping[str, RobotModel], options: MissionOptions) -> None:

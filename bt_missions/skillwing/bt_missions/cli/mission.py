@@ -377,7 +377,7 @@ def _run_on_board(
         raise InvalidOptionError("owner-grace", text)
     mission = known_mission(name)
     robots = robots_on_board(mission, words)
-    request = make_request(name, asked, robots.names, new_goal_id())
+    request = make_request(name, asked, robots.names, new_goal_id(), mission)
     if mission is None or not request.tree:  # the robot itself checks an installed mission
         with connect(robots.launcher) as system:
             return run_on_board(system, request, None if as_json else make_console())

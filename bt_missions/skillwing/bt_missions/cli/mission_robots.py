@@ -127,10 +127,15 @@ def models_of(systems: Mapping[str, System]) -> dict[str, RobotModel]:
 
 def chosen_robots(mission: Mission, words: Sequence[str], skillset: Path | None) -> dict[str, ChosenRobot]:
     """The robots to check a mission against, running or not. Raises as `robot_names` and `choose_robot` do."""
-    names = robot_names(mission, words)
-    try:
-        return {robot: choose_robot(name, skillset) for robot, name in names.items()}
-    except UnknownRobotError as error:
-        if error.name in mission.robots:
-            raise InvalidOptionError("robot", robots_problem(mission, [])) from error
-        raise
+    chosen: dict[str, ChosenRobot] = {}
+    missing: list[str] = []
+    for robot, name in robot_names(mission, words).items():
+        try:
+            chosen[robot] = choose_robot(name, skillset)
+        except UnknownRobotError as error:
+            if error.name not in mission.robots:
+                raise
+            missing.append(robot)
+    if missing:
+        raise InvalidOptionError("robot", robots_problem(mission, chosen))
+    return chosen

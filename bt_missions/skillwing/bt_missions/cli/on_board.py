@@ -17,6 +17,7 @@ from skillwing.bt_missions.mission.mission import Mission
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.errors import InvalidOptionError, NoReplyError, RefusedError, SkillwingError, TimedOutError
 from skillwing.services.names import MISSION
+from skillwing.services.processes.mission_slot import NAME
 from skillwing.services.protocol import ErrorCode, MissionPhase, MissionStatus, QueryMission, StartMission
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK
@@ -68,13 +69,18 @@ def known_mission(name: str) -> Mission | None:
         return None
 
 
-def make_request(name: str, options: dict[str, Any], robots: Mapping[str, str], request_id: str) -> StartMission:
-    """The request for a mission: by its name on the robot, or with the text of a tree file. robots: of a mission on
-    several."""
+def make_request(
+    name: str, options: dict[str, Any], robots: Mapping[str, str], request_id: str, mission: Mission | None = None
+) -> StartMission:
+    """The request for a mission: by its name on the robot, or with the text of a tree file.
+
+    robots: of a mission on several. mission: that of the file, whose name it has in all messages.
+    """
     file = Path(name)
     tree = ""
     if file.suffix == ".xml":
-        tree, name = file.read_text(encoding="utf-8"), file.stem
+        tree = file.read_text(encoding="utf-8")
+        name = mission.name if mission is not None and NAME.fullmatch(mission.name) else file.stem
     return StartMission(
         request_id=request_id, mission=name, client=CLIENT, options=options, tree=tree, robots=dict(robots)
     )

@@ -12,8 +12,9 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.client.connection import running_system
 from skillwing.services.client.target import CONNECT, DEFAULT_ROBOT, find_target_at
 from skillwing.services.errors import NoSystemError
+from skillwing.services.processes.run_state import running_systems
 from skillwing.services.rescue_goal import RescueGoal
-from skillwing.services.robot import find_robot
+from skillwing.services.robot import Robot, UnknownRobotError, find_robot
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,18 @@ def choose_robot(name: str | None, skillset: Path | None = None) -> ChosenRobot:
         file = Path(state.skillset)
         return ChosenRobot(load(file), state.rescue_goal, state.mission_templates, skills_folder=skills_folder(file))
     known = name or os.environ.get("SKILLWING_ROBOT")
-    table = find_robot(known or DEFAULT_ROBOT)
+    table = _installed(known or DEFAULT_ROBOT)
     chosen = known is not None
     folder = skills_folder(table.skillset)
     return ChosenRobot(table.load_skillset(), table.rescue_goal, table.mission_templates, chosen, folder)
+
+
+def _installed(name: str) -> Robot:
+    """The table of that name. Raises as `find_robot`, with the robots that run here among the possible names."""
+    try:
+        return find_robot(name)
+    except UnknownRobotError as error:
+        raise UnknownRobotError(name, [state.robot for state in running_systems()]) from error
 
 
 def _robot_at(endpoint: str, name: str) -> ChosenRobot:
