@@ -111,7 +111,7 @@ def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
     assert "The mission goes on on board. `skillwing mission abort` ends it." in said
     second = skillwing("mission", "run", "mapping", "--on-board")
     assert second.code == REFUSED
-    assert second.error.startswith("Mission patrol runs here already.")
+    assert second.error.startswith("Mission hop runs here already.")
     on_the_ground = skillwing("mission", "run", "mapping")
     assert on_the_ground.code == REFUSED
     shown = skillwing("status", "--json").json
@@ -123,7 +123,7 @@ def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
     psutil.wait_procs([mission], timeout=PATIENCE)
     until(lambda: process_id(ROBOT, "mission") is None, "the launcher to forget the mission")
     assert "mission" not in skillwing("status", "--json").json["processes"]
-    assert (run_dir / "trees" / "patrol.xml").is_file()
+    assert (run_dir / "trees" / "hop.xml").is_file()
 
 
 def test_a_mission_that_does_not_fit_is_refused_with_its_problems_and_starts_nothing(
