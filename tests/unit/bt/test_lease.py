@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from fake_interface import FakeGoal, FakeMission
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, StatusQueue, Success
@@ -10,7 +11,9 @@ from py_trees.common import Status
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.running.progress_text import progress_text
 from skillwing.bt_missions.subtrees.lease import AGAIN_AFTER, WithLease
+from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.bt_missions.subtrees.pausing import Pausable
+from skillwing.services.protocol import Ending, State, Terminal
 
 
 class Part:
@@ -85,11 +88,46 @@ def test_a_wait_is_one_text_however_often_the_lease_is_asked_for() -> None:
         part.tick()
         texts.add(progress_text(part.node))
         part.fake.time += AGAIN_AFTER
-    assert texts == {"deciding", "waiting for look"}
+    assert texts == {"deciding", "waiting for look", "waiting for look: NR for the test"}
     part.tick()
     part.goals("look")[-1].run()
     part.tick()
     assert progress_text(part.node) == "lease, go"
+
+
+@pytest.mark.parametrize(
+    ("reason", "text"),
+    [
+        ("`corridor == FREE` does not hold: corridor is UNCLEAR.", "waiting for look: corridor is UNCLEAR"),
+        (
+            "`pad == FREE` does not hold: pad is UNCLEAR. The effect `take` cannot be applied.",
+            "waiting for look: pad is UNCLEAR",
+        ),
+        ("Goal 7 of left runs.", "waiting for look: Goal 7 of left runs"),
+    ],
+)
+def test_a_wait_has_the_reason_of_the_last_refusal(reason: str, text: str) -> None:
+    part = Part()
+    part.tick()
+    goal = part.goals("look")[-1]
+    goal.state, goal.terminal = State.TERMINATED, Terminal(ending=Ending.NOT_READY, reason=reason)
+    part.tick()
+    assert progress_text(part.node) == text
+    part.tick(AGAIN_AFTER)
+    assert len(part.goals("look")) == 2
+    assert progress_text(part.node) == text
+
+
+def test_progress_on_several_robots_names_each_robot() -> None:
+    left, right = FakeMission(), FakeMission()
+    left.context.robot, right.context.robot = "left", "right"
+    home = SkillAction("home", left.context, "go")
+    wait = WithLease(
+        "part", left.context, SkillAction("lease", right.context, "look"), SkillAction("home", left.context, "go")
+    )
+    both = ParallelAll("both", [home, SkillAction("left: turn", left.context, "turn"), wait])
+    both.tick_once()
+    assert progress_text(both) == "left: home, left: turn, left: waiting for look"
 
 
 def test_a_judge_that_does_not_answer_ends_the_wait_as_well() -> None:

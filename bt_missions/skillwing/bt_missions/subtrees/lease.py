@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator, Iterator
 
 from py_trees.behaviour import Behaviour
@@ -17,6 +18,8 @@ DEFAULT_PATIENCE = 60.0
 """Longest wait for a lease, in seconds."""
 AGAIN_AFTER = 1.0
 """Time between two attempts to get a lease, in seconds."""
+_GUARD = re.compile(r"`[^`]*` does not hold: ")
+"""Begin of a sentence on a guard. The values after it say enough of a wait."""
 
 
 class WithLease(Composite):
@@ -70,8 +73,22 @@ class WithLease(Composite):
             return
         else:
             self.status = Status.RUNNING
-            self.feedback_message = f"waiting for {self._lease.skill}"
+            self.feedback_message = self._waiting()
         yield self
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot that waits, in a mission on several: the first in `body` that is not the lender."""
+        robots = [leaf.robot for leaf in self._body.iterate() if isinstance(leaf, SkillAction)]
+        return next((robot for robot in robots if robot != self._lease.robot), "")
+
+    def _waiting(self) -> str:
+        """One text as long as the reason of the last refusal, its first sentence, stays the same."""
+        skill, reason = self._lease.skill, self._refusal
+        if reason.startswith(f"{skill} ended "):
+            reason = reason.partition(": ")[2]
+        reason = _GUARD.sub("", reason).partition(". ")[0].rstrip(".")
+        return f"waiting for {skill}: {reason}" if reason else f"waiting for {skill}"
 
     def _begin(self) -> None:
         for child in self.children:
