@@ -13,7 +13,7 @@ import pytest
 from command_line import Command
 from running_system import until
 
-from skillwing.services.terminal.exit_codes import OK, USAGE
+from skillwing.services.terminal.exit_codes import NO_SYSTEM, OK, USAGE
 
 SHUTTLE = """
 skillset shuttle {
@@ -150,3 +150,16 @@ def test_up_and_doctor_say_that_everybody_reaches_an_exposed_robot(
     assert "Everybody who reaches tcp/LOCALHOST:" in said.error
     log = (tmp_path / "logs" / "up.log").read_text(encoding="utf-8")
     assert "Everybody who reaches tcp/LOCALHOST:" in log
+
+
+def test_a_robot_says_that_the_router_of_another_system_is_away_and_back(skillwing: Command, shuttle: Path) -> None:
+    with routing("--listen", "tcp/127.0.0.1:0") as (router, endpoint), shuttle_at(endpoint, skillwing, shuttle):
+        log = shuttle.parent / "run" / "logs" / "up.log"
+        router.send_signal(signal.SIGSTOP)
+        until(lambda: f"{endpoint} has not answered since" in log.read_text(), "the sentence about the lost router")
+        said = skillwing("status", "--robot", "lift")
+        assert said.code == NO_SYSTEM
+        assert "`lift` runs (process " in said.error
+        assert f"its router does not answer at {endpoint}" in said.error
+        router.send_signal(signal.SIGCONT)
+        until(lambda: f"{endpoint} answers again at" in log.read_text(), "the sentence about the router")

@@ -7,7 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from skillwing.dsl import load
-from skillwing.services.client.connection import find_target
+from skillwing.m600.robot import SKILLSET
+from skillwing.services.client.connection import find_target, open_connection
 from skillwing.services.errors import NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes import run_state
 from skillwing.services.processes.run_state import (
@@ -105,6 +106,15 @@ def test_of_several_systems_one_has_to_be_chosen() -> None:
     assert find_target("b").robot == "b"
     with pytest.raises(NoSystemError, match="`c`"):
         find_target("c")
+
+
+def test_a_system_that_runs_without_its_router_is_said_to_run() -> None:
+    write_run_state(replace(state("right"), endpoint="tcp/127.0.0.1:1", skillset=str(SKILLSET)))
+    with (
+        pytest.raises(NoSystemError, match=rf"`right` runs \(process {os.getpid()}\), but its router does not answer"),
+        open_connection(find_target("right"), client="cli"),
+    ):
+        pass
 
 
 def test_a_typed_client_finds_its_own_robot_among_several(tmp_path: Path) -> None:

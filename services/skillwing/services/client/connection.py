@@ -126,7 +126,10 @@ def open_connection(
     """
     skillset = load(target.skillset)
     clock = FollowedClock() if target.clock == "robot" else WallClock()
-    bus = join(target.robot, target.endpoint, client, clock, beside)
+    try:
+        bus = join(target.robot, target.endpoint, client, clock, beside)
+    except NoSystemError as error:
+        raise _without_router(target) or error from error
     try:
         if wait_for_clock and isinstance(clock, FollowedClock) and not bus.run_until(clock.has_started, READY_TIMEOUT):
             raise SkillwingError(
@@ -135,6 +138,15 @@ def open_connection(
         yield Connection(target, bus, skillset)
     finally:
         bus.close()
+
+
+def _without_router(target: Target) -> NoSystemError | None:
+    """The error for a system that runs on this machine, but whose router does not answer; None for others."""
+    if target.pid is None:
+        return None
+    runs = f"`{target.robot}` runs (process {target.pid}), but its router does not answer at {target.endpoint}."
+    remedy = f"Start that router again, or stop this system with `skillwing down --robot {target.robot}`."
+    return NoSystemError(f"{runs} {remedy}", target.endpoint)
 
 
 def require_schema(connection: Connection, expected: str | None) -> None:

@@ -24,6 +24,7 @@ from skillwing.services.processes.stop_signal import StopSignal
 from skillwing.services.protocol import Keys
 from skillwing.services.terminal.active_work import ActiveWork
 from skillwing.services.terminal.exit_codes import FAILED
+from skillwing.services.terminal.link_monitor import LinkMonitor, look_at_link
 from skillwing.services.terminal.mission_reporter import MissionReporter
 from skillwing.services.terminal.process_table import process_table
 
@@ -37,8 +38,7 @@ class ForegroundSupervisor:
     node: the launcher's own, on the bus of this supervisor. exits: filled by the launcher. stop: ends `follow` with
     KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission under way. objection:
     sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. certificates: reminds of their
-    end. Use it as a context manager, in
-    which the table is shown.
+    end. link: to the router of another system. Use it as a context manager, in which the table is shown.
     """
 
     def __init__(
@@ -54,6 +54,7 @@ class ForegroundSupervisor:
         active_work: ActiveWork | None = None,
         objection: Callable[[], str] = lambda: "",
         certificates: CertificateWatch | None = None,
+        link: LinkMonitor | None = None,
     ) -> None:
         self._console = console
         self._launcher = launcher
@@ -65,6 +66,7 @@ class ForegroundSupervisor:
         self._active_work = active_work
         self._objection: Callable[[], str] | None = objection
         self._certificates = certificates
+        self._link = link
         self._prefix = Keys(skillset).alive("")
         self._monitor = ProcessMonitor()
         self._alive: set[str] = set()
@@ -139,6 +141,8 @@ class ForegroundSupervisor:
         states = self._launcher.states
         self._announce(states)
         self._launcher.shorten_logs()
+        if self._link is not None and (sentence := look_at_link(self._link, self._bus, connected=self._bus.routed)):
+            self._print(sentence, "bold red" if self._link.warning else "green")
         # Without a connection to the router, missing tokens mean nothing.
         statuses = process_statuses(states, self._alive if self._bus.connected else None)
         for sentence in self._monitor.changes(statuses, time.monotonic()):

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import datetime
 
+from skillwing.services.bus import Bus
 from skillwing.services.client.connection import Target
 from skillwing.services.terminal.connection import System
 
@@ -51,14 +52,18 @@ def follow_link(system: System, say: Callable[[str], None], meanwhile: str | Non
     monitor = LinkMonitor(system.target.endpoint, unattended_text(system.target) if meanwhile is None else meanwhile)
 
     def look() -> None:
-        clock = f"{datetime.now().astimezone():{TIME}}"
-        sentence = monitor.update(connected=bus.connected, now=bus.wall(), clock=clock)
+        sentence = look_at_link(monitor, bus, connected=bus.connected)
         if sentence:
             say(sentence)
         bus.after(LOOK_PERIOD, look, wall=True)
 
     look()
     return monitor
+
+
+def look_at_link(monitor: LinkMonitor, bus: Bus, *, connected: bool) -> str:
+    """The sentence about a change of the link at this moment; empty without one."""
+    return monitor.update(connected=connected, now=bus.wall(), clock=f"{datetime.now().astimezone():{TIME}}")
 
 
 def unattended_text(target: Target) -> str:

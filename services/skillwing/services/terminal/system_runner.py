@@ -37,6 +37,7 @@ from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.terminal.active_work import ActiveWork
 from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.foreground_supervisor import ForegroundSupervisor
+from skillwing.services.terminal.link_monitor import LinkMonitor
 from skillwing.services.terminal.mission_reporter import MissionReporter
 from skillwing.services.terminal.output import make_console, relative_path
 from skillwing.services.terminal.run_directory import claimed, make_run_dir
@@ -160,6 +161,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                     active_work,
                     objection=lambda: objection(robot.name, guests()),
                     certificates=certificates,
+                    link=_link_of(robot.name, settings.router),
                 )
                 with supervisor:
                     try:
@@ -177,6 +179,11 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
         with stop.raising():
             reporter.finish(console)
     return code
+
+
+def _link_of(robot: str, router: str | None) -> LinkMonitor | None:
+    """Monitor of the link to the router of another system; None for an own one, whose process is supervised."""
+    return None if router is None else LinkMonitor(router, f"Until it does, nobody can command `{robot}`.")
 
 
 @contextmanager
