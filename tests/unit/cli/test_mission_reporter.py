@@ -231,7 +231,7 @@ def test_a_mission_that_is_gone_when_the_router_is_back_is_reported_as_unfinishe
 
 
 def test_a_mission_that_was_away_for_long_and_is_back_has_no_wall_time(system: System) -> None:
-    """Its link broke, and not that of the robot. From its return on, the wall time would be too short."""
+    """The link of the mission broke, and not that of the robot. A wall time from its return on would be too short."""
     away = system.begin()
     system.network.run_for(5.0)
     away.cancel()

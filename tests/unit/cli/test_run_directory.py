@@ -49,7 +49,7 @@ def test_up_refuses_the_directory_of_a_system_that_runs_and_moves_nothing(
 def refusal(
     words: list[str], runtime: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> str:
-    """What a command prints that must be refused as a wrong option."""
+    """The text of a command that must be refused for a wrong option."""
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(runtime))
     monkeypatch.setattr("sys.argv", ["skillwing", *words])
     with pytest.raises(SystemExit) as ended:

@@ -41,25 +41,25 @@ def mission_intervals(records: Iterable[Record]) -> tuple[MissionInterval, ...]:
     end is over just before the next one begins. Missions at a shared robot run beside each other: one has not ended
     while its process writes phases.
     """
-    flown = _missions(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES)
-    begins = [phases[0].t for phases in flown]
-    return tuple(_interval(number, phases, begins[number:]) for number, phases in enumerate(flown, 1))
+    missions = _missions(record for record in records if record.kind is RecordKind.MISSION and record.after in PHASES)
+    begins = [phases[0].t for phases in missions]
+    return tuple(_interval(number, phases, begins[number:]) for number, phases in enumerate(missions, 1))
 
 
 def _missions(phases: Iterable[Record]) -> list[list[Record]]:
     """The phases of each mission."""
-    flown: list[list[Record]] = []
+    missions: list[list[Record]] = []
     running: list[list[Record]] = []
     for record in phases:
         mission = None if record.before == MissionPhase.IDLE else _mission_of(record, running)
         if mission is None:
             mission = []
-            flown.append(mission)
+            missions.append(mission)
             running.append(mission)
         mission.append(record)
         if MissionPhase(record.after).over:
             running = [each for each in running if each is not mission]
-    return flown
+    return missions
 
 
 def _mission_of(record: Record, running: list[list[Record]]) -> list[Record] | None:
