@@ -184,18 +184,17 @@ class FaultyNetwork(InProcessNetwork):
         if bus.closed:
             return
         held, session.held = session.held, []
-        if bus.given_up:
-            # What was on its way about tokens is out of date: the router tells how things stand.
-            for message in [each for each in held if each.traffic is Traffic.LIVELINESS]:
-                held.remove(message)
-                self._drop(message)
+        shows = bus.given_up
+        if shows:
             before = bus.robot.visible_tokens()
             bus.given_up = False
             session.reachable_from = self._now + self._random.uniform(0.0, UNREACHABLE)
             self._tell_others(bus, [key for key in bus.robot.visible_tokens() if key not in before], alive=True)
-            self._show_others(bus)
+        # What was on its way about tokens comes before what the router tells about the present ones.
         for message in held:
             self._launch(message)
+        if shows:
+            self._show_others(bus)
 
     def _tell_others(self, bus: InProcessBus, keys: list[str], *, alive: bool) -> None:
         for watch in bus.robot.watches:
