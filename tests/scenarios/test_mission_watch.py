@@ -35,7 +35,7 @@ def watched(flight: Flight, run_dir: Path | None = None, *, shared: bool = False
 def watch_on(bus: Bus, run_dir: Path | None = None, *, shared: bool = False) -> MissionWatch:
     endpoint, without_goals = "tcp/elsewhere:7447", "It holds its position."
     target = SimpleNamespace(run_dir=run_dir, endpoint=endpoint, without_goals=without_goals, shared=shared)
-    system: Any = SimpleNamespace(bus=bus, keys=KEYS, skillset=M600, target=target)
+    system: Any = SimpleNamespace(bus=bus, keys=KEYS, skillset=M600, target=target, addressed=str)
     return MissionWatch(system)
 
 

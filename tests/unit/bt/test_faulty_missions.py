@@ -222,7 +222,7 @@ def test_a_mission_that_does_not_fit_is_not_begun(
 
     @contextmanager
     def connect(robot: str | None, *, beside: object = None) -> Iterator[SimpleNamespace]:
-        yield SimpleNamespace(skillset=M600, target=SimpleNamespace(rescue_goal=None), alive=tuple)
+        yield SimpleNamespace(skillset=M600, target=SimpleNamespace(rescue_goal=None, shared=False), alive=tuple)
 
     monkeypatch.setattr(mission_robots, "connect", connect)
     monkeypatch.setattr(commands, "mission_context", lambda target, mission: {})

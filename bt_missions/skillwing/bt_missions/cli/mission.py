@@ -475,11 +475,12 @@ def _refuse_second_mission(system: System) -> None:
     if MissionNode.name in system.alive():
         seen = MissionWatch(system)
         system.bus.run_until(lambda: seen.status is not None, STATUS_TIMEOUT)
-        name = f"Mission {seen.status.mission}" if seen.status is not None else "A mission"
-    elif starting := begins_on_board(system):
-        name = f"Mission {starting}"
+        mission = seen.status.mission if seen.status is not None else begins_on_board(system)
     else:
-        return
+        mission = begins_on_board(system)
+        if mission is None:
+            return
+    name = "A mission" if mission is None else f"Mission {mission}"
     raise RefusedError(
         ErrorCode.NOT_ALLOWED,
         f"{name} runs here already.",
