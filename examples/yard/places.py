@@ -67,14 +67,16 @@ class PlacesCore:
 
     def has_intruder(self, place: Place, state: str, t: float) -> bool:
         """True if a robot is seen in a place that nobody holds, or more than one in a place that one may use."""
-        most = {FREE: 0, HELD: 1}.get(state)
-        return most is not None and len(self._inside(place, t)) > most
+        if state == HELD:
+            # The margin is room to stop in: a robot that stands beside a held place is no intruder.
+            return len(self._inside(place, t, margin=0.0)) > 1
+        return state == FREE and bool(self._inside(place, t))
 
     def _heard(self, t: float) -> dict[str, tuple[float, float, float]]:
         return {robot: at for robot, at in self._positions.items() if at is not None and t - at[2] <= FRESH}
 
-    def _inside(self, place: Place, t: float) -> list[str]:
-        return [robot for robot, (x, y, _) in self._heard(t).items() if place.covers(x, y, MARGIN)]
+    def _inside(self, place: Place, t: float, margin: float = MARGIN) -> list[str]:
+        return [robot for robot, (x, y, _) in self._heard(t).items() if place.covers(x, y, margin)]
 
 
 def read_places(given: Mapping[str, Iterable[float]]) -> tuple[Place, ...]:
