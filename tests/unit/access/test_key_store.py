@@ -169,12 +169,12 @@ def test_the_remedy_for_a_missing_certificate_is_a_command_that_makes_it(
     table = replace(find_robot("m600"), name="third")
     store = KeyStore.init(Path("keys"), [])
     with pytest.raises(KeysError) as refused:
-        require_certificates(store.folder, "third", ["skill/land"], table_words(table))
+        require_certificates(store.folder, "third", ["skill/land"], lambda: table_words(table))
     remedy = str(refused.value).partition("`skillwing ")[2].partition("`")[0]
     assert remedy == "keys add-robot m600 --robot-name third --keys keys"
     done = CliRunner().invoke(app, remedy.split())
     assert done.exit_code == 0, done.output
-    require_certificates(store.folder, "third", ["skill/land"], table_words(table))
+    require_certificates(store.folder, "third", ["skill/land"], lambda: table_words(table))
 
 
 def test_the_table_of_a_robot_is_found_by_its_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,8 +21,9 @@ NEEDED = timedelta(days=1)
 """Validity that each certificate of a robot has to have left at its start, and at that of a mission on board."""
 
 
-UNKNOWN_TABLE = "ROBOT"
-"""Word for the table of a robot whose name alone is known, as in the help of `keys add-robot`."""
+def unknown_table() -> str:
+    """The word for the table of a robot whose name alone is known, as in the help of `keys add-robot`."""
+    return "ROBOT"
 
 
 def read_identity(folder: Path) -> SessionIdentity:
@@ -39,8 +40,10 @@ def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None
     return lambda key: refusal(role, name, key)
 
 
-def process_identity(folder: Path, robot: str, process: str, table: str = UNKNOWN_TABLE) -> SessionIdentity:
-    """The identity of a process. folder: its own, or that of a whole site. table: as of `table_words`, for the remedy.
+def process_identity(
+    folder: Path, robot: str, process: str, table: Callable[[], str] = unknown_table
+) -> SessionIdentity:
+    """The identity of a process. folder: its own, or that of a whole site. table: as of `require_certificates`.
 
     Raises KeysError.
     """
@@ -51,14 +54,15 @@ def process_identity(folder: Path, robot: str, process: str, table: str = UNKNOW
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
-def _add_robot(folder: Path, robot: str, table: str) -> str:
+def _add_robot(folder: Path, robot: str, table: Callable[[], str]) -> str:
     """The command that makes a robot's certificates. folder: of the site."""
-    name = "" if table == robot else f" --robot-name {robot}"
-    return f"`skillwing keys add-robot {table}{name} --keys {folder}`"
+    words = table()
+    name = "" if words == robot else f" --robot-name {robot}"
+    return f"`skillwing keys add-robot {words}{name} --keys {folder}`"
 
 
 def robot_certificates(
-    folder: Path, robot: str, processes: Iterable[str], table: str = UNKNOWN_TABLE
+    folder: Path, robot: str, processes: Iterable[str], table: Callable[[], str] = unknown_table
 ) -> list[CertificateFacts]:
     """The certificates of a robot's processes, of its launcher, and of a router in the folder. Raises KeysError."""
     used = [process_identity(folder, robot, process, table).folder for process in (*processes, LAUNCHER)]
@@ -66,10 +70,12 @@ def robot_certificates(
     return [read_facts(place) for place in used]
 
 
-def require_certificates(folder: Path, robot: str, processes: Iterable[str], table: str = UNKNOWN_TABLE) -> None:
+def require_certificates(
+    folder: Path, robot: str, processes: Iterable[str], table: Callable[[], str] = unknown_table
+) -> None:
     """Raise KeysError if a process of a robot, or its launcher, has no certificate that lasts for `NEEDED`.
 
-    table: as of `table_words`, for the remedy.
+    table: such as `table_words`, which imports each installed robot; called for the remedy only.
 
     The router ends links whose certificate has expired, which must not happen while the robot moves.
     """

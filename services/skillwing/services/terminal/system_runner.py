@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import BinaryIO
@@ -86,7 +87,7 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
     laid_out = colocated(specs) if settings.colocate else tuple(specs)
     if settings.keys is not None:
         processes = [spec.name for spec in specs]
-        require_certificates(settings.keys, robot.name, processes, table_words(robot))
+        require_certificates(settings.keys, robot.name, processes, partial(table_words, robot))
     with stop_on_signals() as stop, reserved(robot.name), claimed(run_dir):
         try:
             return _run(robot, laid_out, run_dir, settings, stop)
