@@ -62,6 +62,10 @@ class Kill:
     process: str
     back_after: float | None = None
 
+    def ends_mission_of(self, drone: str) -> bool:
+        """True if the mission of a drone is killed."""
+        return (self.robot, self.process) == (drone, MISSION)
+
 
 class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
     """Plan of a flight of two drones in a courtyard. Each maps one half, and then visits the pad that they share."""

@@ -6,7 +6,6 @@ import msgspec
 
 from skillwing.evaluation.fleet.plan import FleetCondition, FleetPlan
 from skillwing.evaluation.flights.result import SAFE_ENDS, End
-from skillwing.services.names import MISSION
 from skillwing.services.protocol import MissionPhase
 
 
@@ -62,12 +61,10 @@ class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
     def unfinished(self) -> tuple[str, ...]:
         """The robots whose mission was not killed and has not ended."""
         kill = self.plan.kill()
-        killed = kill.robot if kill is not None and kill.process == MISSION else None
-        return tuple(
-            robot
-            for robot, each in self.robots.items()
-            if robot != killed and not (each.phase and MissionPhase(each.phase).over)
+        open_ended = (
+            robot for robot, each in self.robots.items() if not each.phase or not MissionPhase(each.phase).over
         )
+        return tuple(robot for robot in open_ended if kill is None or not kill.ends_mission_of(robot))
 
     @property
     def visited(self) -> bool:

@@ -14,7 +14,6 @@ from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import SessionEnd, followed
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork, SentMessage
-from skillwing.services.names import MISSION
 from skillwing.services.processes.in_process import RobotInProcess
 from skillwing.services.robot import ProcessSpec
 
@@ -40,14 +39,15 @@ class FleetFlight:
 
     def loses_mission(self, drone: str) -> bool:
         """True if the mission of a drone is killed."""
-        return self.kill is not None and (self.kill.robot, self.kill.process) == (drone, MISSION)
+        return self.kill is not None and self.kill.ends_mission_of(drone)
 
     def over(self, now: float) -> bool:
         """True if each mission is over, or killed, and both drones have come to their end."""
         return all(self._over(name, drone.observer, now) for name, drone in self.drones.items())
 
     def _over(self, name: str, observer: FlightObserver, now: float) -> bool:
-        killed = self.loses_mission(name) and self.kill is not None and now > self.kill.t
+        kill = self.kill
+        killed = kill is not None and kill.ends_mission_of(name) and now > kill.t
         return observer.over or (killed and observer.end is not End.FLYING)
 
 
