@@ -48,7 +48,8 @@ class WithLease(Composite):
         self._holds = False
         self._since = 0.0
         self._again_at = 0.0
-        self._refusal = ""
+        self._refusal = self._reason = ""
+        """The last refusal as a sentence, and its reason."""
 
     @property
     def waits(self) -> bool:
@@ -84,10 +85,8 @@ class WithLease(Composite):
 
     def _waiting(self) -> str:
         """One text as long as the reason of the last refusal, its first sentence, stays the same."""
-        skill, reason = self._lease.skill, self._refusal
-        if reason.startswith(f"{skill} ended "):
-            reason = reason.partition(": ")[2]
-        reason = _GUARD.sub("", reason).partition(". ")[0].rstrip(".")
+        skill = self._lease.skill
+        reason = _GUARD.sub("", self._reason).partition(". ")[0].rstrip(".")
         return f"waiting for {skill}: {reason}" if reason else f"waiting for {skill}"
 
     def _begin(self) -> None:
@@ -95,7 +94,7 @@ class WithLease(Composite):
             child.stop(Status.INVALID)
         self._holds = False
         self._since = self._again_at = self._context.now()
-        self._refusal = ""
+        self._refusal = self._reason = ""
 
     def _tick_lease(self) -> Iterator[Behaviour]:
         """Tick the lease while it runs; after its end only before `body`, and not at once."""
@@ -107,7 +106,10 @@ class WithLease(Composite):
         yield from self._lease.tick()
         if self._lease.status is Status.FAILURE and not self._holds:
             # Asked again, so it is no failure of the mission: what has failed elsewhere stays its reason.
+            goal = self._lease.goal
+            terminal = None if goal is None else goal.terminal
             self._refusal = self._lease.feedback_message
+            self._reason = self._refusal if terminal is None else terminal.reason
             self._context.failure = failure
 
     def _end_of_lease(self) -> str:
