@@ -154,10 +154,10 @@ class LauncherNode:
         return status
 
     def _objection(self) -> RefusedError | None:
-        text = "" if self._certificates is None else self._certificates.objection()
-        if self._certificates is None or not text:
+        watch = self._certificates
+        if watch is None or not (text := watch.objection()):
             return None
-        return RefusedError(ErrorCode.NOT_ALLOWED, text, help=self._certificates.remedy())
+        return RefusedError(ErrorCode.NOT_ALLOWED, text, help=watch.remedy())
 
     def _latest_status(self, query: QueryMission) -> MissionStatus:
         return self._slot.on_board() if query.on_board else self._slot.latest(query.request_id)
