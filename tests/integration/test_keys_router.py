@@ -12,19 +12,10 @@ from pathlib import Path
 
 import pytest
 from command_line import Command
+from shuttle import SHUTTLE
 
 from skillwing.services.terminal.exit_codes import OK, REFUSED, USAGE
 
-SHUTTLE = """
-skillset shuttle {
-    resource bay { initial FREE  FREE -> USED  USED -> FREE }
-    skill go {
-        effect { take: bay -> USED  give: bay -> FREE }
-        precondition { free: resource=(bay == FREE)  success take }
-        result { success THERE: apply=give }
-    }
-}
-"""
 TIMEOUT = 30.0
 
 

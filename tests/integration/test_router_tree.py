@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from command_line import Command
 from running_system import PATIENCE, until
+from shuttle import SHUTTLE
 
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -26,16 +27,6 @@ from skillwing.services.terminal.exit_codes import OK, USAGE
 pytestmark = pytest.mark.slow
 
 ROBOTS = ("first", "second")
-SHUTTLE = """
-skillset shuttle {
-    resource bay { initial FREE  FREE -> USED  USED -> FREE }
-    skill go {
-        effect { take: bay -> USED  give: bay -> FREE }
-        precondition { free: resource=(bay == FREE)  success take }
-        result { success THERE: apply=give }
-    }
-}
-"""
 TREE = """
 <root BTCPP_format="4" main_tree_to_execute="both">
   <BehaviorTree ID="both"><ParallelAll><go robot="first"/><go robot="second"/></ParallelAll></BehaviorTree>

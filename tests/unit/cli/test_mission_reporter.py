@@ -70,10 +70,13 @@ class System:
     def alive(self) -> Handle:
         return self._mission.declare_alive(Keys("m600").alive("mission"))
 
-    def cut_off(self, *, away: bool) -> None:
-        """Take the router away from this system, or give it back."""
+    def lose_router_and(self, token: Handle) -> None:
+        """Take the router away for a while, and meanwhile the token of the mission."""
         assert isinstance(self.bus, InProcessBus)
-        self.bus.given_up = away
+        self.bus.given_up = True
+        token.cancel()
+        self.network.run_for(3 * LAST_WORDS)
+        self.bus.given_up = False
 
     def results(self) -> dict[str, tuple[str, float, float | None]]:
         """Result, duration and wall time in the reports."""
@@ -202,10 +205,7 @@ def test_a_mission_goes_on_while_the_router_is_away(system: System) -> None:
     system.network.run_for(1.0)
     token = system.begin()
     system.network.run_for(5.0)
-    system.cut_off(away=True)
-    token.cancel()
-    system.network.run_for(3 * LAST_WORDS)
-    system.cut_off(away=False)
+    system.lose_router_and(token)
     system.network.run_for(LAST_WORDS / 2)
     token = system.alive()
     system.network.run_for(2.0)
@@ -221,10 +221,7 @@ def test_a_mission_goes_on_while_the_router_is_away(system: System) -> None:
 def test_a_mission_that_is_gone_when_the_router_is_back_is_reported_as_unfinished(system: System) -> None:
     killed = system.begin()
     system.network.run_for(5.0)
-    system.cut_off(away=True)
-    killed.cancel()
-    system.network.run_for(3 * LAST_WORDS)
-    system.cut_off(away=False)
+    system.lose_router_and(killed)
     system.network.run_for(LAST_WORDS + 1.0)
     system.wait_for_report()
     assert [each.split(".")[0] for each in system.told] == ["Mission patrol: unfinished"]
