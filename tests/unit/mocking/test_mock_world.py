@@ -21,7 +21,9 @@ from skillwing.services.mocking import (
     When,
     make_mock_managers,
 )
+from skillwing.services.mocking.fitting import fit_script
 from skillwing.services.mocking.wording import run_text
+from skillwing.services.mocking.world_core import Reactions
 from skillwing.services.names import skill_process
 from skillwing.services.protocol import (
     DataReading,
@@ -413,6 +415,21 @@ def test_a_reaction_ends_a_goal() -> None:
     end = Reaction(when=When(resource="power", becomes="OFF"), end={"reach": "STUCK"})
     stage = Stage(script(end, Reaction(after=3.0, fire="cut"), skills={"reach": (MockRun(forever=True),)}))
     assert stage.end(stage.running()) == "S_STUCK"
+
+
+@pytest.mark.parametrize(
+    ("when", "follows"),
+    [
+        (None, (False, False)),
+        (When(starts="reach"), (True, False)),
+        (When(ends="reach"), (True, False)),
+        (When(resource="power", becomes="OFF"), (False, True)),
+    ],
+)
+def test_a_world_hears_only_of_what_it_reacts_to(when: When | None, follows: tuple[bool, bool]) -> None:
+    said = MockScript(reactions=(Reaction(when=when, set={"load": 1.0}),))
+    reactions = Reactions(fit_script(said, ARM))
+    assert (reactions.follow_goals, reactions.follow_resources) == follows
 
 
 def test_once_is_once() -> None:

@@ -79,13 +79,15 @@ class MockWorld:
         self._publish: dict[str, Callable[[], None]] = {}
         for item in self._skillset.data:
             self._publish[item.name] = partial(self._sample, item.name, bus.advertise(keys.data(item.name)).put)
-        bus.subscribe(keys.mocked_goal("*"), message_reader(MockedGoal, self._reactions.on_goal), events=True)
-        bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._on_step), events=True)
-        bus.subscribe(
-            keys.status("*"),
-            message_reader(GoalStatus, lambda status: self._take(self._reactions.on_status(status))),
-            events=True,
-        )
+        if self._reactions.follow_goals:
+            bus.subscribe(keys.mocked_goal("*"), message_reader(MockedGoal, self._reactions.on_goal), events=True)
+            bus.subscribe(
+                keys.status("*"),
+                message_reader(GoalStatus, lambda status: self._take(self._reactions.on_status(status))),
+                events=True,
+            )
+        if self._reactions.follow_resources:
+            bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._on_step), events=True)
         serve(bus, keys.mocked_world, MockedWorldCall, self._answer)
         self._begin()
 

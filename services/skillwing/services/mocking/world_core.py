@@ -65,10 +65,16 @@ class Due:
 
 
 class Reactions:
-    """The actions that are due after each event."""
+    """The actions that are due after each event.
+
+    follow_goals, follow_resources: True if any reaction waits for the start or end of goals, or for a resource.
+    """
 
     def __init__(self, script: FittedScript) -> None:
         self._script = script
+        events = [each.said.when for each in script.reactions if each.said.when is not None]
+        self.follow_goals = any(when.starts is not None or when.ends is not None for when in events)
+        self.follow_resources = any(when.resource is not None for when in events)
         self._done: set[int] = set()
         self._inputs: BoundedDict[str, Mapping[str, Any]] = BoundedDict(GOALS_REMEMBERED)
         self._running: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
