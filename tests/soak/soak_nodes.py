@@ -79,7 +79,8 @@ class SoakClient:
     """Client that starts its skills in turn, at a rate for all of them together.
 
     A skill whose goal has not ended yet is left out in its turn. Starts that are due are made as soon as skills are
-    free, so that the rate is that of the whole soak.
+    free, also while time stands, so that the rate is that of the whole soak. The count says at once that none is due
+    any more: time stands no longer than it must.
     """
 
     name = "soak_client"
@@ -92,11 +93,14 @@ class SoakClient:
         self._running: dict[str, GoalHandle] = {}
         self._started = self._ended = self._succeeded = self._turn = 0
         self._begun: float | None = None
+        self._told_behind = 0.0
+        self._starts = False
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus
         self._interface = SkillsetInterface(bus, self._skillset, client="soak")
         self._counts = bus.advertise(COUNT_KEY)
+        self._interface.on_change(self._start_due)
         bus.every(1.0 / self._rate, self._start_due)
         bus.every(COUNT_PERIOD, self._publish_count)
 
@@ -104,15 +108,19 @@ class SoakClient:
         self._publish_count()
 
     def _start_due(self) -> None:
-        if not self._interface.ready:
+        if self._starts or not self._interface.ready:
             return
         if self._begun is None:
             self._begun = self._bus.now()
+        self._starts = True  # a start is a change, too
         for _ in range(len(self._skills)):
             if self._owed() < 1.0:
-                return
+                break
             self._start(self._skills[self._turn % len(self._skills)])
             self._turn += 1
+        self._starts = False
+        if self._told_behind > BEHIND and self._owed() < 1.0:
+            self._publish_count()
 
     def _owed(self) -> float:
         """Number of starts that are due and not made yet."""
@@ -130,12 +138,13 @@ class SoakClient:
         self._started += 1
 
     def _publish_count(self) -> None:
+        self._told_behind = max(0.0, self._owed() / self._rate)
         count = SoakCount(
             t=self._bus.now(),
             started=self._started,
             ended=self._ended,
             succeeded=self._succeeded,
-            behind=max(0.0, self._owed() / self._rate),
+            behind=self._told_behind,
         )
         self._counts.put(encode(count))
 
