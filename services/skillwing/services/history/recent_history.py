@@ -90,7 +90,7 @@ class RecentHistory(History):
     def _forget_goal(self) -> None:
         """Forget the goal without news for the longest time that has ended, and is not the latest of its skill."""
         lasting = set(self._latest_goal.values())
-        candidates = [goal_id for goal_id in islice(self._order, 2 * SUBJECTS_KEPT) if goal_id not in lasting]
+        candidates = (goal_id for goal_id in islice(self._order, 2 * SUBJECTS_KEPT) if goal_id not in lasting)
         ended = (goal_id for goal_id in candidates if not self._runs(goal_id))
         oldest = next(ended, next(iter(self._order)))
         del self._order[oldest]
