@@ -19,6 +19,7 @@ from skillwing.services.errors import RefusedError
 from skillwing.services.history.files import read_records
 from skillwing.services.history.history import History
 from skillwing.services.history.wording import headline
+from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import Ending, ErrorCode, MissionPhase, MissionStatus, Record, StartMission, encode
 from skillwing.services.terminal.connection import connect
 from skillwing.services.terminal.exit_codes import FAILED, INTERRUPTED, OK, REFUSED, USAGE
@@ -68,6 +69,16 @@ def run_dir(runtime: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator
         process.communicate(timeout=PATIENCE)
 
 
+@pytest.fixture(autouse=True)
+def no_mission_is_left(run_dir: Path) -> Iterator[None]:
+    """A test that fails leaves no mission to the next one."""
+    del run_dir
+    yield
+    for mission in mission_processes():
+        mission.kill()
+    until(lambda: process_id(ROBOT, "mission") is None, "the launcher to forget the mission")
+
+
 @pytest.fixture
 def tree(tmp_path: Path) -> Callable[..., str]:
     def write(middle: str = '<hover duration="500"/>', name: str = "patrol") -> str:
@@ -76,6 +87,13 @@ def tree(tmp_path: Path) -> Callable[..., str]:
         return str(file)
 
     return write
+
+
+def mission_processes() -> list[psutil.Process]:
+    """Processes of missions that the launcher has started: it announces them only at its next check."""
+    state = read_run_state(ROBOT)
+    children = [] if state is None else psutil.Process(state.pid).children()
+    return [child for child in children if "mission" in child.cmdline()]
 
 
 def follow(*words: str) -> subprocess.Popen[str]:
@@ -212,12 +230,12 @@ def test_a_mission_on_board_whose_process_is_still_starting_refuses_one_on_the_g
     with connect(ROBOT, wait_for_clock=False) as system:
         with pytest.raises(RefusedError, match="is being started"):
             system.ask(system.keys.mission_start, request, MissionStatus)
-        started = until(lambda: process_id(ROBOT, "mission"), "the mission's process")
-        os.kill(started, signal.SIGSTOP)
+        [started] = mission_processes()
+        started.suspend()
         try:
             on_the_ground = skillwing("mission", "run", "mapping")
         finally:
-            os.kill(started, signal.SIGCONT)
+            started.resume()
         assert on_the_ground.code == REFUSED
         assert on_the_ground.error.startswith("Mission patrol runs here already.")
     until(lambda: skillwing("mission", "abort").code == OK, "the mission to begin")
