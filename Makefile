@@ -216,6 +216,7 @@ M600 := services/skillwing/m600
 generate: setup errors
 	$(BIN)/skillwing generate $(M600)/m600.skillset -o $(M600) --no-skeletons
 	$(BIN)/skillwing docs $(M600)/m600.skillset -o docs/m600.md
+	$(BIN)/python tests/unit/dsl/grammar_files.py
 	$(BIN)/python tests/unit/cli/cli_page.py
 	$(BIN)/python tests/unit/access/roles_page.py
 	$(BIN)/python tests/edges/edges_run.py --table --write docs/semantics.md

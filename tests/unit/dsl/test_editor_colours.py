@@ -114,7 +114,7 @@ def test_the_m600_is_coloured_sensibly() -> None:
 
 def _words(dialect: str) -> set[str]:
     reader = dialect_of(f"s.{dialect}")
-    kinds = {kind for row in reader.tables.actions.values() for kind in row if kind.isupper()}
+    kinds = {kind for row in reader.tables.actions for kind in row if kind.isupper()}
     return {kind.lower() for kind in kinds if reader.vocabulary.is_word(kind)}
 
 

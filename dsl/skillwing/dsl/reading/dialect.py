@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
-from lark import Lark
-from lark.lexer import TerminalDef
-
+from skillwing.dsl.reading.lalr.grammar import Grammar, from_json, to_json
 from skillwing.dsl.reading.lalr.scanner import Scanner
 from skillwing.dsl.reading.lalr.tables import Tables, tables
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 from skillwing.dsl.reading.syntax import SkillsetSyntax
 from skillwing.dsl.reading.vocabulary import Vocabulary
+
+READING = Path(__file__).parent
+"""Folder of the grammars. They import from one beside this file."""
 
 
 class OtherFileError(Exception):
@@ -40,7 +41,7 @@ Inlining: TypeAlias = Callable[[object, Sequence[Lexeme], str, ReadOther], str]
 
 @dataclass(frozen=True)
 class Dialect:
-    """A grammar for Lark, the builder of its nodes, and its terminals in words.
+    """A grammar in Lark's notation, the builder of its nodes, and its terminals in words.
 
     grammar: path of its file below this folder. A rule `_unreadable`, which no other uses, holds the terminals that no
     rule accepts. builder: has one method per rule, called with the children. All texts share it, and it has no state.
@@ -57,23 +58,39 @@ class Dialect:
 
     @cached_property
     def scanner(self) -> Scanner:
-        return Scanner(cast("list[TerminalDef]", self._lark.terminals))
+        return Scanner(self._analysed.terminals)
 
     @cached_property
     def tables(self) -> Tables:
-        return tables(self._lark, self.start, self.builder)
+        return tables(self._analysed, self.builder)
+
+    @property
+    def stored(self) -> Path:
+        """The file of the analysed grammar."""
+        return (READING / self.grammar).with_suffix(".json")
+
+    def analysed_anew(self) -> str:
+        """The analysed grammar, as it belongs into `stored`."""
+        return to_json(self._analyse(), self._digest)
 
     @cached_property
-    def _lark(self) -> Lark:
-        grammar = files("skillwing.dsl.reading").joinpath(self.grammar).read_text(encoding="utf-8")
-        return Lark(
-            grammar,
-            source_path=__file__,  # the grammars import from one beside them
-            parser="lalr",
-            lexer="basic",
-            start=[self.start, "_unreadable"],
-            maybe_placeholders=True,
-        )
+    def _analysed(self) -> Grammar:
+        """The stored grammar. Lark analyses one that has changed since: that takes as long as the rest of a start."""
+        try:
+            known = from_json(self.stored.read_text(encoding="utf-8"), self._digest)
+        except FileNotFoundError:
+            known = None
+        return known or self._analyse()
+
+    def _analyse(self) -> Grammar:
+        from skillwing.dsl.reading.lalr.analysis import analyse  # noqa: PLC0415 - loads Lark
+
+        return analyse((READING / self.grammar).read_text(encoding="utf-8"), str(READING), self.start)
+
+    @cached_property
+    def _digest(self) -> str:
+        files = (READING / self.grammar, READING / "lexical.lark")
+        return hashlib.sha256(b"".join([*(file.read_bytes() for file in files), self.start.encode()])).hexdigest()
 
 
 def dialect_of(file: str) -> Dialect:

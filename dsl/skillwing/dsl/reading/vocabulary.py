@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from skillwing.dsl.reading.lalr.tables import END
+from skillwing.dsl.reading.lalr.grammar import END
 from skillwing.dsl.reading.lexemes import Lexeme
 
 BROKEN = "_BROKEN"  # stands in the grammar where an element was given up

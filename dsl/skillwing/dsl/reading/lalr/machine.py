@@ -17,7 +17,7 @@ class Machine:
     def __init__(self, tables: Tables) -> None:
         self.actions = tables.actions
         self._gotos = tables.gotos
-        self.states = [tables.start]
+        self.states = [0]
         self.values: list[object] = []
 
     def run(self, lexemes: Sequence[Lexeme], at: int = 0) -> int:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from sys import intern
 
-from lark.lexer import PatternStr, TerminalDef
-
+from skillwing.dsl.reading.lalr.grammar import Terminal
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 
-WHITE_SPACE = "WHITE_SPACE"
 _OVERSIZED = "OVERSIZED_NUMBER"
 BYTE_ORDER_MARK = "\ufeff"
 
@@ -19,32 +17,16 @@ BYTE_ORDER_MARK = "\ufeff"
 class Scanner:
     """A scanner for texts of one dialect.
 
-    If several terminals match, the one of higher priority wins, then the one that can be longest, as in Lark. Keywords
-    and signs, which have a fixed text, are recognised by that text.
+    The first terminal that matches counts. Keywords and signs, which have a fixed text, are recognised by that text.
     """
 
-    def __init__(self, terminals: Iterable[TerminalDef]) -> None:
-        ordered = sorted(
-            (terminal for terminal in terminals if terminal.name != WHITE_SPACE),
-            key=lambda terminal: (
-                -terminal.priority,
-                -terminal.pattern.max_width,
-                -len(terminal.pattern.value),
-                terminal.name,
-            ),
-        )
-        fixed = {
-            terminal.name: terminal.pattern.value for terminal in ordered if isinstance(terminal.pattern, PatternStr)
-        }
-        # Lark's names are slow to compare.
-        self._kinds = {text: intern(str(kind)) for kind, text in fixed.items()}
+    def __init__(self, terminals: Sequence[Terminal]) -> None:
+        self._kinds = {each.text: intern(each.name) for each in terminals if each.text is not None}
         # A word of letters is matched as a NAME, and then found among the fixed texts.
         alternatives = (
-            re.escape(fixed[terminal.name])
-            if terminal.name in fixed
-            else f"(?P<{terminal.name}>{terminal.pattern.to_regexp()})"
-            for terminal in ordered
-            if not fixed.get(terminal.name, "").isidentifier()
+            f"(?P<{each.name}>{each.expression})" if each.text is None else re.escape(each.text)
+            for each in terminals
+            if not (each.text or "").isidentifier()
         )
         # The glance ahead spares white space the whole list.
         self._pattern = re.compile(rf"(?=\S)(?:{'|'.join(alternatives)})")

@@ -1,4 +1,4 @@
-"""The LALR tables of a grammar, made by Lark, with the function that builds the node of each rule.
+"""The LALR tables of a grammar, with the function that builds the node of each rule.
 
 Lark's conventions hold. Terminals without a name, and those that start with `_`, are left out of a node's children.
 Rules that start with `_` give their children to the rule above. An absent `[option]` is None.
@@ -7,17 +7,12 @@ Rules that start with `_` give their children to the rule above. An absent `[opt
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
-from sys import intern
 from typing import Any, TypeAlias, cast
 
-from lark import Lark
-from lark.grammar import Rule, Symbol
-from lark.parsers.lalr_analysis import Shift
-
-END = "$END"
+from skillwing.dsl.reading.lalr.grammar import Grammar, Rule
 
 Build: TypeAlias = Callable[..., object]
 
@@ -38,97 +33,70 @@ class Reduction:
 class Tables:
     """LALR tables. actions: in each state, by terminal, the next state or the reduction to make first.
 
-    gotos: in each state, by the symbol of a reduced rule, the next state. start: first state.
+    gotos: in each state, by the symbol of a reduced rule, the next state. A text begins in state 0.
     """
 
-    actions: Mapping[int, Mapping[str, int | Reduction]]
-    gotos: Mapping[int, Mapping[str, int]]
-    start: int
+    actions: Sequence[Mapping[str, int | Reduction]]
+    gotos: Sequence[Mapping[str, int]]
 
 
-def tables(lark: Lark, start: str, builder: object) -> Tables:
-    """Join Lark's tables with the builder. Its method with the name or alias of a rule builds the rule's node."""
-    conf = cast(Any, lark).parse_interactive("", start=start).parser_state.parse_conf
-    rows = cast("Mapping[int, Mapping[str, tuple[object, Any]]]", conf.parse_table.states)
-    rules = {argument for row in rows.values() for action, argument in row.values() if action is not Shift}
-    reductions = _reductions(cast("set[Rule]", rules), builder)
-    actions: dict[int, dict[str, int | Reduction]] = {}
-    gotos: dict[int, dict[str, int]] = {}
-    for state, row in rows.items():
-        actions[state], gotos[state] = {}, {}
-        for token, (action, argument) in row.items():
-            symbol = intern(str(token))  # Lark's are slow to compare.
-            if action is not Shift:
-                actions[state][symbol] = reductions[argument]
-            elif symbol.isupper():
-                actions[state][symbol] = argument
-            else:
-                gotos[state][symbol] = argument
-    actions[conf.end_state][END] = conf.end_state
-    return Tables(actions, gotos, conf.start_state)
+def tables(grammar: Grammar, builder: object) -> Tables:
+    """Join a grammar with the builder. Its method with the name of a rule builds the rule's node."""
+    single = _single(grammar.rules)
+    reductions = [Reduction(rule.symbols, _build(rule, single, builder), rule.origin) for rule in grammar.rules]
+    actions: list[dict[str, int | Reduction]] = []
+    gotos: list[dict[str, int]] = []
+    for shifts, row in zip(grammar.next_states, grammar.reductions, strict=True):
+        actions.append({symbol: reductions[rule] for symbol, rule in row.items()})
+        gotos.append({symbol: state for symbol, state in shifts.items() if not _is_terminal(symbol)})
+        actions[-1].update((symbol, state) for symbol, state in shifts.items() if _is_terminal(symbol))
+    return Tables(actions, gotos)
 
 
-def _reductions(rules: Iterable[Rule], builder: object) -> dict[Rule, Reduction]:
-    single = _single(rules)
-    return {
-        rule: Reduction(len(rule.expansion), _build(rule, single, builder), intern(str(rule.origin.name)))
-        for rule in rules
-    }
+def _is_terminal(symbol: str) -> bool:
+    return symbol.isupper()
 
 
 # --- what a rule makes of its values
 
 
-def _is_inlined(symbol: Symbol) -> bool:
-    return not symbol.is_term and symbol.name.startswith("_")
+def _is_inlined(rule: Rule) -> bool:
+    return rule.origin.startswith("_")
 
 
-def _is_dropped(symbol: Symbol) -> bool:
-    return symbol.is_term and bool(cast(Any, symbol).filter_out)
+def _kept(rule: Rule) -> list[int]:
+    """Indices of the symbols that are children."""
+    return [index for index in range(rule.symbols) if index not in rule.dropped]
 
 
 def _single(rules: Iterable[Rule]) -> frozenset[str]:
     """The inlined rules that always have exactly one child. Their value is the child, not a list of children."""
     by_name: dict[str, list[Rule]] = defaultdict(list)
     for rule in rules:
-        if _is_inlined(rule.origin):
-            by_name[rule.origin.name].append(rule)
+        if _is_inlined(rule):
+            by_name[rule.origin].append(rule)
     single = set(by_name)
 
     def has_one_child(rule: Rule) -> bool:
-        kept = [symbol for symbol in rule.expansion if not _is_dropped(symbol)]
-        return len(kept) == 1 and (not _is_inlined(kept[0]) or kept[0].name in single) and not any(_gaps(rule))
+        kept = _kept(rule)
+        return len(kept) == 1 and rule.inlined.get(kept[0]) in {None, *single} and not any(rule.gaps)
 
     while refuted := {name for name in single if not all(map(has_one_child, by_name[name]))}:
         single -= refuted
     return frozenset(single)
 
 
-def _gaps(rule: Rule) -> list[int]:
-    """The number of absent options before each symbol of the rule, and behind the last."""
-    marks = rule.options.empty_indices or [False] * len(rule.expansion)
-    gaps = [0]
-    for absent in marks:
-        if absent:
-            gaps[-1] += 1
-        else:
-            gaps.append(0)
-    return gaps
-
-
 def _build(rule: Rule, single: frozenset[str], builder: object) -> Build | None:
-    symbols = list(enumerate(rule.expansion))
-    kept = [index for index, symbol in symbols if not _is_dropped(symbol)]
-    spliced = {index for index, symbol in symbols if _is_inlined(symbol) and symbol.name not in single}
-    if rule.origin.name in single:
-        return None if len(symbols) == 1 else _the_one(kept[0])
-    if _is_inlined(rule.origin):
+    kept = _kept(rule)
+    spliced = {index for index, name in rule.inlined.items() if name not in single}
+    if rule.origin in single:
+        return None if rule.symbols == 1 else _the_one(kept[0])
+    if _is_inlined(rule):
         return _collecting(kept, spliced)
-    method = cast("Callable[..., object]", getattr(builder, rule.alias or rule.origin.name))
-    gaps = _gaps(rule)
-    if not any(gaps) and not spliced:
-        return method if len(kept) == len(symbols) else _from_some(method, kept)
-    return _from_lists(method, kept, spliced, gaps)
+    method = cast("Callable[..., object]", getattr(builder, rule.name))
+    if not any(rule.gaps) and not spliced:
+        return method if len(kept) == rule.symbols else _from_some(method, kept)
+    return _from_lists(method, kept, spliced, rule.gaps)
 
 
 def _the_one(index: int) -> Build:
@@ -145,7 +113,7 @@ def _from_some(method: Callable[..., object], kept: list[int]) -> Build:
     return lambda *values: method(*pick(values))
 
 
-def _from_lists(method: Callable[..., object], kept: list[int], spliced: set[int], gaps: list[int]) -> Build:
+def _from_lists(method: Callable[..., object], kept: list[int], spliced: set[int], gaps: Sequence[int]) -> Build:
     # A list of slots: None for an absent option, else the index of a value and whether it is a list of children.
     slots: list[tuple[int, bool] | None] = []
     for index, absent in enumerate(gaps):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
 from skillwing.dsl.reading.dialect import Dialect
-from skillwing.dsl.reading.lalr.tables import END
+from skillwing.dsl.reading.lalr.grammar import END
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 from skillwing.dsl.reading.recovery.cursor import Cursor, OpenBracket
 from skillwing.dsl.reading.vocabulary import BROKEN, capitalised, either

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from skillwing.dsl.reading.dialect import Dialect
+from skillwing.dsl.reading.lalr.grammar import END
 from skillwing.dsl.reading.lalr.machine import Machine, TrialStack
-from skillwing.dsl.reading.lalr.tables import END, Tables
+from skillwing.dsl.reading.lalr.tables import Tables
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.syntax import spans
 from skillwing.dsl.reading.vocabulary import BROKEN, CLOSERS

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from skillwing.dsl.reading.lalr.tables import END
+from skillwing.dsl.reading.lalr.grammar import END
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.vocabulary import Vocabulary
 

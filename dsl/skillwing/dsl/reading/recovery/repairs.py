@@ -12,8 +12,8 @@ from __future__ import annotations
 from itertools import groupby, islice
 from operator import itemgetter
 
+from skillwing.dsl.reading.lalr.grammar import END
 from skillwing.dsl.reading.lalr.machine import TrialStack
-from skillwing.dsl.reading.lalr.tables import END
 from skillwing.dsl.reading.lexemes import Lexeme
 from skillwing.dsl.reading.recovery.broken_text import BEHIND_A_NAME, BrokenText
 from skillwing.dsl.reading.recovery.cursor import OpenBracket
