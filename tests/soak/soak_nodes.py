@@ -79,8 +79,8 @@ class SoakClient:
     """Client that starts its skills in turn, at a rate for all of them together.
 
     A skill whose goal has not ended yet is left out in its turn. Starts that are due are made as soon as skills are
-    free, also while time stands, so that the rate is that of the whole soak. The count says at once that none is due
-    any more: time stands no longer than it must.
+    free, also while time stands: the rate is that of the whole soak. The count says at once that none is due any more.
+    Time stands no longer than it must.
     """
 
     name = "soak_client"

@@ -10,4 +10,4 @@ DIALECTS = (SKILLSET, RL, RLC)
 
 if __name__ == "__main__":
     for dialect in DIALECTS:
-        dialect.stored.write_text(dialect.analysed_anew(), encoding="utf-8")
+        dialect.stored.write_text(dialect.analysed_again(), encoding="utf-8")

@@ -7,14 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pprint import pformat
 from textwrap import indent
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from skillwing.bt_missions.drafting.steps import DraftSteps, draft_steps
 from skillwing.bt_missions.xml.port_types import port_type
 from skillwing.bt_missions.xml.skills import input_port
 from skillwing.bt_missions.xml.values import attribute_text
+from skillwing.dsl.default_values import default_value
 from skillwing.dsl.model import Field, Skill, Skillset
-from skillwing.services.mocking.defaults import default_value
 from skillwing.services.rescue_goal import RescueGoal
 
 ATTEMPTS = 3
@@ -111,6 +110,8 @@ def _tag(skill: Skill, options: Mapping[tuple[str, str], tuple[str, Field]]) -> 
 
 
 def _port(name: str, field: Field) -> str:
+    from xml.sax.saxutils import quoteattr  # noqa: PLC0415 - loads libraries for the internet
+
     default = quoteattr(attribute_text(default_value(field)))
     return f'<input_port name="{name}" type="{port_type(field.type)}" default={default}/>'
 

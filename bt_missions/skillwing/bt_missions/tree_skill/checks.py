@@ -19,11 +19,11 @@ from skillwing.bt_missions.xml.blackboard import Blackboard
 from skillwing.bt_missions.xml.builder import Builder
 from skillwing.bt_missions.xml.document import FileProblem, by_place
 from skillwing.bt_missions.xml.tree_file import TreeFile, read_tree_file
+from skillwing.dsl.default_values import default_value
 from skillwing.dsl.expressions import names_used
 from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.queries import holds, taken_by
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.mocking.defaults import default_value
 
 BODY_SUFFIXES = (".xml", RLC)
 

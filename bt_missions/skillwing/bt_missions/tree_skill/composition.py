@@ -15,6 +15,7 @@ from skillwing.bt_missions.xml.skills import input_port, output_port, type_name
 from skillwing.bt_missions.xml.tree_file import SUBTREE, DeclaredPort, TreeFile, TreeModel
 from skillwing.bt_missions.xml.values import attribute_text, read_attribute
 from skillwing.dsl.checking.types import SCALARS
+from skillwing.dsl.default_values import default_value
 from skillwing.dsl.diagnostics.diagnostic import excerpt
 from skillwing.dsl.model import ArrayType, EnumType, Field, ScalarType, Skill, Skillset, Type
 from skillwing.dsl.reading.lexemes import Lexeme
@@ -42,7 +43,6 @@ from skillwing.dsl.suggest import closest, did_you_mean, listed
 from skillwing.dsl.text_files import text_in
 from skillwing.services.core.values import fit_fields, type_text
 from skillwing.services.errors import InvalidOptionError
-from skillwing.services.mocking.defaults import default_value
 
 RLC = ".rlc"
 _ALL, _ONE = "-1", "1"

@@ -69,7 +69,7 @@ class Dialect:
         """The file of the analysed grammar."""
         return (READING / self.grammar).with_suffix(".json")
 
-    def analysed_anew(self) -> str:
+    def analysed_again(self) -> str:
         """The analysed grammar, as it belongs into `stored`."""
         return to_json(self._analyse(), self._digest)
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
+from skillwing.dsl.default_values import default_fields
 from skillwing.dsl.model import Skill
-from skillwing.services.mocking.defaults import default_fields
 from skillwing.services.mocking.fitting import FittedRun, FittedRuns
 from skillwing.services.mocking.script import LONGEST
 from skillwing.services.mocking.signals import FromInput, SignalContext, value_at

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from skillwing.dsl.default_values import default_data
 from skillwing.dsl.model import Skillset
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
-from skillwing.services.mocking.defaults import default_data
 from skillwing.services.mocking.fitting import FittedReaction, FittedScript
 from skillwing.services.mocking.signals import Constant, Signal, SignalContext, value_at
 from skillwing.services.protocol import Ending, GoalStatus, MockedGoal, Record, State

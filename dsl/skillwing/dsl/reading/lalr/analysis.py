@@ -11,7 +11,7 @@ from lark.grammar import Symbol
 from lark.lexer import PatternStr, TerminalDef
 from lark.parsers.lalr_analysis import Shift
 
-from skillwing.dsl.reading.lalr.grammar import END, Grammar, Rule, Terminal
+from skillwing.dsl.reading.lalr.grammar import END, Grammar, Rule, TerminalSymbol
 
 WHITE_SPACE = "WHITE_SPACE"
 
@@ -63,7 +63,7 @@ def _in_order(rows: Mapping[int, _Row], start: int) -> list[int]:
 
 
 def _by_precedence(terminals: list[TerminalDef]) -> list[TerminalDef]:
-    """If several terminals match, the one of higher priority wins, then the one that can be longest, as in Lark."""
+    """Terminals as Lark prefers them: those of higher priority first, then those that can be longest."""
     return sorted(
         (terminal for terminal in terminals if terminal.name != WHITE_SPACE),
         key=lambda terminal: (
@@ -75,10 +75,10 @@ def _by_precedence(terminals: list[TerminalDef]) -> list[TerminalDef]:
     )
 
 
-def _terminal(terminal: TerminalDef) -> Terminal:
+def _terminal(terminal: TerminalDef) -> TerminalSymbol:
     pattern = terminal.pattern
     text = pattern.value if isinstance(pattern, PatternStr) else None
-    return Terminal(str(terminal.name), text, pattern.to_regexp())
+    return TerminalSymbol(str(terminal.name), text, pattern.to_regexp())
 
 
 def _rule(rule: LarkRule) -> Rule:

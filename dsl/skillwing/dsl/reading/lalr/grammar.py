@@ -12,7 +12,7 @@ END = "$END"
 
 
 @dataclass(frozen=True, slots=True)
-class Terminal:
+class TerminalSymbol:
     """A terminal. text: its only text; None if `expression`, a regular expression, matches several."""
 
     name: str
@@ -45,7 +45,7 @@ class Grammar:
     terminal that follows, the index of the rule. end: state behind the whole text.
     """
 
-    terminals: Sequence[Terminal]
+    terminals: Sequence[TerminalSymbol]
     rules: Sequence[Rule]
     next_states: Sequence[Mapping[str, int]]
     reductions: Sequence[Mapping[str, int]]
@@ -68,7 +68,7 @@ def from_json(text: str, digest: str) -> Grammar | None:
     if stored["digest"] != digest:
         return None
     return Grammar(
-        terminals=[Terminal(**row) for row in stored["terminals"]],
+        terminals=[TerminalSymbol(**row) for row in stored["terminals"]],
         rules=[_rule(row) for row in stored["rules"]],
         next_states=[_interned(row) for row in stored["next_states"]],
         reductions=[_interned(row) for row in stored["reductions"]],

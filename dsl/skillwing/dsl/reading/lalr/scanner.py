@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from sys import intern
 
-from skillwing.dsl.reading.lalr.grammar import Terminal
+from skillwing.dsl.reading.lalr.grammar import TerminalSymbol
 from skillwing.dsl.reading.lexemes import Lexeme, Source
 
 _OVERSIZED = "OVERSIZED_NUMBER"
@@ -20,7 +20,7 @@ class Scanner:
     The first terminal that matches counts. Keywords and signs, which have a fixed text, are recognised by that text.
     """
 
-    def __init__(self, terminals: Sequence[Terminal]) -> None:
+    def __init__(self, terminals: Sequence[TerminalSymbol]) -> None:
         self._kinds = {each.text: intern(each.name) for each in terminals if each.text is not None}
         # A word of letters is matched as a NAME, and then found among the fixed texts.
         alternatives = (

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from skillwing.dsl import load, parse
+from skillwing.dsl.default_values import default_data, default_fields
 from skillwing.dsl.expressions import Environment, evaluate, names_used
 from skillwing.services.core.values import fit, fit_fields
-from skillwing.services.mocking.defaults import default_data, default_fields
 
 ROOT = next(folder for folder in Path(__file__).parents if (folder / "pyproject.toml").exists())
 FILES = sorted([*ROOT.glob("examples/*/*.skillset"), *ROOT.glob("services/skillwing/m600/*.skillset")])
