@@ -28,6 +28,16 @@ from skillwing.evaluation.flights.result import End, FlightResult
 from skillwing.services.errors import InvalidOptionError
 
 PAPER = Path(__file__).parents[3] / "benchmarks" / "paper"
+HOVER = '''"""Stays."""
+
+SECONDS = 2.0
+"""So long."""
+if SECONDS:
+    class Modes:
+        def hovers(self, mode: str) -> bool:
+            """Says so."""
+            return mode not in {"LOITER", "AUTO"}
+'''
 A_MOMENT = """
 import json, sys
 from skillwing.evaluation.flights.conditions import Condition
@@ -55,7 +65,7 @@ def script(name: str) -> ModuleType:
 def package(tmp_path: Path) -> Path:
     """A small one that has a file of each kind."""
     for name, text in {
-        "m600/skills/hover.py": '"""Stays."""\n\nSECONDS = 2.0\n"""So long."""\n',
+        "m600/skills/hover.py": HOVER,
         "m600/m600.skillset": "skillset m600 {}\n",
         "evaluation/dashboard/scene.py": "COLOUR = 1\n",
         "evaluation/flights/alternatives/mapping.py": "",
@@ -68,8 +78,14 @@ def package(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("file", "text", "other"),
     [
-        ("m600/skills/hover.py", '# For now.\n"""Holds its place."""\n\nSECONDS = 2.0\n', False),
-        ("m600/skills/hover.py", "SECONDS = 2.5\n", True),
+        ("m600/skills/hover.py", "# For now.\n" + HOVER.replace("Stays.", "Holds its place."), False),
+        ("m600/skills/hover.py", HOVER.replace("So long.", "Not longer."), False),
+        ("m600/skills/hover.py", HOVER.replace("Says so.", "Says it.\n"), False),
+        ("m600/skills/hover.py", HOVER.replace("2.0", "2.5"), True),
+        ("m600/skills/hover.py", HOVER.replace("2.0", "2"), True),
+        ("m600/skills/hover.py", HOVER.replace('"LOITER"', '"HOLD"'), True),
+        ("m600/skills/hover.py", HOVER.replace("mode: str", "mode: bytes"), True),
+        ("m600/skills/hover.py", HOVER.replace("not in", "in"), True),
         ("m600/m600.skillset", "skillset m600 { resource r { initial A } }\n", True),
         ("evaluation/dashboard/scene.py", "COLOUR = 2\n", False),
         ("m600/skills/more.py", "", True),
@@ -153,7 +169,7 @@ def test_a_flight_by_code_that_changed_meanwhile_is_not_kept(
 
 def test_flights_are_kept_while_files_are_touched_that_stay_what_they_are(package: Path) -> None:
     flying, hover = FlyingCode([package]), package / "m600" / "skills" / "hover.py"
-    hover.write_text("# For now.\nSECONDS = 2.0\n", encoding="utf-8")
+    hover.write_text(f"# For now.\n{HOVER}", encoding="utf-8")
     assert list(flying.kept([1, 2])) == [1, 2]
     hover.write_text("SECONDS = 2.0 +", encoding="utf-8")
     flights = flying.kept([3])

@@ -9,7 +9,8 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TypeVar
+from types import CodeType
+from typing import TypeVar, cast
 
 import msgspec
 from msgspec import Struct
@@ -24,7 +25,7 @@ PACKAGE = tuple(Path(portion) for portion in sys.modules["skillwing"].__path__)
 PARTS = ("dsl", "services", "onboard", "m600", "sim_mujoco", "bt_missions", "evaluation/flights")
 FLYING = (*(f"{part}/**/*" for part in PARTS), "evaluation/*")
 """Files of everything that flies. A test flies, and checks that every loaded module lies in one of them."""
-SUFFIXES = {".py", ".skillset", ".xml", ".lark"}
+SUFFIXES = {".py", ".skillset", ".xml", ".lark", ".json"}
 LIBRARIES = ("av", "embreex", "llvmlite", "mujoco-core", "msgspec", "numba", "numpy", "py-trees", "scipy")
 """Libraries that compute in a flight."""
 NAMES_SHOWN = 3
@@ -140,12 +141,37 @@ def _executed(path: Path) -> str:
         return text
     try:
         tree = ast.parse(text)
+        tree.body = _without_texts(tree.body)
+        code = compile(tree, "", "exec", dont_inherit=True)
     except SyntaxError:  # the file is being edited
         return text
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [each for each in node.body if not _is_text(each)]
-    return ast.dump(tree)
+    return "\n".join(_said(code))
+
+
+def _without_texts(body: list[ast.stmt]) -> list[ast.stmt]:
+    """Statements without docstrings, and without texts below constants; also in the statements within them."""
+    kept = [each for each in body if not _is_text(each)]
+    for statement in kept:
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            if inner := getattr(statement, name, None):
+                setattr(statement, name, _without_texts(inner))
+    return kept or [ast.copy_location(ast.Pass(), each) for each in body[:1]]
+
+
+def _said(value: object) -> Iterator[str]:
+    """All that a compiled text or a constant says, without the lines where it stands."""
+    if isinstance(value, CodeType):
+        yield repr(
+            (value.co_name, value.co_flags, value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount)
+        )
+        yield repr((value.co_code, value.co_exceptiontable, value.co_names))
+        yield repr((value.co_varnames, value.co_freevars, value.co_cellvars))
+        for each in value.co_consts:
+            yield from _said(each)
+    elif isinstance(value, frozenset):
+        yield from sorted(map(repr, cast("frozenset[object]", value)))  # in the same order in each process
+    else:
+        yield repr(value)
 
 
 def _is_text(statement: ast.stmt) -> bool:
