@@ -23,6 +23,7 @@ settings.load_profile("skillwing")
 # A worker holds half a million objects that live to its end: tests, modules, syntax trees. With 700 new objects between
 # two collections, as usual, a sixth of the processor time of flights is spent on looking through them again.
 gc.set_threshold(20_000)
+gc.disable()  # until the tests are known: see pytest_collection
 
 LOWER_PRIORITY = 10
 """Niceness of workers that calculate."""
@@ -50,6 +51,16 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadSco
             return scope_of(nodeid)
 
     return WholeFiles(config, log)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collect without garbage collection. What exists then is never looked through again."""
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(trylast=True)  # pytest sorts by fixtures before
