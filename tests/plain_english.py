@@ -56,15 +56,28 @@ _BLOCK_START = re.compile(r"^([-*+]|\d+\.|#+|>)\s+")
 def problems(path: Path) -> Iterator[tuple[int, str]]:
     """Line and description of each problem in a file. Only Python and Markdown are read as sentences."""
     text = path.read_text(encoding="utf-8")
-    for number, line in enumerate(text.splitlines() if path.name != Path(__file__).name else (), 1):
-        yield from ((number, f"retired name: {word}") for word in _RETIRED.findall(line))
+    if path.name != Path(__file__).name:
+        yield from (
+            (number, f"retired name: {word}")
+            for number, line in lines_with(RETIRED, text)
+            for word in _RETIRED.findall(line)
+        )
     if path.suffix == ".py":
         yield from python_problems(text)
     elif path.suffix == ".md":
         yield from markdown_problems(text)
     else:
-        lines = enumerate(text.splitlines(), 1)
+        lines = lines_with(ARCHAIC, text)
         yield from ((number, f"archaic word: {word}") for number, line in lines for word in _ARCHAIC.findall(line))
+
+
+def lines_with(words: tuple[str, ...], text: str) -> Iterator[tuple[int, str]]:
+    """Number and text of each line that may have one of these words. Most files have none and are not split."""
+    lower = text.lower()
+    present = [word.lower() for word in words if word.lower() in lower]
+    if present:
+        lines = enumerate(text.splitlines(), 1)
+        yield from ((number, line) for number, line in lines if any(word in line.lower() for word in present))
 
 
 def markdown_problems(text: str) -> Iterator[tuple[int, str]]:
@@ -82,25 +95,34 @@ def python_problems(text: str) -> Iterator[tuple[int, str]]:
             yield line, f"begins with `{first.group(0)}`: {doc.strip()[:80]}"
         prose = "\n".join("" if each.startswith("    ") else each for each in inspect.cleandoc(doc).splitlines())
         yield from ((line + number - 1, problem) for number, problem in markdown_problems(prose))
-    for number, source in enumerate(text.splitlines(), 1):
+    for number, source in lines_with(ARCHAIC, text):
         comment = re.search(r"(?:^|\s)# (.*)", source)
         words = _ARCHAIC.findall(comment.group(1)) if comment else ()
         yield from ((number, f"archaic word: {word}") for word in words)
         parts = {part.lower() for name in _NAME.findall(source) for part in _PART.findall(name)}
         yield from ((number, f"archaic word in a name: {part}") for part in sorted(parts & set(ARCHAIC)))
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.ClassDef) and node.name in RETIRED_CLASSES:
             yield node.lineno, f"retired class name: {node.name}"
 
 
 def docstrings(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Line and text of every docstring, those below constants and fields among them."""
-    for node in ast.walk(tree):
+    for node in (tree, *statements(tree)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             for statement in node.body:
                 value = statement.value if isinstance(statement, ast.Expr) else None
                 if isinstance(value, ast.Constant) and isinstance(value.value, str):
                     yield statement.lineno, value.value
+
+
+def statements(tree: ast.AST) -> Iterator[ast.stmt]:
+    """Statements below a node, at any depth. Expressions, most of a tree, hold none and are left out."""
+    for part in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for node in getattr(tree, part, ()):
+            if isinstance(node, ast.stmt):
+                yield node
+            yield from statements(node)
 
 
 def paragraphs(text: str) -> Iterator[tuple[int, str]]:
