@@ -22,8 +22,8 @@ from simulation.run import Run, simulate
 from simulation.story import tell
 from skillwing.services.core import delivery
 
-RUNS = 1000
-CHUNKS = 10
+RUNS = 200
+CHUNKS = 2
 
 
 @pytest.mark.parametrize("chunk", range(CHUNKS))
