@@ -152,7 +152,7 @@ ACTIONS = st.lists(
 JITTERS = st.sampled_from([0.002, 0.05, 0.2])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10_000), JITTERS, ACTIONS)
 def test_no_tick_sees_an_end_before_the_states_of_its_step(
     seed: int, jitter: float, actions: list[tuple[str, float]]
