@@ -83,29 +83,26 @@ def check(text: str, file: str, read: ReadText = included_text) -> Checked:
         return Checked(None, in_file_order(parsed.diagnostics))
     report = DiagnosticReport()
     skillset = resolve(parsed.root, report)
-    report_misspelt_states(parsed.root, skillset, _damaged_resources(parsed, parsed.root, report), report)
+    locations = SourceLocations(parsed.root)
+    report_misspelt_states(parsed.root, skillset, _damaged_resources(parsed, locations, report), report)
     if parsed.diagnostics or has_errors(report.diagnostics):
-        return Checked(None, in_file_order(_despite_errors(parsed, parsed.root, skillset, report, text)))
+        return Checked(None, in_file_order(_despite_errors(parsed, locations, skillset, report, text)))
     report_unmarked_results(parsed.root, skillset, report)
     exact = analyse(skillset, report)
     found = in_file_order(report.diagnostics)
     return Checked(None if has_errors(found) else skillset, found, exact)
 
 
-def _damaged_resources(parsed: ParsedFile, root: syntax.SkillsetSyntax, report: DiagnosticReport) -> frozenset[str]:
+def _damaged_resources(parsed: ParsedFile, locations: SourceLocations, report: DiagnosticReport) -> frozenset[str]:
     wrong = [item.span for item in (*parsed.diagnostics, *report.diagnostics) if item.severity == "error"]
-    if not wrong:
-        return frozenset()
-    locations = SourceLocations(root)
     elements = (locations.at(span) for span in wrong)
     return frozenset(element.name.text for element in elements if isinstance(element, syntax.ResourceSyntax))
 
 
 def _despite_errors(
-    parsed: ParsedFile, root: syntax.SkillsetSyntax, skillset: Skillset, report: DiagnosticReport, text: str
+    parsed: ParsedFile, locations: SourceLocations, skillset: Skillset, report: DiagnosticReport, text: str
 ) -> Iterator[Diagnostic]:
     """All diagnostics of a file with errors. The analysis contributes only its errors, not its warnings."""
-    locations = SourceLocations(root)
     yield from parsed.diagnostics
     yield from _reliable(report.diagnostics, parsed, locations, text) if parsed.diagnostics else report.diagnostics
     left = partial_model(skillset, locations, parsed.diagnostics, report.diagnostics, report.lost)

@@ -6,11 +6,11 @@ import dataclasses
 from bisect import bisect
 from collections.abc import Iterator
 from functools import cached_property
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from skillwing.dsl.reading import syntax
 from skillwing.dsl.reading.lexemes import Lexeme
-from skillwing.dsl.reading.syntax import spans
+from skillwing.dsl.reading.syntax import field_names, spans
 from skillwing.dsl.spans import Span
 
 _Position: TypeAlias = tuple[int, int]
@@ -21,10 +21,12 @@ class SourceLocations:
 
     def __init__(self, root: syntax.SkillsetSyntax) -> None:
         self._root = root
-        self._elements = sorted(
-            ((*_extent(element), element) for element in root.elements if not _is_empty(element)),
-            key=lambda found: found[0],
-        )
+
+    @cached_property
+    def _elements(self) -> list[tuple[_Position, _Position, syntax.Element]]:
+        """Start, end and node of each element, in the order of their starts. A file without errors needs none."""
+        found = ((*_extent(element), element) for element in self._root.elements if not _is_empty(element))
+        return sorted(found, key=lambda each: each[0])
 
     def at(self, span: Span) -> syntax.Element | None:
         """The innermost element around a span, or else the last one before it. Elements may be nested by mistake."""
@@ -49,12 +51,14 @@ class SourceLocations:
 
 def _starts(node: object) -> Iterator[_Position]:
     """The starts of the statements in a node: the items of all its lists."""
-    for field in dataclasses.fields(node) if dataclasses.is_dataclass(node) else ():
-        value: object = getattr(node, field.name)
+    for name in field_names(type(node)):
+        value: object = getattr(node, name)
         if isinstance(value, tuple):
-            for item in value:  # pyright: ignore[reportUnknownVariableType]
-                if isinstance(item, Lexeme) or dataclasses.is_dataclass(item):  # pyright: ignore[reportUnknownArgumentType]
-                    yield from (_start(span) for span in sorted(spans(item), key=_start)[:1])
+            for item in cast("tuple[object, ...]", value):
+                if isinstance(item, Lexeme):
+                    yield _start(item.span)
+                elif dataclasses.is_dataclass(item):
+                    yield from sorted(map(_start, spans(item)))[:1]
                     yield from _starts(item)
 
 

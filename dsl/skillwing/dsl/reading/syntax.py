@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeAlias, cast
 
 from skillwing.dsl.diagnostics.diagnostic import Diagnostic
@@ -299,5 +300,11 @@ def spans(node: object) -> Iterator[Span]:
             yield part.span
         elif isinstance(part, tuple | list):
             left += cast("Iterable[object]", part)
-        elif dataclasses.is_dataclass(part):
-            left += (getattr(part, field.name) for field in dataclasses.fields(part))
+        else:
+            left += [getattr(part, name) for name in field_names(type(part))]
+
+
+@cache
+def field_names(kind: type) -> tuple[str, ...]:
+    """The names of the fields of a dataclass; none of another class."""
+    return tuple(field.name for field in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else ()

@@ -17,7 +17,7 @@ from skillwing.dsl.checking.reachability.knowledge import SkillSituations
 from skillwing.dsl.checking.reachability.relations import Row
 from skillwing.dsl.checking.reachability.situations import Changes, Situations
 from skillwing.dsl.checking.reachability.statespace import Guard, StateSpace
-from skillwing.dsl.model import Skill
+from skillwing.dsl.model import Resource, Skill
 
 _Node: TypeAlias = tuple[Row, tuple[str, ...]]
 """The states of all resources, and the running skills: those with invariants in the order of their grants."""
@@ -96,12 +96,7 @@ class Exploration:
             (_Test(space, space.guard(event.guard)), _Effect(space, space.event(event)))
             for event in space.skillset.events
         ]
-        self._externs = [
-            _Effect(space, ((name, edge.target, frozenset({edge.source})),))
-            for name in space.names
-            for edge in space.resource(name).transitions
-            if edge.extern
-        ]
+        self._externs = [_extern_targets(space.resource(name)) for name in space.names]
         self._settled: dict[tuple[_Node, str | None], frozenset[_Node]] = {}
         self._visited: set[Row] = set()
         self._entered: dict[str, set[Row]] = defaultdict(set)
@@ -166,11 +161,12 @@ class Exploration:
     def _successors(self, node: _Node) -> Iterator[_Node]:
         row, running = node
         yield from self._settle(row, running)  # Time passes, and data may break what holds on them.
-        for extern in self._externs:
-            yield from self._fired(row, running, extern)
+        for column, targets in enumerate(self._externs):
+            for target in targets.get(row[column], ()):
+                yield from self._settle((*row[:column], target, *row[column + 1 :]), running)
         for guard, changes in self._events:
-            if not guard.fails(row):
-                yield from self._fired(row, running, changes)
+            if not guard.fails(row) and (after := changes.apply(row)) is not None:
+                yield from self._settle(after, running)
         for player in self._players.values():
             if player.name in running:
                 for end, effect in enumerate(player.ends):
@@ -198,11 +194,6 @@ class Exploration:
         if player.invariants:
             return (*judged, player.name, *others)
         return (*judged, *sorted([*others, player.name]))
-
-    def _fired(self, row: Row, running: tuple[str, ...], changes: _Effect) -> frozenset[_Node]:
-        """The nodes after external transitions; none if one of them cannot be taken."""
-        after = changes.apply(row)
-        return frozenset() if after is None else self._settle(after, running)
 
     def _applied(
         self, row: Row, running: tuple[str, ...], effect: _Effect, fresh: str | None = None
@@ -236,6 +227,15 @@ class Exploration:
                 if test.known:
                     return  # It is false, so the goal has ended. One on data may as well have held.
         yield row, running
+
+
+def _extern_targets(resource: Resource) -> dict[str, list[str]]:
+    """The targets of the extern transitions of a resource, by source."""
+    targets: dict[str, list[str]] = defaultdict(list)
+    for edge in resource.transitions:
+        if edge.extern:
+            targets[edge.source].append(edge.target)
+    return dict(targets)
 
 
 def _without(running: tuple[str, ...], name: str) -> tuple[str, ...]:
