@@ -6,6 +6,7 @@ import fcntl
 import io
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from rich.console import Console
 from skillwing.m600.robot import SKILLSET
 from skillwing.services.bus import Handle
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
+from skillwing.services.commands import report as report_command
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.history import History
 from skillwing.services.history.report import make_report, read_report
@@ -23,7 +25,7 @@ from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, read_fact
 from skillwing.services.report.rendering import write_report
 from skillwing.services.report.run_reports import write_reports
 from skillwing.services.terminal import cli
-from skillwing.services.terminal.exit_codes import USAGE
+from skillwing.services.terminal.exit_codes import OK, USAGE
 from skillwing.services.terminal.mission_reporter import LAST_WORDS, LOOK_FOR_ROOM, MissionReporter
 
 STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
@@ -96,12 +98,37 @@ class System:
         return console.file.getvalue()
 
 
+class WriterInThisProcess:
+    """Replacement of the process that writes a report: it takes a second to start, ten times as long as it writes."""
+
+    returncode = OK
+
+    def __init__(self, command: list[str], **_: object) -> None:
+        words = command[command.index("report") :]
+        self._run_dir, self._until = Path(words[1]), float(words[words.index("--until") + 1])
+
+    def communicate(self, facts: bytes) -> tuple[bytes, bytes]:
+        file = self._run_dir / "facts.json"
+        file.write_bytes(facts)
+        with redirect_stdout(io.StringIO()) as out:
+            report_command.report(self._run_dir, facts=file, until=self._until, as_json=True)
+        return out.getvalue().encode(), b""
+
+
 @pytest.fixture
-def system(tmp_path: Path) -> System:
+def real_system(tmp_path: Path) -> System:
+    """A system with reports by another process, as users have them."""
     return System(tmp_path / "run")
 
 
-def test_a_mission_that_is_over_is_reported_and_the_next_one_beside_it(system: System) -> None:
+@pytest.fixture
+def system(real_system: System, monkeypatch: pytest.MonkeyPatch) -> System:
+    monkeypatch.setattr("skillwing.services.terminal.mission_reporter.subprocess.Popen", WriterInThisProcess)
+    return real_system
+
+
+def test_a_mission_that_is_over_is_reported_and_the_next_one_beside_it(real_system: System) -> None:
+    system = real_system
     system.network.run_for(1.0)
     system.enter("IDLE", "RUNNING")
     system.network.run_for(20.0)
@@ -309,8 +336,9 @@ def test_what_cannot_be_shown_or_recorded_starts_nothing(
 
 
 def test_a_report_that_does_not_fit_on_the_disk_is_written_when_there_is_room(
-    system: System, monkeypatch: pytest.MonkeyPatch
+    real_system: System, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    system = real_system
     room = [False]
     monkeypatch.setattr("skillwing.services.terminal.mission_reporter.has_room", lambda folder: room[0])
     folder = system.run_dir / "1-patrol"
