@@ -16,8 +16,9 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import GoalStatus, Keys, MissionStatus, decode
 from skillwing.services.robot import ProcessSpec
 
-CAMERA_FAILS = {"sensor": "zed", "kind": "blackout", "at": 14.0}
-ROUTE = [[6.0, 0.0, 3.0], [0.0, 0.0, 3.0]]
+CAMERA_FAILS = {"sensor": "zed", "kind": "blackout", "at": 10.0}
+ROUTE = [[4.0, 0.0, 2.0], [0.0, 0.0, 2.0]]
+OPTIONS = {"route": ROUTE, "return_height": 3.0}
 
 
 def make(spec: ProcessSpec) -> Any:
@@ -39,9 +40,7 @@ class Flight:
         observer.subscribe(
             Keys(skillset.name).status("*"), lambda sample: self._note(decode(sample.payload, GoalStatus)), events=True
         )
-        self._mission = MissionNode(
-            MISSION, skillset, MISSION.read_options({"route": ROUTE}), rescue_goal=ROBOT.rescue_goal
-        )
+        self._mission = MissionNode(MISSION, skillset, MISSION.read_options(OPTIONS), rescue_goal=ROBOT.rescue_goal)
         self.network.attach(self._mission)
 
     def _note(self, status: GoalStatus) -> None:
