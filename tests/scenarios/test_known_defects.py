@@ -31,7 +31,7 @@ from skillwing.services.protocol import FireExtern, GoalStatus, Keys, MissionPha
 
 M600 = ROBOT.load_skillset()
 KEYS = Keys(M600.name)
-SEEDS = range(40)
+SEEDS = range(200)
 """One flight in ten at each delay begins its way home wrongly if messages have no order."""
 JITTERS = (0.010, 0.050, 0.150)
 """Longest delays of single messages, in seconds."""
