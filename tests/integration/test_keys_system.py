@@ -90,7 +90,7 @@ def test_a_client_runs_a_skill_and_its_name_is_recorded(rover: Rover) -> None:
 def test_the_end_of_certificates_is_in_the_log(rover: Rover) -> None:
     """Certificates of 20 days have a reminder at once, and then each day."""
     log = (rover.run_dir / "logs" / "up.log").read_text(encoding="utf-8")
-    assert log.count("Renew it with `skillwing keys add-robot rover`, then restart the router.") == 1
+    assert log.count("Renew it with `skillwing keys add-robot rover --skillset ") == 1
 
 
 TURN = """<root BTCPP_format="4" main_tree_to_execute="spin">

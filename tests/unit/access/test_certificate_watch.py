@@ -66,8 +66,9 @@ def test_a_mission_does_not_start_in_the_last_day_of_a_certificate_in_use(
 ) -> None:
     end = min(end_of(store, "skill.drive"), end_of(store, "launcher"))
     now = [end - 2 * DAY]
-    watch = CertificateWatch(store.folder, "rover", ["skill/drive"], lambda: now[0])
-    assert "Renew it with `skillwing keys add-robot rover`" in watch.reminder("first router")
+    watch = CertificateWatch(store.folder, "rover", ["skill/drive"], lambda: "./rover", lambda: now[0])
+    command = f"`skillwing keys add-robot ./rover --robot-name rover --keys {store.folder}`"
+    assert f"Renew it with {command}, then restart the router." in watch.reminder("first router")
     assert watch.reminder("first router") == ""
     assert watch.objection() == ""
     now[0] = end - DAY + MINUTE

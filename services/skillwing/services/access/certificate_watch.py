@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
-from skillwing.services.access.identity_files import NEEDED, robot_certificates
+from skillwing.services.access.identity_files import NEEDED, add_robot_command, robot_certificates, unknown_table
 from skillwing.services.access.key_store import RENEWAL, KeysError
 
 HOUR, DAY = timedelta(hours=1), timedelta(days=1)
@@ -37,14 +37,20 @@ class Reminder:
 class CertificateWatch:
     """The watch over the certificates of a robot's processes and its router.
 
-    folder: of keys, None without any. processes: those with a certificate, without the launcher. now: UTC.
+    folder: of keys, None without any. processes: those with a certificate, without the launcher. table: as of
+    `require_certificates`. now: UTC.
     """
 
     def __init__(
-        self, folder: Path | None, robot: str, processes: Iterable[str], now: Callable[[], datetime] = utc_now
+        self,
+        folder: Path | None,
+        robot: str,
+        processes: Iterable[str],
+        table: Callable[[], str] = unknown_table,
+        now: Callable[[], datetime] = utc_now,
     ) -> None:
         self._folder, self._robot, self._processes = folder, robot, tuple(processes)
-        self._now = now
+        self._table, self._now = table, now
         self._router = ""
         self._first: CertificateFacts | None = self._read()
         """The certificate in use that ends first."""
@@ -69,7 +75,9 @@ class CertificateWatch:
         renewed = self._read()
         if renewed is not None and self._first is not None and renewed.expires > self._first.expires:
             return "It is renewed: restart the router, which uses it from then on."
-        return f"Renew it with `skillwing keys add-robot {self._robot}`, then restart the router."
+        if self._folder is None:
+            return ""
+        return f"Renew it with {add_robot_command(self._folder, self._robot, self._table)}, then restart the router."
 
     def _read(self) -> CertificateFacts | None:
         if self._folder is None:

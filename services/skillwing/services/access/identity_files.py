@@ -50,14 +50,14 @@ def process_identity(
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
             return read_identity(place)
-    advice = f"Make one: {_add_robot(folder, robot, table)}."
+    advice = f"Make one: {add_robot_command(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
-def _add_robot(folder: Path, robot: str, table: Callable[[], str]) -> str:
-    """The command that makes a robot's certificates. folder: of the site."""
+def add_robot_command(folder: Path, robot: str, table: Callable[[], str]) -> str:
+    """The command that makes the certificates of a robot, or renews them. folder: of the site."""
     words = table()
-    name = "" if words == robot else f" --robot-name {robot}"
+    name = "" if words.split()[0] == robot else f" --robot-name {robot}"
     return f"`skillwing keys add-robot {words}{name} --keys {folder}`"
 
 
@@ -82,7 +82,7 @@ def require_certificates(
     for found in robot_certificates(folder, robot, processes, table):
         if found.expires - utc_now() < NEEDED:
             text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
-            raise KeysError(f"{text} Renew it before a start: {_add_robot(folder, robot, table)}.")
+            raise KeysError(f"{text} Renew it before a start: {add_robot_command(folder, robot, table)}.")
 
 
 def ending_soon(identity: SessionIdentity | None) -> str:

@@ -154,7 +154,9 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                     f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
                 )
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
-                certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs))
+                certificates = CertificateWatch(
+                    settings.keys, robot.name, (spec.name for spec in specs), partial(table_words, robot)
+                )
                 node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
                 supervisor = ForegroundSupervisor(
                     *(console, launcher, node, announcement, exits, skillset.name, stop),
