@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from importlib.metadata import EntryPoint, entry_points
+from functools import cache
+from importlib import metadata
+from importlib.metadata import EntryPoint, EntryPoints
 
 from py_trees.behaviour import Behaviour
 
@@ -16,6 +18,12 @@ ENTRY_POINTS = "skillwing.nodes"
 
 class UnusableNodeError(Exception):
     """An installed node type that cannot be used. `str()` has a sentence for the problem and one for the remedy."""
+
+
+@cache
+def entry_points(group: str) -> EntryPoints:
+    """Entry points of a group. They are read once a process: a check of a tree file asks for them several times."""
+    return metadata.entry_points(group=group)
 
 
 def installed_nodes() -> list[NodeType]:
@@ -32,7 +40,9 @@ def installed_nodes() -> list[NodeType]:
 
 def unusable_reason(tag: str) -> str | None:
     """Reason why the installed node of this tag cannot be used; None if there is none, or if it can be used."""
-    for entry in entry_points(group=ENTRY_POINTS, name=tag):
+    for entry in entry_points(group=ENTRY_POINTS):
+        if entry.name != tag:
+            continue
         try:
             _load(entry)
         except UnusableNodeError as error:
