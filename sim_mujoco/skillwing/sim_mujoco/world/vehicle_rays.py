@@ -79,6 +79,8 @@ def _hits_on(
     squares = np.repeat(np.einsum("ij,ij->i", towards, towards), share)
     along = np.einsum("kij,kj->ki", directions.reshape(len(starts), share, 3), towards).ravel()
     near = np.flatnonzero((along > -TIP_RADIUS) & (squares - along * along < TIP_RADIUS**2))
+    if len(near) == 0:
+        return None
     turn = np.array(axes(pose[1])).T  # body to world
     inside = -(towards[near // share] @ turn), directions[near].astype(np.float64) @ turn
     distances, cosines = _nearest_part(*inside)
