@@ -396,6 +396,16 @@ def test_a_snapshot_of_a_missing_step_lets_the_later_ones_follow() -> None:
     assert client.shown_steps == {12: 1}
 
 
+def test_a_snapshot_shows_the_early_steps_that_it_holds() -> None:
+    client = Client(Robot())
+    client.view.take_states(client.robot.answer(), client.view.note_question())
+    for resource in ("camera", "lidar", "camera"):
+        client.robot.step(resource)
+    _, second, third = client.robot.told
+    assert client.view.take_step(second) == client.view.take_step(third) == ()
+    assert client.view.take_states(client.robot.answer(), client.view.note_question()) == (second, third)
+
+
 def test_a_step_that_comes_after_its_states_is_shown_at_once() -> None:
     robot, client = connected()
     robot.step("camera")

@@ -179,6 +179,8 @@ def test_a_goal_has_the_grace_that_its_owner_asked_for_and_no_other() -> None:
         ("client/mission-1", ("skill/look",), 0.5, None),
         ("client/anna~mission-1", ("mission",), 0.5, "launcher#1"),
         ("client/look-1", ("skill/look",), 0.5, "launcher#1"),
+        ("client/ground-station-1", ("ground-station",), 0.5, "launcher#1"),
+        ("client/ground-station-1", ("ground",), 0.5, None),
     ],
 )
 def test_an_interrupt_for_an_owner_has_the_exit_of_its_process_as_its_cause(
