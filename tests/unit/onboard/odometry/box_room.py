@@ -67,22 +67,28 @@ class Room:
         return np.stack(ways, axis=-1)
 
     def turn(self, t: float | Floats) -> Floats:
-        """Attitude of the drone (..., 3, 3) at `t` (...)."""
+        """Attitude of the drone (..., 3, 3) at `t` (...): a yaw, and a roll about the nose."""
         s = self._phase(t)
-        zero = np.zeros_like(s)
-        yaw = so3.exp(np.stack([zero, zero, _TURN * (1 - np.cos(s))], axis=-1))
-        return yaw @ so3.exp(np.stack([0.1 * np.sin(s) ** 2, zero, zero], axis=-1))
+        yaw, roll = _TURN * (1 - np.cos(s)), 0.1 * np.sin(s) ** 2
+        (cos_y, sin_y), (cos_r, sin_r) = ((np.cos(angle), np.sin(angle)) for angle in (yaw, roll))
+        turns = np.zeros((*np.shape(s), 3, 3))
+        turns[..., 0, 0], turns[..., 0, 1], turns[..., 0, 2] = cos_y, -sin_y * cos_r, sin_y * sin_r
+        turns[..., 1, 0], turns[..., 1, 1], turns[..., 1, 2] = sin_y, cos_y * cos_r, -cos_y * sin_r
+        turns[..., 2, 1], turns[..., 2, 2] = sin_r, cos_r
+        return turns
 
     def velocity(self, t: float) -> Floats:
         step = 1e-4
-        return (self.position(t + step) - self.position(t - step)) / (2 * step)
+        before, after = self.position(t + step * np.array([-1.0, 1.0]))
+        return (after - before) / (2 * step)
 
     def navigation(self, t: float) -> Navigation:
+        turn = self.turn(t)
         return Navigation(
             t=t,
             position=tuple((self.position(t) + self.offset).tolist()),
             velocity=tuple(self.velocity(t).tolist()),
-            quaternion=so3.quaternion(so3.exp(self.tilt) @ self.turn(t)),
+            quaternion=so3.quaternion(so3.exp(self.tilt) @ turn if self.tilt.any() else turn),
             angular_velocity=(0.0, 0.0, 0.0),
             heading=0.0,
         )
@@ -96,12 +102,13 @@ class Room:
     def felt(self, times: Floats) -> tuple[Floats, Floats]:
         """True specific force and angular rate at `times` (N,): (N, 3) both."""
         step = 1e-3
-        before, now, after = self.position(times - step), self.position(times), self.position(times + step)
+        moments = times + step * np.arange(-1.0, 2.0)[:, None]
+        (before, now, after), (turn_before, turn_now, turn_after) = self.position(moments), self.turn(moments)
         force = (after - 2 * now + before) / step**2 + GRAVITY
-        change = self.turn(times - step).transpose(0, 2, 1) @ self.turn(times + step)
+        change = turn_before.transpose(0, 2, 1) @ turn_after
         # The skew part of such a small rotation is the rotation vector.
         rates = np.stack([change[:, 2, 1], change[:, 0, 2], change[:, 1, 0]], axis=-1) / (2 * step)
-        return np.einsum("nji,nj->ni", self.turn(times), force), rates
+        return np.einsum("nji,nj->ni", turn_now, force), rates
 
     def scan(self, start: float, end: float) -> LidarScan:
         header = LidarHeader(t0=start, t1=end, columns=COLUMNS, beams=BEAMS, mount=tuple(MOUNT.tolist()))
@@ -109,7 +116,8 @@ class Room:
         turns = self.turn(times)
         origins = (self.position(times) + turns @ MOUNT)[:, None]
         ways = np.einsum("cbj,cij->cbi", lidar_directions(COLUMNS, BEAMS), turns)
-        ranges = ((np.copysign(HALF, ways @ ASKEW) - origins @ ASKEW) / (ways @ ASKEW)).min(axis=2)
+        x, y, z = np.moveaxis((np.copysign(HALF, askew := ways @ ASKEW) - origins @ ASKEW) / askew, 2, 0)
+        ranges = np.minimum(np.minimum(x, y), z)  # ten times as fast as the least along a short axis
         for low, high in self.blocks:
             ranges = np.minimum(ranges, distance_to_block(origins, ways, low, high))
         ranges += self.lidar_bias + self.lidar_noise * self._rng.standard_normal(ranges.shape)
