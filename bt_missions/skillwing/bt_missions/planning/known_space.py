@@ -85,24 +85,18 @@ class KnownSpace:
                 return
         self.discs.append(Disc(place, seen=seen))
 
-    def is_node(self, point: Point) -> bool:
-        """True if a detour may lead over `point`, and from there along any lattice edge to another such point."""
-        if self.area is not None:
-            west, south, east, north = self.area
-            if not (west <= point[0] <= east and south <= point[1] <= north):
-                return False
-        # No part of an edge between two points at this distance from a centre is nearer to it than the reach.
-        half = self.cell * math.sqrt(2) / 2
-        return all(math.dist(point, disc.centre) >= math.hypot(self._reach(disc), half) for disc in self.discs)
-
     def is_open(self, a: Point, b: Point) -> bool:
         """True if the segment from `a` to `b` keeps clear of all discs.
 
         If `a` or `b` is too near to a disc, the motion may come as near as that, but not nearer. So a robot can leave
         an obstacle that stopped it, and reach a waypoint beside one.
         """
+        length = math.dist(a, b)
         for disc in self.discs:
-            allowed = min(self._reach(disc), math.dist(a, disc.centre), math.dist(b, disc.centre))
+            reach, from_a = self.reach(disc), math.dist(a, disc.centre)
+            if from_a >= reach + length:
+                continue  # no point of the segment is within reach
+            allowed = min(reach, from_a, math.dist(b, disc.centre))
             if _distance_to_segment(disc.centre, a, b) < allowed - 1e-9:
                 return False
         return True
@@ -116,7 +110,8 @@ class KnownSpace:
         lattice = self._search(start, goal)
         return None if lattice is None else self._pull_tight(start, [*lattice, goal])
 
-    def _reach(self, disc: Disc) -> float:
+    def reach(self, disc: Disc) -> float:
+        """Distance that the robot's centre keeps from the centre of a disc, in metres."""
         return disc.radius + self.clearance
 
     def _search(self, start: Point, goal: Point) -> list[Point] | None:
@@ -166,8 +161,12 @@ class _Lattice:
         self._cell = space.cell
         points = [start, goal, *(disc.centre for disc in space.discs)]
         self._border = max((disc.radius for disc in space.discs), default=0.0) + space.clearance + _BORDER
-        self._low = min(x for x, _ in points) - self._border, min(y for _, y in points) - self._border
-        self._high = max(x for x, _ in points) + self._border, max(y for _, y in points) + self._border
+        low = min(x for x, _ in points) - self._border, min(y for _, y in points) - self._border
+        high = max(x for x, _ in points) + self._border, max(y for _, y in points) + self._border
+        self._borders = [(*low, *high), *([] if space.area is None else [space.area])]
+        # No part of an edge between two points at this distance from a centre is nearer to it than the reach.
+        half = space.cell * math.sqrt(2) / 2
+        self._distances = [(disc.centre, math.hypot(space.reach(disc), half)) for disc in space.discs]
         self._usable: dict[Node, bool] = {}
 
     def around(self, point: Point) -> Iterator[Node]:
@@ -190,10 +189,15 @@ class _Lattice:
     def _is_usable(self, node: Node) -> bool:
         known = self._usable.get(node)
         if known is None:
-            x, y = self.place(node)
-            inside = self._low[0] <= x <= self._high[0] and self._low[1] <= y <= self._high[1]
-            known = self._usable[node] = inside and self._space.is_node((x, y))
+            known = self._usable[node] = self._is_clear(self.place(node))
         return known
+
+    def _is_clear(self, point: Point) -> bool:
+        """True if a detour may lead over `point`, and from there along any lattice edge to another such point."""
+        for west, south, east, north in self._borders:
+            if not (west <= point[0] <= east and south <= point[1] <= north):
+                return False
+        return all(math.dist(point, centre) >= distance for centre, distance in self._distances)
 
 
 def _back_to_start(parent: dict[Node, Node | None], node: Node) -> list[Node]:
