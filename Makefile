@@ -47,9 +47,9 @@ PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --n
 test: style
 	$(PYTEST) $(PYTEST_ARGS)
 
-# Twenty times as many examples for each law that does not set their number itself.
+# Twenty times as many examples for each law, unless it sets their number by `settings` itself.
 thorough: setup
-	$(PYTEST) --hypothesis-profile thorough tests/unit $(PYTEST_ARGS)
+	$(PYTEST) --hypothesis-profile thorough tests/unit tests/scenarios $(PYTEST_ARGS)
 
 # Broken variants of every example file: whatever is typed, there are diagnostics and never a traceback.
 mutants: setup

@@ -9,10 +9,11 @@ from __future__ import annotations
 from typing import Any
 from unittest.mock import patch
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.decorators import FailureIsSuccess, Repeat
 
+from law_settings import examples
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionTrees
@@ -152,7 +153,7 @@ ACTIONS = st.lists(
 JITTERS = st.sampled_from([0.002, 0.05, 0.2])
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.integers(0, 10_000), JITTERS, ACTIONS)
 def test_no_tick_sees_an_end_before_the_states_of_its_step(
     seed: int, jitter: float, actions: list[tuple[str, float]]

@@ -42,7 +42,8 @@ def drawn(file: Path, scene: MapScene) -> np.ndarray:
 
 
 def share_of(colour: str, picture: np.ndarray) -> float:
-    return float((np.abs(picture[:, :, :3] - to_rgb(colour)).max(axis=2) < 0.02).mean())
+    red, green, blue = (np.abs(picture[:, :, at] - share) < 0.02 for at, share in enumerate(to_rgb(colour)))
+    return float((red & green & blue).mean())
 
 
 def test_branches_have_different_colours(tmp_path: Path) -> None:

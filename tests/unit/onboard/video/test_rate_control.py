@@ -8,6 +8,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from law_settings import examples
 from skillwing.m600.skills.timers import LeakyTimer
 from skillwing.onboard.topics.faults import FASTEST_LINK
 from skillwing.onboard.topics.link import LinkStatus
@@ -116,7 +117,7 @@ class Loop:
         return worst
 
 
-@settings(max_examples=60)
+@examples(15)
 @given(min_fps, min_quality, difficulty, st.floats(2e4, 5e6))
 def test_on_a_constant_link_the_rates_settle(fps: float, wanted: float, hard: float, bandwidth: float) -> None:
     loop = Loop(fps, wanted, hard)
@@ -130,7 +131,7 @@ def test_on_a_constant_link_the_rates_settle(fps: float, wanted: float, hard: fl
 def test_attempts_that_fail_become_rare() -> None:
     """One frame rate is too high for the quality, and the next one is more than good enough."""
     changes: list[int] = []
-    for bandwidth in range(60_000, 200_000, 10_000):
+    for bandwidth in range(60_000, 200_000, 20_000):
         loop = Loop(3.0, 0.5, 2.0)
         loop.run(60.0, bandwidth, wobble=0.03)
         settled = loop.control.changes
@@ -221,7 +222,7 @@ def test_both_demands_are_held_where_both_can_be(
     assert loop.timer(60.0, bandwidth) < 4.0
 
 
-@settings(max_examples=15)
+@examples(10)
 @given(min_fps, min_quality, difficulty, st.floats(2e4, 5e6), st.floats(0.0, 1.0), misjudged)
 @example(2.0, 0.2, 1.0, 1372715.0, 0.671875, 0.28125)  # caution 2 -> 1 holds, and 1 -> 0 fails each time
 def test_on_a_constant_link_that_loses_packets_the_rates_settle(
