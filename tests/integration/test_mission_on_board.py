@@ -28,7 +28,14 @@ pytestmark = pytest.mark.slow
 
 PATIENCE = 40.0
 CLI = (sys.executable, "-m", "skillwing.services.terminal.cli")
-ROBOT = "m600"
+ROBOT = "hopper"
+SKILLSET = """
+skillset hopper {
+    skill takeoff { input { height: float64  speed: float64 }  result { success DONE } }
+    skill hover { input { duration: float64 }  interrupt { }  result { success DONE } }
+    skill land { result { success DONE } }
+}
+"""
 SCRIPT = """
 [skill.takeoff]
 delay = 1.0
@@ -48,17 +55,56 @@ TREE = """
   <BehaviorTree ID="rescue"><land/></BehaviorTree>
 </root>
 """
+HOPS = """
+from skillwing.bt_missions.leaves.skill_action import SkillAction
+from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
+
+
+class Options(MissionOptions):
+    seconds: float = 1.0
+
+
+class Hops(Mission):
+    name = "hops"
+    summary = "Hover."
+    Options = Options
+
+    def build(self, context, options):
+        return MissionTrees(SkillAction("hover", context, "hover", {"duration": options.seconds}))
+
+
+MISSION = Hops()
+"""
+"""A mission that is installed on the robot."""
 
 
 @pytest.fixture(scope="module")
-def run_dir(runtime: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A mocked m600 whose `hover` lasts until it is interrupted."""
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for `PYTHONPATH` with the mission HOPS, as a package manager installs it."""
+    folder = tmp_path_factory.mktemp("site")
+    (folder / "hops.py").write_text(HOPS, encoding="utf-8")
+    described = folder / "hops-1.0.dist-info"
+    described.mkdir()
+    (described / "METADATA").write_text("Metadata-Version: 2.1\nName: hops\nVersion: 1.0\n", encoding="utf-8")
+    (described / "entry_points.txt").write_text("[skillwing.missions]\nhops = hops:MISSION\n", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run_dir(runtime: Path, installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A mocked robot of three skills, whose `hover` lasts until it is interrupted."""
     del runtime
     folder = tmp_path_factory.mktemp("on-board")
-    script = folder / "slow.mock.toml"
-    script.write_text(SCRIPT, encoding="utf-8")
-    words = ("up", "--mock", "--script", str(script), "--run-dir", str(folder / "run"))
-    process = subprocess.Popen([*CLI, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    (folder / "hopper.skillset").write_text(SKILLSET, encoding="utf-8")
+    (folder / "hopper.mock.toml").write_text(SCRIPT, encoding="utf-8")
+    words = ("mock", str(folder / "hopper.skillset"), "--run-dir", str(folder / "run"))
+    process = subprocess.Popen(
+        [*CLI, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(installed)},
+    )
     assert process.stdout is not None
     try:
         said = next((line for line in process.stdout if "Start a skill" in line or "did not start" in line), "")
@@ -127,10 +173,10 @@ def test_the_command_ends_and_the_mission_goes_on_until_it_is_aborted(
     said, _ = command.communicate(timeout=PATIENCE)
     assert command.returncode == INTERRUPTED
     assert "The mission goes on on board. `skillwing mission abort` ends it." in said
-    second = skillwing("mission", "run", "mapping", "--on-board")
+    second = skillwing("mission", "run", "hops", "--on-board")
     assert second.code == REFUSED
     assert second.error.startswith("Mission hop runs here already.")
-    on_the_ground = skillwing("mission", "run", "mapping")
+    on_the_ground = skillwing("mission", "run", tree())
     assert on_the_ground.code == REFUSED
     shown = skillwing("status", "--json").json
     assert shown["processes"]["mission"]["state"] == "runs"
@@ -151,9 +197,9 @@ def test_a_mission_that_does_not_fit_is_refused_with_its_problems_and_starts_not
     here = skillwing("mission", "run", tree("<hoover/>", "wrong"), "--on-board")
     assert here.code == USAGE
     assert "did you mean `hover`?" in here.error
-    there = skillwing("mission", "run", "mapping", "--on-board", "rout=1")
+    there = skillwing("mission", "run", "hops", "--on-board", "second=1")
     assert there.code == REFUSED
-    assert "There is no option `rout` of `mapping`; did you mean `route`?" in there.error
+    assert "There is no option `second` of `hops`; did you mean `seconds`?" in there.error
     assert "Traceback" not in there.error
     unknown = skillwing("mission", "run", "nosuch", "--on-board")
     assert unknown.code == REFUSED
@@ -168,12 +214,19 @@ def test_a_python_file_is_refused_before_anything_is_asked(skillwing: Command) -
     assert "Its mission has to be installed on the robot." in said.error
 
 
-def test_a_mission_on_board_ends_its_command_with_its_result(run_dir: Path, tree: Callable[..., str]) -> None:
+def test_a_mission_on_board_ends_its_command_and_the_launcher_tells_its_result_to_those_who_missed_it(
+    run_dir: Path, tree: Callable[..., str]
+) -> None:
     del run_dir
     command = follow(tree(""))
     said, _ = command.communicate(timeout=PATIENCE)
     assert command.returncode == OK, said
     assert "SUCCEEDED" in said
+    statuses: list[MissionStatus] = []
+    with connect(ROBOT, wait_for_clock=False) as system:
+        ask_latest_status(system, statuses.append)
+        assert system.bus.run_until(lambda: bool(statuses), PATIENCE)
+    assert (statuses[0].mission, statuses[0].phase) == ("hop", "SUCCEEDED")
 
 
 def test_a_mission_whose_process_is_killed_is_over_for_its_watchers_and_its_goals_end(
@@ -233,7 +286,7 @@ def test_a_mission_on_board_whose_process_is_still_starting_refuses_one_on_the_g
         [started] = mission_processes()
         started.suspend()
         try:
-            on_the_ground = skillwing("mission", "run", "mapping")
+            on_the_ground = skillwing("mission", "run", str(file))
         finally:
             started.resume()
         assert on_the_ground.code == REFUSED
@@ -267,13 +320,3 @@ def test_a_mission_on_the_ground_that_began_meanwhile_gives_no_answer_to_the_req
 
         assert "There is no node `hoover`" in until(refused, "the refusal").message
         token.cancel()
-
-
-def test_the_launcher_tells_the_last_status_to_those_who_missed_it(run_dir: Path, tree: Callable[..., str]) -> None:
-    del run_dir
-    follow(tree("")).communicate(timeout=PATIENCE)
-    statuses: list[MissionStatus] = []
-    with connect(ROBOT, wait_for_clock=False) as system:
-        ask_latest_status(system, statuses.append)
-        assert system.bus.run_until(lambda: bool(statuses), PATIENCE)
-    assert (statuses[0].mission, statuses[0].phase) == ("hop", "SUCCEEDED")
