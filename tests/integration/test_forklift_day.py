@@ -28,6 +28,8 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "forklift"
 SKILLWING = Path(sys.executable).with_name("skillwing")
 PATIENCE = 60.0
 POLL = 0.02
+OWN_MODULES = ("forklift", "first", "fetch")
+"""Modules of the folder of the test."""
 HONK = """
 from skillwing.services.managers.hooks import Goal
 
@@ -97,28 +99,15 @@ class Day:
         self.said: list[str] = []
 
     def skillwing(self, *words: str, codes: tuple[int, ...] = (0,)) -> str:
-        """Output of `skillwing WORDS...`, which has to end with one of these codes."""
-        done = self._run(*words)
-        return self._heard(words, done.returncode, done.stdout, done.stderr, codes)
-
-    def here(self, *words: str, codes: tuple[int, ...] = (0,)) -> str:
-        """The same in this process: a command that loads no file of the folder needs no interpreter of its own."""
+        """Output of `skillwing WORDS...`, which has to end with one of these codes. It runs in the test's process."""
         done = run_command(*words)
-        return self._heard(words, done.code, done.out, done.error, codes)
-
-    def _heard(self, words: tuple[str, ...], code: int, output: str, errors: str, codes: tuple[int, ...]) -> str:
-        self.said += [" ".join(words), output, errors]
-        assert code in codes, (words, output, errors)
-        return output + errors
+        self.said += [" ".join(words), done.out, done.error]
+        assert done.code in codes, (words, done)
+        return done.out + done.error
 
     def quietly(self, *words: str) -> str:
         """Standard output of a command whose words do not count."""
-        return self._run(*words).stdout
-
-    def _run(self, *words: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [SKILLWING, *words], cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE, check=False
-        )
+        return run_command(*words).out
 
     @property
     def processes(self) -> dict[str, ProcessState]:
@@ -147,11 +136,24 @@ class Day:
             time.sleep(POLL)
 
     def mission_is(self, phase: str) -> bool:
-        return phase in self.here("mission", "watch")
+        return phase in self.skillwing("mission", "watch")
 
 
 @pytest.fixture
-def day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Day:
+def forgotten_modules() -> Iterator[None]:
+    """What commands import from the folder of the test, no other test finds."""
+    path, modules = list(sys.path), set(sys.modules)
+    yield
+    sys.path[:] = path
+    for name in set(sys.modules) - modules:
+        if name.partition(".")[0] in OWN_MODULES:
+            del sys.modules[name]
+
+
+@pytest.fixture
+def day(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, forgotten_modules: None) -> Day:
+    del forgotten_modules
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "rt").mkdir(mode=0o700)
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "rt"))
     monkeypatch.setenv("COLUMNS", "160")
@@ -184,8 +186,8 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
     assert "problems" in day.quietly("mission", "check", "mapping", "--robot", "./forklift"), "it is a drone's"
 
     with system(day, "--mock", "drive", "pick", "place", "charge"):
-        day.here("status")
-        assert "DONE" in day.here("start", "honk", "duration=0.1", "--follow"), "the own manager"
+        day.skillwing("status")
+        assert "DONE" in day.skillwing("start", "honk", "duration=0.1", "--follow"), "the own manager"
         assert "fits forklift" in day.skillwing("mission", "check", "shuttle.xml"), "the robot that runs is asked"
         assert "do not fit forklift" in day.quietly("mission", "list")
         for mission in ("first.xml", "fetch.py"):
@@ -194,34 +196,34 @@ def test_a_day_of_a_forklift_has_no_word_of_a_drone(day: Day) -> None:
 
         with day.running("mission", "run", "shuttle.xml", "rack=6,2,0.5") as run:
             day.until(lambda: day.mission_is("drive"))
-            day.here("mission", "pause")
+            day.skillwing("mission", "pause")
             day.until(lambda: day.mission_is("PAUSED"))
-            assert "Mission shuttle: PAUSED  paused by the operator" in day.here("status")
-            day.here("mission", "resume")
+            assert "Mission shuttle: PAUSED  paused by the operator" in day.skillwing("status")
+            day.skillwing("mission", "resume")
             day.until(lambda: day.mission_is("RUNNING"))
-            day.here("mission", "abort", "--reason", "lunch")
+            day.skillwing("mission", "abort", "--reason", "lunch")
             assert run.wait(PATIENCE) == 1
         with day.running("mission", "run", "shuttle.xml") as run:
             day.until(lambda: day.mission_is("drive"))
             run.send_signal(signal.SIGINT)
             assert run.wait(PATIENCE) == 1
 
-        day.here("trigger", "emergency_stop", "PRESSED")
-        assert "emergency_stop" in day.here("start", "drive", "target=1,1,0", "--follow", codes=(4,))
-        day.here("trigger", "emergency_stop", "RELEASED")
-        day.here("script", "drive", "delay=600", "--always")
+        day.skillwing("trigger", "emergency_stop", "PRESSED")
+        assert "emergency_stop" in day.skillwing("start", "drive", "target=1,1,0", "--follow", codes=(4,))
+        day.skillwing("trigger", "emergency_stop", "RELEASED")
+        day.skillwing("script", "drive", "delay=600", "--always")
         pid = day.processes["skill/drive"].pid
         assert pid is not None
-        day.here("start", "drive", "target=1,1,0")
+        day.skillwing("start", "drive", "target=1,1,0")
         os.kill(pid, signal.SIGKILL)
-        day.until(lambda: "LOST" in day.here("status", codes=(0, 1)))
+        day.until(lambda: "LOST" in day.skillwing("status", codes=(0, 1)))
         for command in (["top", "--once"], ["doctor"], ["resources"], ["data"]):
-            day.here(*command, codes=(0, 1))
+            day.skillwing(*command, codes=(0, 1))
         run_dir = max((day.folder / "runs").iterdir())
-        day.here("down")
-    report = day.here("report", str(run_dir))
+        day.skillwing("down")
+    report = day.skillwing("report", str(run_dir))
     assert [report.count(result) for result in ("success", "aborted", "unfinished")] == [2, 2, 0], report
-    day.here("timeline", str(run_dir))
-    day.here("--help")
+    day.skillwing("timeline", str(run_dir))
+    day.skillwing("--help")
     words = [text for text in day.said if DRONE_WORDS.search(text) or "m600" in text]
     assert words == []
