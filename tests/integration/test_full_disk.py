@@ -15,6 +15,7 @@ from time import monotonic, sleep
 
 import pytest
 from command_line import Command, Said
+from running_system import until
 
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.history.files import TIMELINE_FILE, read_goals, read_records
@@ -106,9 +107,10 @@ def goals_of(run_dir: Path) -> set[str]:
 
 
 def test_a_full_disk_costs_the_recording_of_its_time_and_nothing_else(
-    skillwing: Command, source: Path, disk: Path
+    skillwing: Command, source: Path, disk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with running(skillwing, source, disk / "run") as robot:
+    monkeypatch.chdir(disk)
+    with running(skillwing, source, disk / "runs" / "one") as robot:
         before = robot.start()
         fill(disk)
         meanwhile = [robot.start() for _ in range(3)]
@@ -120,6 +122,11 @@ def test_a_full_disk_costs_the_recording_of_its_time_and_nothing_else(
         state = wait_for(robot.run_dir, "well")
         assert robot.status().json["recording"] is None
         after = robot.start()
+        (listed,) = json.loads(skillwing("runs", "list", "--json").out)
+        assert listed["active"]
+        assert "No space left on device" in listed["missing"][0]
+        kept = skillwing("runs", "prune", "--count", "0", "--json")
+        assert kept.json == {"deleted": True, "runs": []}, "an active run is never deleted"
         robot.stop()
     assert {before, after} <= goals_of(robot.run_dir)
     (gap,) = state.gaps
@@ -137,30 +144,45 @@ def test_a_full_disk_costs_the_recording_of_its_time_and_nothing_else(
     assert drawn.code == 1
     assert f"`{disk / 'run.png'}` cannot be written: No space left on device. Free some room" in drawn.error
     assert not (disk / "run.png").exists()
+    free(disk)
+    assert "1 run would be deleted" in skillwing("runs", "prune", "--count", "0", "--dry-run").out
+    assert robot.run_dir.exists()
+    gone = skillwing("runs", "prune", "--count", "0", "--json")
+    assert [run["path"] for run in gone.json["runs"]] == ["runs/one"]
+    assert not robot.run_dir.exists()
 
 
-@pytest.mark.parametrize("process", ["recorder", "resource_manager", "skill/push"])
-def test_a_process_that_dies_on_a_full_disk_comes_back(
-    skillwing: Command, source: Path, disk: Path, process: str
+def wait_for_another(robot: System, process: str, before: int) -> None:
+    """Wait until a process runs that is not the one with the id `before`."""
+    end = monotonic() + WITHIN
+    while monotonic() < end:
+        now = robot.status().json["processes"][process]
+        if now["state"] == "runs" and now["pid"] != before:
+            return
+        sleep(0.2)
+    raise AssertionError(f"{process} is {now}")
+
+
+def test_processes_that_die_on_a_full_disk_come_back_and_the_system_is_stopped_on_one(
+    skillwing: Command, source: Path, disk: Path
 ) -> None:
     with running(skillwing, source, disk / "run") as robot:
         robot.start()
         fill(disk)
-        before = robot.status().json["processes"][process]
-        os.kill(before["pid"], 9)
-        end = monotonic() + WITHIN
-        while monotonic() < end:
-            now = robot.status().json["processes"][process]
-            if now["state"] == "runs" and now["pid"] != before["pid"]:
-                break
-            sleep(0.2)
-        else:
-            raise AssertionError(f"{process} is {now}")
-        robot.start()
+        for process in ("recorder", "resource_manager", "skill/push"):
+            before = robot.status().json["processes"][process]["pid"]
+            os.kill(before, 9)
+            wait_for_another(robot, process, before)
+            robot.start()
         free(disk)
         wait_for(robot.run_dir, "well")
         after = robot.start()
+        until(lambda: after in goals_of(robot.run_dir), "the goal to be recorded")
+        fill(disk)
+        robot.start()
+        wait_for(robot.run_dir, "failing")
         robot.stop()
+    assert skillwing("status").code == 3
     assert after in goals_of(robot.run_dir)
 
 
@@ -180,16 +202,6 @@ def test_a_recorder_ends_in_order_on_a_full_disk(source: Path, disk: Path) -> No
         os.kill(launcher.pids["recorder"], signal.SIGTERM)
         ended = exits.get(timeout=WITHIN)
     assert (ended.process, ended.exit_code) == ("recorder", 0)
-
-
-def test_a_system_is_stopped_on_a_full_disk(skillwing: Command, source: Path, disk: Path) -> None:
-    with running(skillwing, source, disk / "run") as robot:
-        robot.start()
-        fill(disk)
-        robot.start()
-        wait_for(robot.run_dir, "failing")
-        robot.stop()
-    assert skillwing("status").code == 3
 
 
 @pytest.mark.parametrize("detach", [["--detach"], []])
@@ -212,31 +224,8 @@ def test_a_directory_for_the_announcement_that_is_full_is_named(
     (disk / "skillwing").mkdir()
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(disk))
     fill(disk)
-    words = ["-m", "skillwing.services.terminal.cli", "mock", str(source), "--run-dir", str(tmp_path / "run")]
-    ended = subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=WITHIN, check=False)
+    words = ["mock", str(source), "--run-dir", str(tmp_path / "run"), "--no-record", "--colocate"]
+    command = [sys.executable, "-m", "skillwing.services.terminal.cli", *words]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=WITHIN, check=False)
     assert ended.returncode == 1
     assert f"`{disk / 'skillwing' / 'press.json'}` cannot be written: No space left on device." in ended.stderr
-
-
-def test_runs_are_listed_with_what_is_missing(
-    skillwing: Command, source: Path, disk: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(disk)
-    with running(skillwing, source, disk / "runs" / "one") as robot:
-        robot.start()
-        fill(disk)
-        robot.start()
-        wait_for(robot.run_dir, "failing")
-        free(disk)
-        wait_for(robot.run_dir, "well")
-        (listed,) = json.loads(skillwing("runs", "list", "--json").out)
-        assert listed["active"]
-        assert "No space left on device" in listed["missing"][0]
-        kept = skillwing("runs", "prune", "--count", "0", "--json")
-        assert kept.json == {"deleted": True, "runs": []}, "an active run is never deleted"
-        robot.stop()
-    assert "1 run would be deleted" in skillwing("runs", "prune", "--count", "0", "--dry-run").out
-    assert robot.run_dir.exists()
-    gone = skillwing("runs", "prune", "--count", "0", "--json")
-    assert [run["path"] for run in gone.json["runs"]] == ["runs/one"]
-    assert not robot.run_dir.exists()
