@@ -3,6 +3,10 @@
 The search of Wing and Gong (1993), with the memory of configurations that Lowe (2017) added. Operations are taken out
 of the history one at a time, each between its call and its answer, as long as a sequential model agrees. If not,
 the last one is put back. Pure: a model, a history, a verdict.
+
+Operations without an answer would double the configurations, each by itself. So one that changes nothing is left out,
+and of those with the same call the first one comes first. Both lose no order: such an operation may happen or not, and
+one that was called before another can take its place.
 """
 
 from __future__ import annotations
@@ -89,6 +93,7 @@ class _Search(Generic[S, C, A]):
         self._taken: list[tuple[int, S]] = []
         self._best: tuple[int, ...] = ()
         self._stuck: tuple[int, ...] = ()
+        self._before = _same_before(history)
 
     def run(self, most_steps: float) -> Verdict[C, A]:
         """Take the first operation that fits, again and again; undo the last one where none fits."""
@@ -109,12 +114,17 @@ class _Search(Generic[S, C, A]):
                 events.put_back(index)
                 event = events.after(events.call(index))
                 continue
+            before = self._before.get(index)
+            if before is not None and not mask >> before & 1:
+                event = events.after(event)
+                continue
             steps += 1
             if steps > most_steps:
                 raise UndecidedError(f"No verdict after {most_steps:g} steps.")
             after = self._model.step(state, history[index].call, history[index].answer)
-            configuration = None if after is None else (mask | 1 << index, after)
-            if after is None or configuration is None or configuration in seen:
+            is_needless = history[index].answered is None and after == state
+            configuration = None if after is None or is_needless else (mask | 1 << index, after)
+            if configuration is None or configuration in seen:
                 event = events.after(event)
                 continue
             seen.add(configuration)
@@ -136,6 +146,19 @@ class _Search(Generic[S, C, A]):
         order = tuple(history[index] for index in self._best)
         stuck = () if linearizable else tuple(history[index] for index in self._stuck)
         return Verdict(linearizable, order, stuck, steps)
+
+
+def _same_before(history: Sequence[Operation[C, A]]) -> dict[int, int]:
+    """For each operation without an answer, the one before it with the same call and no answer."""
+    unanswered = [index for index, each in enumerate(history) if each.answered is None]
+    latest: dict[str, int] = {}
+    before: dict[int, int] = {}
+    for index in sorted(unanswered, key=lambda index: history[index].called):
+        call = repr(history[index].call)  # calls may hold what has no hash
+        if call in latest:
+            before[index] = latest[call]
+        latest[call] = index
+    return before
 
 
 class _Events:

@@ -130,6 +130,13 @@ def test_agrees_with_trying_every_order(history: list[Seen]) -> None:
         assert _possible(verdict.order)
 
 
+def test_calls_that_nobody_answered_do_not_double_the_search() -> None:
+    calls = [ONE, TWO] * 20
+    unanswered = [op(f"writer {number}", call, None, number, None) for number, call in enumerate(calls)]
+    verdict = check(Register(), [*unanswered, op("reader", READ, 3, 200, 201)], most_steps=2000)
+    assert not verdict.linearizable
+
+
 def test_a_search_that_takes_too_long_is_undecided() -> None:
     writes = [op(f"writer {number}", ("write", number), 0, number, 100 + number) for number in range(1, 13)]
     history = [*writes, op("reader", READ, 99, 200, 201)]
