@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 from flights import ROOT, ROUTE, Flight
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from law_settings import examples
 from skillwing.bt_missions.library import find_mission
 from skillwing.services.protocol import RecordKind
 
@@ -100,7 +101,7 @@ def test_the_tree_file_flies_as_the_mission_in_python_does(failures: list[tuple[
 
 
 @given(seed=seeds, moment=moments)
-@settings(max_examples=8, deadline=None)
+@examples(5)
 def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("zed_status", "FAILED"))
@@ -111,7 +112,7 @@ def test_the_camera_may_fail_at_any_time(seed: int, moment: float) -> None:
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))
-@settings(max_examples=8, deadline=None)
+@examples(5)
 def test_the_lidar_may_fail_at_any_time_and_the_drone_comes_home(seed: int, moment: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("lidar_status", "FAILED"))
@@ -124,7 +125,7 @@ def test_the_lidar_may_fail_at_any_time_and_the_drone_comes_home(seed: int, mome
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST), apart=st.floats(0.0, 30.0), camera_first=st.booleans())
-@settings(max_examples=16, deadline=None)
+@examples(10)
 def test_both_sensors_may_fail_at_any_time_and_the_drone_lands(
     seed: int, moment: float, apart: float, camera_first: bool
 ) -> None:
@@ -141,7 +142,7 @@ def test_both_sensors_may_fail_at_any_time_and_the_drone_lands(
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))
-@settings(max_examples=8, deadline=None)
+@examples(5)
 def test_the_pilot_may_keep_the_drone_at_any_time_and_nothing_is_commanded_after(seed: int, moment: float) -> None:
     flight = Flight(seed=seed, pilot_patience=20.0)
     started_before: list[int] = []
@@ -166,7 +167,7 @@ def test_the_pilot_may_keep_the_drone_at_any_time_and_nothing_is_commanded_after
     moment=st.floats(1.0, LONGEST),
     kept=st.floats(0.01, 15.0),
 )
-@settings(max_examples=5, deadline=None)
+@examples(5)
 def test_a_drone_that_the_pilot_gives_back_flies_its_whole_route(seed: int, moment: float, kept: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("SDK_authority", "UNAVAILABLE"))
@@ -193,7 +194,7 @@ def test_a_hold_is_reported_as_a_phase_with_its_cause() -> None:
 
 
 @given(seed=seeds, moment=st.floats(1.0, LONGEST))
-@settings(max_examples=8, deadline=None)
+@examples(5)
 def test_the_battery_may_run_low_at_any_time_and_the_drone_lands(seed: int, moment: float) -> None:
     flight = Flight(seed=seed)
     flight.at(moment, lambda: flight.drone.set("battery_status", "CRITICAL"))

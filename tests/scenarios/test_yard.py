@@ -6,10 +6,11 @@ Real managers and missions in virtual time. Whatever is killed, the ground truth
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from toy_yard import GATE, PAD, ROBOTS, SHUTTLE, YARD, ToyYard, places
 
+from law_settings import examples
 from skillwing.services.bus import Answer, Refused
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.goal_handle import GoalHandle
@@ -34,7 +35,7 @@ def ready(robots: int = 2, *, seed: int = 0, jitter: float = 0.0) -> ToyYard:
 
 
 @given(seed=st.integers(0, 1000), jitter=st.sampled_from([0.0, 0.02, 0.2]), robots=st.integers(2, 3), data=st.data())
-@settings(max_examples=5, deadline=None)
+@examples(4)
 def test_robots_that_come_at_any_time_visit_the_pad_one_after_the_other(
     seed: int, jitter: float, robots: int, data: st.DataObject
 ) -> None:
@@ -85,7 +86,7 @@ EVENTS = st.one_of(
     jitter=st.sampled_from([0.0, 0.02, 0.2]),
     events=st.lists(st.tuples(EVENTS, st.sampled_from([0.3, 1.0, 2.5, 4.0, 12.0])), max_size=10),
 )
-@settings(max_examples=10, deadline=None)
+@examples(7)
 def test_whatever_is_killed_two_robots_never_meet_and_every_mission_ends(
     seed: int, jitter: float, events: list[tuple[tuple[str, str], float]]
 ) -> None:
