@@ -6,10 +6,11 @@ from typing import cast
 
 import pytest
 from flights import Flight
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from faulty_network import FaultyNetwork
+from law_settings import examples
 from skillwing.bt_missions.running.link_wait import RECOVERY, Link, LinkPatience
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.names import MISSION
@@ -59,7 +60,7 @@ def test_goals_end_when_the_grace_is_over_and_the_mission_says_why() -> None:
 
 
 @given(at=st.floats(2.0, 30.0), seconds=st.floats(0.1, GRACE - 1.0), seed=st.integers(0, 999))
-@settings(max_examples=10)
+@examples(5)
 def test_no_goal_is_interrupted_within_the_grace(at: float, seconds: float, seed: int) -> None:
     cut = CutFlight(GRACE, at, seconds, seed)
     assert cut.flight.fly().phase is MissionPhase.SUCCEEDED

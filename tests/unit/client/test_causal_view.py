@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from law_settings import examples
 from skillwing.services.client.causal_view import CausalView, Delivered
 from skillwing.services.protocol import GoalStatus, Record, RecordKind, ResourceStates, ResourceStep, State
 
@@ -160,7 +161,7 @@ def carry(robot: Robot, client: Client, action: str, choice: int) -> set[str]:
 
 
 @given(st.booleans(), st.lists(ACTIONS, min_size=20, max_size=60))
-@settings(max_examples=400, deadline=None)
+@examples(120)
 def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
     begins_connected: bool, actions: list[tuple[str, int]]
 ) -> None:

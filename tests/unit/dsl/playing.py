@@ -136,9 +136,9 @@ class _Play:
         skillset = self._skillset
         for resource in skillset.resources:
             for state in resource.states:
-                core = self._core()
                 request = FireExtern(resource=resource.name, target=state, source="play")
-                if resource.allows(core.states[resource.name], state, extern=True):
+                if resource.allows(dict(self._here[0])[resource.name], state, extern=True):
+                    core = self._core()
                     self._note(core.step(request, 0.0), core, datum)
         for event in skillset.events:
             core = self._core()

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from playing import Playthrough, TooLargeError, about_resources, holds, play
 from small_skillsets import Source, sources
 
+from law_settings import examples
 from skillwing.dsl.checking.analysis import report_on
 from skillwing.dsl.checking.checker import check as check_text
 from skillwing.dsl.checking.reachability.approximation import Approximation
@@ -27,7 +28,7 @@ from skillwing.dsl.model import Skill, Skillset
 from skillwing.dsl.reading.parser import parse_file
 from skillwing.services.protocol import NotReady, Violated
 
-SMALL = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+SMALL = settings(examples(30), suppress_health_check=list(HealthCheck))
 EFFECT_CODES = {"SW040", "SW041", "SW042"}
 
 

@@ -13,7 +13,7 @@ from skillwing.dsl.editor.document import Document
 from skillwing.dsl.editor.rename import Edit, RenameRefusedError, applied, rename
 
 DOCUMENTS = [document(path) for path in (*FILES, *RL_FILES)]
-SOME = 8
+SOME = 4
 """Approximate number of names that are changed in a file: each needs a check of the whole file."""
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True)
 

@@ -12,6 +12,7 @@ from command_runner import CommandRunner
 from hypothesis import HealthCheck, given, settings
 from skillset_strategies import skillsets
 
+from law_settings import examples
 from skillwing import m600
 from skillwing.dsl.checking.resolver import resolve
 from skillwing.dsl.commands.fmt import fmt
@@ -271,7 +272,7 @@ skillset s {   // a
     )
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(examples(20), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(skillsets())
 def test_a_model_printed_as_source_is_that_model(skillset: Skillset) -> None:
     source = to_source(skillset)

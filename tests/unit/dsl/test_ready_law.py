@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from skillset_strategies import skillsets
 
+from law_settings import examples
 from skillwing.dsl import parse
 from skillwing.dsl.model import Precondition, Skillset
 from skillwing.services.core.refusal import RefusedError
@@ -16,6 +17,7 @@ from skillwing.services.ids import RecordIds
 from skillwing.services.protocol import BeginGoal, ErrorCode, NotReady, QueryReady
 
 
+@examples(20)
 @given(st.data(), skillsets())
 def test_ready_says_yes_if_and_only_if_a_start_is_granted(data: st.DataObject, skillset: Skillset) -> None:
     assume(skillset.skills)
