@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from skillwing.onboard.commands.service import CommandRefusedError, answer_with
@@ -15,6 +18,17 @@ from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
 
 SPEED = 2.0
 PIXELS_PER_METRE = 20.0
+
+
+@cache
+def _scenery() -> tuple[NDArray[np.int16], NDArray[np.int16]]:
+    """The colours of the wall, and eight samples of the grain of a picture. They are made once for all flights."""
+    rng = np.random.default_rng(7)
+    rough = np.zeros((HEIGHT, 4 * WIDTH, 3))
+    for size in (1, 3, 12):
+        rough += size * gaussian_filter(rng.standard_normal(rough.shape), (size, size, 0), mode="wrap")
+    grain = rng.integers(-6, 7, (8, HEIGHT, WIDTH, 3), dtype=np.int16)
+    return np.clip(128.0 + 40.0 * rough / rough.std(), 0, 255).astype(np.int16), grain
 
 
 class FilmedFlight:
@@ -30,12 +44,7 @@ class FilmedFlight:
         self._x = 0.0
         self._fps = 15.0
         self._until = -1.0
-        rng = np.random.default_rng(7)
-        rough = np.zeros((HEIGHT, 4 * WIDTH, 3))
-        for size in (1, 3, 12):
-            rough += size * gaussian_filter(rng.standard_normal(rough.shape), (size, size, 0), mode="wrap")
-        self._grain = rng.integers(-6, 7, (8, HEIGHT, WIDTH, 3), dtype=np.int16)
-        self._wall = np.clip(128.0 + 40.0 * rough / rough.std(), 0, 255).astype(np.int16)
+        self._wall, self._grain = _scenery()
 
     def attach(self, bus: Bus) -> None:
         self._bus = bus

@@ -75,15 +75,15 @@ def report(run_dir: Path, number: int) -> MissionReport:
     return report_mission(mission, SKILLSET)
 
 
-@pytest.mark.parametrize("number", [0, 2, MISSIONS - 1])
-def test_a_report_from_parts_is_that_from_one_file(tmp_path: Path, number: int) -> None:
+def test_a_report_from_parts_is_that_from_one_file(tmp_path: Path) -> None:
     write(tmp_path / "one", 1 << 30)
     write(tmp_path / "parts", 10_000)
     assert len(part_paths(tmp_path / "parts", TIMELINE_FILE)) > 5
-    whole = report(tmp_path / "one", number)
-    assert report(tmp_path / "parts", number) == whole
-    assert len(whole.skills) == 99
-    assert (whole.result, whole.missing) == ("success", ())
+    for number in (0, 2, MISSIONS - 1):
+        whole = report(tmp_path / "one", number)
+        assert report(tmp_path / "parts", number) == whole
+        assert len(whole.skills) == 99
+        assert (whole.result, whole.missing) == ("success", ())
 
 
 def test_a_mission_whose_parts_were_deleted_says_so_and_others_do_not(tmp_path: Path) -> None:
