@@ -8,7 +8,6 @@ from hashlib import sha256
 from pathlib import Path
 
 import msgspec
-from mutmut.mutation.file_mutation import mutate_file_contents
 from rules import RULES
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +30,7 @@ _OF_RULES = {function for functions in RULES.values() for function in functions}
 COPIED = (
     "conftest.py",
     "faulty_network.py",
+    "law_settings.py",
     "scheduling.py",
     "unit/services",
     "unit/client",
@@ -80,6 +80,8 @@ def _mutated(source: str) -> Mutated:
     memory = WORKSPACE / "made" / f"{sha256(source.encode()).hexdigest()}.json"
     if memory.exists():
         return msgspec.json.decode(memory.read_bytes(), type=Mutated)
+    from mutmut.mutation.file_mutation import mutate_file_contents  # noqa: PLC0415 - every worker would collect it
+
     with chdir(WORKSPACE):  # where mutmut looks for its settings
         file = mutate_file_contents("", source)
     hashes = file.hash_by_function_name
