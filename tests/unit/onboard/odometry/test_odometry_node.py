@@ -142,7 +142,7 @@ def make_lie(room: Room, sensor: str, size: float = 1.0) -> None:
 
 
 @pytest.mark.parametrize("sensor", [IMU, LIDAR])
-@pytest.mark.parametrize("late", [-0.05, 0.0, 0.15])
+@pytest.mark.parametrize("late", [-0.05, 0.15])
 def test_what_a_failed_sensor_measures_is_missing_until_it_is_well_again(sensor: str, late: float) -> None:
     """The report of the failure comes a little before or after the first wrong measurements."""
     bench = mapping_in_flight()
