@@ -52,18 +52,21 @@ def until_it_runs(process: subprocess.Popen[bytes]) -> RunState:
 @contextmanager
 def leaving_nothing(process: subprocess.Popen[bytes]) -> Iterator[list[psutil.Process]]:
     """Runs the body with the system's processes, none of which may be left afterwards, nor its run state."""
-    until_it_runs(process)
-    children = psutil.Process(process.pid).children()
-    assert len(children) == 5
-    yield children
-    process.wait(PATIENCE)
+    try:
+        until_it_runs(process)
+        children = psutil.Process(process.pid).children()
+        assert len(children) == 5
+        yield children
+        process.wait(PATIENCE)
+    finally:
+        process.kill()  # of a test that fails: its other processes end with it
     assert psutil.wait_procs(children, timeout=PATIENCE)[1] == []
     assert read_run_state("lamp") is None
 
 
 @pytest.mark.parametrize(
     "signals",
-    [[signal.SIGTERM], [signal.SIGINT, signal.SIGINT], [signal.SIGTERM, signal.SIGTERM]],
+    [[signal.SIGTERM], [signal.SIGINT, signal.SIGINT]],
     ids=lambda numbers: "+".join(number.name for number in numbers),
 )
 def test_in_a_pipe(command: Sequence[str], signals: Sequence[signal.Signals]) -> None:
@@ -89,7 +92,7 @@ def test_when_one_of_its_processes_hangs_and_it_is_stopped_twice(command: Sequen
         process.send_signal(signal.SIGINT)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_while_it_starts(command: Sequence[str], tmp_path: Path, seed: int) -> None:
     """Ctrl-C at any moment is heard: also while modules are loaded, and inside a callback of the network."""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
