@@ -21,6 +21,7 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Answered, Bus, Node, NoReply, Publisher, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Namespace
+from skillwing.services.mocking.script import MockScript, Reaction, When
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
 from skillwing.services.options import imported
@@ -64,8 +65,10 @@ def nodes_of_the_m600(run_dir: Path) -> list[Node]:
 
 
 def nodes_of_the_mocked_m600() -> list[Node]:
-    """The same skillset with mocks."""
-    return [*make_mock_managers(SKILLSET), MockWorld(SKILLSET)]
+    """The same skillset with mocks, and a world that reacts to goals and resources."""
+    events = (When(starts="hover"), When(ends="hover"), When(resource="battery_status", becomes="CRITICAL"))
+    script = MockScript(reactions=tuple(Reaction(when=each, set={"battery": 50.0}) for each in events))
+    return [*make_mock_managers(SKILLSET), MockWorld(SKILLSET, script)]
 
 
 @dataclass(frozen=True)
