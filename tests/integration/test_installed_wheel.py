@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -38,7 +39,22 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     subprocess.run([*build, str(ROOT)], check=True, capture_output=True)
     with zipfile.ZipFile(next(folder.glob("*.whl"))) as file:
         file.extractall(folder / "site")
+    keep_compiled_loops(folder / "site")
     return folder / "site"
+
+
+def keep_compiled_loops(site: Path) -> None:
+    """Take the machine code of the simulator's loops from the repository: Numba knows it by the age of their files.
+
+    Without it the flight would compile for six seconds.
+    """
+    for code in ROOT.glob("sim_mujoco/skillwing/**/__pycache__/*.nb[ic]"):
+        folder = site / code.parent.relative_to(ROOT / "sim_mujoco")
+        source = code.parent.parent / f"{code.name.partition('.')[0]}.py"
+        if source.is_file():
+            folder.mkdir(exist_ok=True)
+            shutil.copy2(code, folder)
+            shutil.copystat(source, folder.parent / source.name)
 
 
 def test_an_installed_wheel_flies_from_any_folder_by_the_same_code(wheel: Path, tmp_path: Path) -> None:
