@@ -28,7 +28,7 @@ from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.processes.launcher import Launcher
-from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS
+from skillwing.services.processes.router import LOOPBACK_WITH_KEYS
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, encode
 
 PATIENCE = 120.0
@@ -84,7 +84,7 @@ class Client:
 class TwoRobots:
     """Simulator and guidance of the left robot, guidance of the right one, and a client of each."""
 
-    def __init__(self, stack: ExitStack, folder: Path, keys: Path | None) -> None:
+    def __init__(self, stack: ExitStack, folder: Path, keys: Path) -> None:
         self.launchers: dict[str, Launcher] = {}
         self.clients: dict[str, Client] = {}
         for robot in ROBOTS:
@@ -97,25 +97,24 @@ class TwoRobots:
             )
             self.launchers[robot] = launcher
             if router is None:
-                launcher.start_router(LOOPBACK if keys is None else LOOPBACK_WITH_KEYS)
+                launcher.start_router(LOOPBACK_WITH_KEYS)
             launcher.start(specs)
             # The manager of `takeoff` may command guidance.
-            pilot = None if keys is None else process_identity(keys, robot, "skill/takeoff")
+            pilot = process_identity(keys, robot, "skill/takeoff")
             bus = stack.enter_context(
                 closing(ZenohBus("pilot", robot, launcher.endpoint, FollowedClock(), identity=pilot))
             )
             self.clients[robot] = Client(bus)
 
 
-@pytest.fixture(scope="module", params=["without keys", "keys"])
-def robots(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoRobots]:
-    """Both robots. With keys, the simulator of `left` may work at `right`, and nothing else may."""
+@pytest.fixture(scope="module")
+def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwoRobots]:
+    """Both robots, with keys: the simulator of `left` may work at `right`, and nothing else may."""
     folder = tmp_path_factory.mktemp("two")
-    keys = folder / "keys" if request.param == "keys" else None
-    if keys is not None:
-        store = KeyStore.init(keys, ["127.0.0.1"])
-        store.add_robot(robot_access(replace(ROBOT, name="left"), works_at=["right"]))
-        store.add_robot(robot_access(replace(ROBOT, name="right")))
+    keys = folder / "keys"
+    store = KeyStore.init(keys, ["127.0.0.1"])
+    store.add_robot(robot_access(replace(ROBOT, name="left"), works_at=["right"]))
+    store.add_robot(robot_access(replace(ROBOT, name="right")))
     with ExitStack() as stack:
         yield TwoRobots(stack, folder, keys)
 
