@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 from command_line import Command
+from running_system import until
 
 YARD = Path(__file__).parents[2] / "examples" / "yard"
 ROBOTS = ("left", "right", "yard")
@@ -36,6 +36,8 @@ def up_words(robot: str, folder: Path) -> tuple[str, ...]:
 
 def wait_until_free(skillwing: Command) -> None:
     """Wait until each place is free: the watch reads the positions of both drones, and the yard believes it."""
-    deadline = time.monotonic() + PATIENCE
-    while set(skillwing("resources", "--robot", "yard", "--json").json["states"].values()) != {"FREE"}:
-        assert time.monotonic() < deadline
+
+    def free() -> bool:
+        return set(skillwing("resources", "--robot", "yard", "--json").json["states"].values()) == {"FREE"}
+
+    until(free, "each place to be free")

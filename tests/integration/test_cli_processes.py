@@ -355,6 +355,7 @@ def await_line(log: Path, text: str) -> None:
     deadline = time.monotonic() + PATIENCE
     while text not in log.read_text(encoding="utf-8"):
         assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def assert_present(launcher: Launcher, names: list[str]) -> None:

@@ -100,6 +100,7 @@ def test_while_it_starts(command: Sequence[str], tmp_path: Path, seed: int) -> N
         while not _catches(process.pid, signal.SIGHUP):
             assert process.poll() is None
             assert time.monotonic() < deadline
+            time.sleep(POLL / 10)
         time.sleep(random.Random(seed).uniform(0.0, STARTING))
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE)
