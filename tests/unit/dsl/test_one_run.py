@@ -199,7 +199,7 @@ def test_a_range_is_judged_as_it_is_meant() -> None:
 
 @pytest.mark.parametrize("path", SHORT_FILES, ids=lambda path: path.stem)
 def test_an_unexpected_end_of_a_file_is_one_error(path: Path) -> None:
-    """After each word of a short file, and after some words of a longer one: each end needs a check of the whole."""
+    """Ends follow each word of a short file, and every second word of a longer one."""
     text = path.read_text(encoding="utf-8")
     words = [word for word in lex(text, path.name) if word.kind != "COMMENT"]
     skillset = next(at for at, word in enumerate(words) if word.kind == "SKILLSET")
