@@ -149,7 +149,7 @@ class _Search(Generic[S, C, A]):
 
 
 def _same_before(history: Sequence[Operation[C, A]]) -> dict[int, int]:
-    """For each operation without an answer, the one before it with the same call and no answer."""
+    """The operation before each one without an answer, of those with the same call and no answer."""
     unanswered = [index for index, each in enumerate(history) if each.answered is None]
     latest: dict[str, int] = {}
     before: dict[int, int] = {}

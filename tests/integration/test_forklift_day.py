@@ -141,7 +141,7 @@ class Day:
 
 @pytest.fixture
 def forgotten_modules() -> Iterator[None]:
-    """What commands import from the folder of the test, no other test finds."""
+    """Modules that commands import from the folder of the test are unknown to other tests."""
     path, modules = list(sys.path), set(sys.modules)
     yield
     sys.path[:] = path
