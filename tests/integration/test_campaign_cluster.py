@@ -225,23 +225,27 @@ def test_a_flight_that_kills_each_worker_is_lost_and_the_others_are_flown(
     assert sorted(each.plan.seed for each in others if isinstance(each, FlightResult)) == [1, 2]
 
 
-def test_a_worker_with_other_code_is_refused_and_named(scheduler: str, workers: Workers, package: Path) -> None:
+def test_recordings_come_back_from_a_worker_that_can_read_its_code_which_is_that_of_the_campaign(
+    scheduler: str, workers: Workers, package: Path, tmp_path: Path
+) -> None:
     code = flight_code([package])
     other = FlightCode(code.files | {"m600/hover.py": "other", "numpy": "1.0"})
-    with (
-        workers(1, LANDS, package),
-        ClusterPool(scheduler, other, print) as pool,
-        pytest.raises(InvalidOptionError, match=r"worker tcp://\S+ has other code: m600/hover\.py, numpy differ"),
-    ):
-        list(pool.fly(plans(2)))
-
-
-def test_a_worker_that_cannot_read_its_code_is_named(scheduler: str, workers: Workers, package: Path) -> None:
-    with workers(1, LANDS, package), ClusterPool(scheduler, flight_code([package]), print) as pool:
-        assert [type(each) for each in pool.fly(plans(1))] == [FlightResult]
-        (package / "m600" / "gone.py").symlink_to("nowhere")
-        with pytest.raises(ClusterError, match=r"worker tcp://\S+ cannot fly \(FileNotFoundError.* Install the same"):
-            list(pool.fly(plans(1)))
+    with workers(1, RECORDS, package):
+        with (
+            ClusterPool(scheduler, other, print) as pool,
+            pytest.raises(InvalidOptionError, match=r"worker tcp://\S+ has other code: m600/hover\.py, numpy differ"),
+        ):
+            list(pool.fly(plans(2)))
+        with ClusterPool(scheduler, code, print) as pool:
+            flown = list(pool.fly(plans(2), lambda plan: tmp_path / plan.name))
+            assert [type(each) for each in flown] == [FlightResult] * 2
+            (package / "m600" / "gone.py").symlink_to("nowhere")
+            with pytest.raises(
+                ClusterError, match=r"worker tcp://\S+ cannot fly \(FileNotFoundError.* Install the same"
+            ):
+                list(pool.fly(plans(1)))
+    recorded = [(tmp_path / each.plan.name / "steps" / "1.txt").read_text() for each in flown]
+    assert sorted(recorded) == ["0", "1"]
 
 
 def test_a_worker_without_skillwing_ends_the_campaign_with_a_sentence(
@@ -260,12 +264,6 @@ def test_a_lost_scheduler_ends_the_campaign_with_a_sentence(package: Path) -> No
         with pytest.raises(ClusterError, match=rf"connection to the scheduler at {address} was lost\. Start the"):
             list(pool.fly(plans(1), check=process.kill))
         assert process.wait() == -signal.SIGKILL
-
-
-def test_recordings_come_back(scheduler: str, workers: Workers, package: Path, tmp_path: Path) -> None:
-    with workers(1, RECORDS, package), ClusterPool(scheduler, flight_code([package]), print) as pool:
-        flown = list(pool.fly(plans(2), lambda plan: tmp_path / plan.name))
-    assert {(tmp_path / each.plan.name / "steps" / "1.txt").read_text() for each in flown} == {"0", "1"}
 
 
 def test_calling_a_campaign_off_ends_its_flights_on_the_cluster(
