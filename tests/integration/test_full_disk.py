@@ -154,13 +154,12 @@ def test_a_full_disk_costs_the_recording_of_its_time_and_nothing_else(
 
 def wait_for_another(robot: System, process: str, before: int) -> None:
     """Wait until a process runs that is not the one with the id `before`."""
-    end = monotonic() + WITHIN
-    while monotonic() < end:
+
+    def runs() -> bool:
         now = robot.status().json["processes"][process]
-        if now["state"] == "runs" and now["pid"] != before:
-            return
-        sleep(0.2)
-    raise AssertionError(f"{process} is {now}")
+        return now["state"] == "runs" and now["pid"] != before
+
+    until(runs, process)
 
 
 def test_processes_that_die_on_a_full_disk_come_back_and_the_system_is_stopped_on_one(
