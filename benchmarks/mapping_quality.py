@@ -35,7 +35,7 @@ from skillwing.onboard.obstacles.views import CameraView, RingView
 from skillwing.onboard.sensor_data.scans import DepthPicture, LidarScan, PlacedPoints
 from skillwing.onboard.topics import navigation, sensors
 from skillwing.services.protocol import encode
-from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.sensors import depth_camera, depth_pictures, lidar
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 
@@ -185,13 +185,13 @@ def _scan(scanner: lidar.Lidar, track: list[Motion]) -> LidarScan:
 def _picture(camera: depth_camera.DepthCamera, motion: Motion) -> DepthPicture:
     header = sensors.DepthHeader(
         t=motion.t,
-        width=depth_camera.WIDTH,
-        height=depth_camera.HEIGHT,
-        fx=depth_camera.FOCAL,
-        fy=depth_camera.FOCAL,
-        cx=depth_camera.WIDTH / 2,
-        cy=depth_camera.HEIGHT / 2,
-        mount=depth_camera.ZED_MOUNT,
+        width=depth_pictures.WIDTH,
+        height=depth_pictures.HEIGHT,
+        fx=depth_pictures.FOCAL,
+        fy=depth_pictures.FOCAL,
+        cx=depth_pictures.WIDTH / 2,
+        cy=depth_pictures.HEIGHT / 2,
+        mount=depth_pictures.ZED_MOUNT,
     )
     return DepthPicture.decode((camera.picture(motion) * 1000.0).astype(np.uint16).tobytes(), encode(header))
 

@@ -13,7 +13,7 @@ from skillwing.onboard.frames.pose_history import rotations
 from skillwing.onboard.frames.vectors import Motion, Vector, add, to_world
 from skillwing.onboard.sensor_data.directions import depth_directions, lidar_directions
 from skillwing.sim_mujoco.autopilot.descent import STANDING_RANGE
-from skillwing.sim_mujoco.sensors import depth_camera, lidar
+from skillwing.sim_mujoco.sensors import depth_pictures, lidar
 from skillwing.sim_mujoco.world.rays import Floats
 from skillwing.sim_mujoco.world.triangles import Triangles
 from skillwing.sim_mujoco.world.world import TERRAIN, World
@@ -48,8 +48,8 @@ def places(world: World, count: int) -> Iterator[Motion]:
 
 def picture_rays(motion: Motion) -> Rays:
     """Rays of the depth camera, one for each pixel."""
-    directions = depth_directions(depth_camera.depth_header(0.0)).reshape(-1, 3)
-    return _from(motion, depth_camera.ZED_MOUNT, directions / np.linalg.norm(directions, axis=1, keepdims=True))
+    directions = depth_directions(depth_pictures.depth_header(0.0)).reshape(-1, 3)
+    return _from(motion, depth_pictures.ZED_MOUNT, directions / np.linalg.norm(directions, axis=1, keepdims=True))
 
 
 def scan_rays(motion: Motion) -> Rays:

@@ -26,7 +26,7 @@ from ray_rivals import EitherSide, EveryPixel, EverySecondRow, RobustRays, Watch
 from sim_speed import fly
 
 from skillwing.onboard.frames.vectors import Motion
-from skillwing.sim_mujoco.sensors import depth_camera
+from skillwing.sim_mujoco.sensors import depth_camera, depth_pictures
 from skillwing.sim_mujoco.sensors.depth_camera import Infill
 from skillwing.sim_mujoco.sensors.lidar import PERIOD, REACH, Lidar
 from skillwing.sim_mujoco.simulator import simulator
@@ -78,8 +78,8 @@ class Differences:
             camera, before, found = camera_with(rule, rays), rays.cast, np.zeros(4)
             for motion, truth in zip(motions, truths, strict=True):
                 depth = _within_reach(camera.true_depth(motion))
-                off = np.abs(depth - truth) / depth_camera.noise_at(truth)
-                near = np.minimum(depth, truth) < depth_camera.REACH
+                off = np.abs(depth - truth) / depth_pictures.noise_at(truth)
+                near = np.minimum(depth, truth) < depth_pictures.REACH
                 found += truth.size, near.sum(), (off > 1.0).sum(), (off > FAR_OFF).sum()
             pixels, *others = found.tolist()
             self.pictures.setdefault(name, []).append([pixels, rays.cast - before, *others])
@@ -89,7 +89,7 @@ class Differences:
         all_of_it = RayScene(whole), RobustRays(whole)
         bare = RayScene(ground.triangles), RobustRays(ground.triangles)
         kinds: dict[str, tuple[tuple[RayScene, RayScene], float, Iterable[Rays]]] = {
-            "depth camera, every pixel": (all_of_it, depth_camera.REACH, map(picture_rays, motions)),
+            "depth camera, every pixel": (all_of_it, depth_pictures.REACH, map(picture_rays, motions)),
             "LiDAR": (all_of_it, REACH, map(scan_rays, motions)),
             "at the bare ground, anywhere": (bare, _EVERYWHERE, map(ground.anywhere, motions)),
             "at edges of its triangles": (bare, _EVERYWHERE, map(ground.edges, motions)),
@@ -110,7 +110,7 @@ class Differences:
         rays, rng = RayScene(world.triangles()), np.random.default_rng(world.seed)
         camera, scanner, found = depth_camera.DepthCamera(rays, rng), Lidar(rays, rng), np.zeros((2, 2))
         for motion in motions:
-            seen = _within_reach(camera.true_depth(motion)) < depth_camera.REACH
+            seen = _within_reach(camera.true_depth(motion)) < depth_pictures.REACH
             hit = rays.distances(*scan_rays(motion), REACH) > 0.0
             lost, silent = camera.picture(motion) == 0.0, _scan(scanner, motion).ravel() == 0.0
             found += (seen.sum(), (seen & lost).sum()), (hit.sum(), (hit & silent).sum())
@@ -120,7 +120,7 @@ class Differences:
 
 def _within_reach(depth: Floats) -> Floats:
     """Depths beyond the camera's reach, and missing ones, become its reach."""
-    return np.where(depth > 0.0, depth, np.inf).clip(max=depth_camera.REACH).astype(np.float32)
+    return np.where(depth > 0.0, depth, np.inf).clip(max=depth_pictures.REACH).astype(np.float32)
 
 
 def _scan(scanner: Lidar, motion: Motion) -> Floats:

@@ -23,7 +23,7 @@ from video_trial import START_UP, Album, Orbiter, Trial, inspection_world, strea
 from skillwing.onboard.video.codec import Decoder, Encoder
 from skillwing.onboard.video.similarity import similarity
 from skillwing.sim_mujoco.camera.camera import Camera, Picture
-from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
+from skillwing.sim_mujoco.sensors.depth_pictures import HEIGHT, WIDTH
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 

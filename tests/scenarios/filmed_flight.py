@@ -14,7 +14,7 @@ from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus
 from skillwing.services.protocol import ErrorCode, encode
 from skillwing.sim_mujoco.camera.camera import camera_header
-from skillwing.sim_mujoco.sensors.depth_camera import HEIGHT, WIDTH
+from skillwing.sim_mujoco.sensors.depth_pictures import HEIGHT, WIDTH
 
 SPEED = 2.0
 PIXELS_PER_METRE = 20.0

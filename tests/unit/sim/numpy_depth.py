@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from skillwing.sim_mujoco.sensors.depth_camera import BASELINE, FOCAL, NEAREST, REACH, noise_at
+from skillwing.sim_mujoco.sensors.depth_camera import BASELINE
+from skillwing.sim_mujoco.sensors.depth_pictures import FOCAL, NEAREST, REACH, noise_at
 
 UNMATCHED, UNMATCHED_FAR, STEEPEST, STRAIGHT = 3.0, 1.4, 1.0, np.float32(2e-3)
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skillwing.onboard.frames.vectors import Motion
-from skillwing.sim_mujoco.sensors.depth_camera import BASELINE, FOCAL, NEAREST, REACH, DepthCamera
+from skillwing.sim_mujoco.sensors.depth_camera import BASELINE, DepthCamera
+from skillwing.sim_mujoco.sensors.depth_pictures import FOCAL, NEAREST, REACH
 from skillwing.sim_mujoco.sensors.instruments import IMU_PERIOD, IMU_TURN_ON, IMU_WALK, Imu
 from skillwing.sim_mujoco.sensors.lidar import Lidar
 from skillwing.sim_mujoco.world.rays import RayScene

@@ -10,7 +10,8 @@ import pytest
 from skillwing.onboard.frames.vectors import Motion, Vector
 from skillwing.sim_mujoco.camera.camera import Camera, trace
 from skillwing.sim_mujoco.camera.feed import CameraFeed
-from skillwing.sim_mujoco.sensors.depth_camera import DELAY, DepthCamera
+from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
+from skillwing.sim_mujoco.sensors.depth_pictures import DELAY
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World, make_world
 

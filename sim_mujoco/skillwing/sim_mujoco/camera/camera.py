@@ -14,7 +14,7 @@ from skillwing.onboard.topics.video import CameraHeader
 from skillwing.sim_mujoco.camera.appearance import SUN, Appearance
 from skillwing.sim_mujoco.camera.shading import placed, rays_to_sun, rows_at
 from skillwing.sim_mujoco.compiled import compiled
-from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
+from skillwing.sim_mujoco.sensors.depth_pictures import FOCAL, HEIGHT, WIDTH, ZED_MOUNT
 from skillwing.sim_mujoco.world.rays import RayScene
 from skillwing.sim_mujoco.world.world import World
 

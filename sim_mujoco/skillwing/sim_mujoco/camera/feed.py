@@ -12,7 +12,7 @@ import numpy as np
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.sim_mujoco.camera.camera import Picture
 from skillwing.sim_mujoco.sensors.corruptors import Corruption
-from skillwing.sim_mujoco.sensors.depth_camera import DELAY
+from skillwing.sim_mujoco.sensors.depth_pictures import DELAY
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import cast
 
-from skillwing.onboard.odometry.gicp import gicp_matcher
 from skillwing.onboard.sensor_data.names import CAMERA
 from skillwing.onboard.topics.common import LARGEST_COMPONENT
 from skillwing.onboard.topics.mapping import Poses
@@ -55,4 +54,6 @@ def _magnitude(value: object) -> float | None:
 def require_library(poses: Poses | None) -> None:
     """Raise MissingLibraryError for poses that need a library which is not installed."""
     if poses == "small-gicp":
+        from skillwing.onboard.odometry.gicp import gicp_matcher  # noqa: PLC0415 - loads all of odometry
+
         gicp_matcher()

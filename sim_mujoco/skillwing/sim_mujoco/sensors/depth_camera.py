@@ -8,18 +8,16 @@ And matching fails at random, more often at larger depths.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from skillwing.onboard.frames.vectors import Motion, Vector, add, axes, to_world
+from skillwing.onboard.frames.vectors import Motion, add, axes, to_world
 from skillwing.onboard.sensor_data.directions import DEPTH_NOISE, depth_directions
-from skillwing.onboard.topics.sensors import DepthHeader
-from skillwing.services.protocol import encode
 from skillwing.sim_mujoco.compiled import compiled
+from skillwing.sim_mujoco.sensors.depth_pictures import FOCAL, HEIGHT, NEAREST, REACH, WIDTH, ZED_MOUNT, depth_header
 from skillwing.sim_mujoco.sensors.instruments import NoiseTable
 
 if TYPE_CHECKING:
@@ -33,15 +31,6 @@ Cast = Callable[[Pixels], Image]
 _STRAIGHT = np.float32(2e-3)
 """Largest deviation of neighbours from one line, relative to the value."""
 
-ZED_MOUNT: Vector = (0.3, 0.0, -0.05)
-"""Position of the camera on the drone, FLU [m]."""
-WIDTH, HEIGHT = 320, 180
-PERIOD = 1 / 15
-DELAY = 0.03
-"""Time from the shutter to the delivery of a picture [s]: readout, transfer and matching."""
-REACH, NEAREST = 20.0, 0.4
-FOCAL = HEIGHT / 2 / math.tan(math.radians(54.0) / 2)
-"""Focal length [px], the same in both directions; the optical axis passes through the image's centre."""
 BASELINE = 0.12
 """Distance of the two cameras [m]."""
 _STEEPEST = 1.0
@@ -52,24 +41,6 @@ _UNMATCHED, _UNMATCHED_FAR = 3.0, 1.4
 _WORST, _WORSE = np.float32(_UNMATCHED), np.float32((_UNMATCHED - _UNMATCHED_FAR) / REACH)
 _NOISE, _LEAST, _MOST = np.float32(DEPTH_NOISE), np.float32(NEAREST), np.float32(REACH)
 _HALF = np.float32(0.5)
-
-
-def depth_header(t: float) -> DepthHeader:
-    """The description of a picture taken at `t`."""
-    return DepthHeader(
-        t=t, width=WIDTH, height=HEIGHT, fx=FOCAL, fy=FOCAL, cx=WIDTH / 2, cy=HEIGHT / 2, mount=ZED_MOUNT
-    )
-
-
-def publication(_start: float, end: float, data: NDArray[np.float32]) -> tuple[bytes, bytes]:
-    """Picture in millimetres, and its header."""
-    millimetres = np.clip(np.rint(data * 1000.0), 0, np.iinfo(np.uint16).max).astype(np.uint16)
-    return millimetres.tobytes(), encode(depth_header(end))
-
-
-def noise_at(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Standard deviation of a measured depth [m]."""
-    return np.float32(DEPTH_NOISE) * depth * depth
 
 
 class DepthCamera:

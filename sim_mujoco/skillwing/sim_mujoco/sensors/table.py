@@ -1,6 +1,6 @@
 """The table of sensors: one row each. Simulator, health, faults and publications follow from it.
 
-Nothing here loads physics or the ray caster, so that scenario files can be checked without them.
+Nothing here loads physics, the ray caster or the compiler, so that scenario files can be checked without them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from skillwing.onboard.frames.vectors import Motion
 from skillwing.onboard.sensor_data.names import GNSS, IMU, LIDAR, RANGE, ZED
 from skillwing.onboard.topics import common, sensors
-from skillwing.sim_mujoco.sensors import depth_camera, gnss, instruments, lidar
+from skillwing.sim_mujoco.sensors import depth_pictures, gnss, instruments, lidar
 from skillwing.sim_mujoco.sensors.channel import Observer, SensorChannel, no_residual
 from skillwing.sim_mujoco.sensors.corruptors import ONE, Corruption, Data
 from skillwing.sim_mujoco.sensors.cross_checks import CrossChecks
@@ -23,6 +23,7 @@ from skillwing.sim_mujoco.sensors.receivers import ReceiverClass
 from skillwing.sim_mujoco.sensors.self_tests import Jump, Roughness, SelfTest
 
 if TYPE_CHECKING:
+    from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera
     from skillwing.sim_mujoco.world.rays import RayScene
 
 Publication: TypeAlias = tuple[bytes, bytes]
@@ -89,18 +90,24 @@ class SensorSpec:
         return SensorChannel(self.name, self.period, self.delay, self.limits, corruption, tests, observer)
 
 
+def _make_depth_camera(surroundings: Surroundings, rng: np.random.Generator) -> DepthCamera:
+    from skillwing.sim_mujoco.sensors.depth_camera import DepthCamera  # noqa: PLC0415 - loads the compiler
+
+    return DepthCamera(surroundings.rays, rng)
+
+
 _ROWS = (
     SensorSpec(
         ZED,
         sensors.ZED_DEPTH,
-        depth_camera.PERIOD,
-        depth_camera.DELAY,
+        depth_pictures.PERIOD,
+        depth_pictures.DELAY,
         Limits(0.2, 20.5),
-        make=lambda surroundings, rng: depth_camera.DepthCamera(surroundings.rays, rng),
+        make=_make_depth_camera,
         measure=lambda camera, moment: camera.picture(moment.motion),
-        message=depth_camera.publication,
+        message=depth_pictures.publication,
         self_tests=lambda: (
-            Roughness(lambda picture: picture[::12], depth_camera.noise_at),
+            Roughness(lambda picture: picture[::12], depth_pictures.noise_at),
             Jump(lambda picture: picture[::6, ::6], speed=5.0),
         ),
     ),

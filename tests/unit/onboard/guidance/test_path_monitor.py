@@ -30,7 +30,7 @@ from skillwing.onboard.guidance.path_monitor import (
 from skillwing.onboard.guidance.trajectory import ACCELERATION, BRAKING
 from skillwing.onboard.obstacles.node import PERIOD
 from skillwing.onboard.topics.obstacles import ObstacleSource, ObstacleStatus
-from skillwing.sim_mujoco.sensors.depth_camera import FOCAL, HEIGHT
+from skillwing.sim_mujoco.sensors.depth_pictures import FOCAL, HEIGHT
 
 TICK, REPORT = 0.02, 0.1
 DELAY = 0.2
