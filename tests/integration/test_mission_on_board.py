@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -121,7 +122,8 @@ def no_mission_is_left(run_dir: Path) -> Iterator[None]:
     del run_dir
     yield
     for mission in mission_processes():
-        mission.kill()
+        with suppress(psutil.NoSuchProcess):
+            mission.kill()
     until(lambda: process_id(ROBOT, "mission") is None, "the launcher to forget the mission")
 
 
@@ -139,7 +141,14 @@ def mission_processes() -> list[psutil.Process]:
     """Processes of missions that the launcher has started: it announces them only at its next check."""
     state = read_run_state(ROBOT)
     children = [] if state is None else psutil.Process(state.pid).children()
-    return [child for child in children if "mission" in child.cmdline()]
+    return [child for child in children if "mission" in _words(child)]
+
+
+def _words(process: psutil.Process) -> list[str]:
+    """The command line of a process; empty for one that has ended."""
+    with suppress(psutil.NoSuchProcess):  # such as a zombie
+        return process.cmdline()
+    return []
 
 
 def follow(*words: str) -> subprocess.Popen[str]:

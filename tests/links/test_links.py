@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -151,6 +152,10 @@ def test_what_was_flown_is_not_flown_again_and_a_broken_promise_is_the_exit_code
     assert pilot.flown == len(CUTS)
     assert links_run.main([*results, "--only", "on board / landing / 3 s"]) == 1
     assert "44 of 48 cells are not flown yet" in capsys.readouterr().out
+
+
+def test_the_code_of_the_trial_has_a_digest() -> None:
+    assert re.fullmatch("[0-9a-f]{12}", links_run.code_of_links())
 
 
 def test_flights_of_other_code_are_flown_again_and_stay_out_of_the_table(

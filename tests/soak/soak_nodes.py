@@ -79,8 +79,8 @@ class SoakClient:
     """Client that starts its skills in turn, at a rate for all of them together.
 
     A skill whose goal has not ended yet is left out in its turn. Starts that are due are made as soon as skills are
-    free, also while time stands: the rate is that of the whole soak. The count says at once that none is due any more.
-    Time stands no longer than it must.
+    free, also while time stands: the rate is that of the whole soak. The client publishes its count as soon as it has
+    caught up, so that time goes on.
     """
 
     name = "soak_client"
@@ -93,7 +93,7 @@ class SoakClient:
         self._running: dict[str, GoalHandle] = {}
         self._started = self._ended = self._succeeded = self._turn = 0
         self._begun: float | None = None
-        self._told_behind = 0.0
+        self._published_behind = 0.0
         self._starts = False
 
     def attach(self, bus: Bus) -> None:
@@ -113,13 +113,15 @@ class SoakClient:
         if self._begun is None:
             self._begun = self._bus.now()
         self._starts = True  # a start is a change, too
-        for _ in range(len(self._skills)):
-            if self._owed() < 1.0:
-                break
-            self._start(self._skills[self._turn % len(self._skills)])
-            self._turn += 1
-        self._starts = False
-        if self._told_behind > BEHIND and self._owed() < 1.0:
+        try:
+            for _ in range(len(self._skills)):
+                if self._owed() < 1.0:
+                    break
+                self._start(self._skills[self._turn % len(self._skills)])
+                self._turn += 1
+        finally:
+            self._starts = False
+        if self._published_behind > BEHIND and self._owed() < 1.0:
             self._publish_count()
 
     def _owed(self) -> float:
@@ -138,13 +140,13 @@ class SoakClient:
         self._started += 1
 
     def _publish_count(self) -> None:
-        self._told_behind = max(0.0, self._owed() / self._rate)
+        self._published_behind = max(0.0, self._owed() / self._rate)
         count = SoakCount(
             t=self._bus.now(),
             started=self._started,
             ended=self._ended,
             succeeded=self._succeeded,
-            behind=self._told_behind,
+            behind=self._published_behind,
         )
         self._counts.put(encode(count))
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import fcntl
 import io
+import subprocess
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -123,7 +125,8 @@ def real_system(tmp_path: Path) -> System:
 
 @pytest.fixture
 def system(real_system: System, monkeypatch: pytest.MonkeyPatch) -> System:
-    monkeypatch.setattr("skillwing.services.terminal.mission_reporter.subprocess.Popen", WriterInThisProcess)
+    replaced = SimpleNamespace(Popen=WriterInThisProcess, PIPE=subprocess.PIPE)
+    monkeypatch.setattr("skillwing.services.terminal.mission_reporter.subprocess", replaced)
     return real_system
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -32,19 +33,28 @@ def test_a_skillset_is_read_without_lark() -> None:
     subprocess.run([sys.executable, "-c", LOAD], check=True)
 
 
+@pytest.mark.parametrize("damage", ["", "{", '{"digest": ""}'])
+def test_a_damaged_file_is_analysed_again(damage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A merge leaves such files. `make generate` writes them again, and reads skillsets before."""
+    shutil.copytree(reading.READING, tmp_path, dirs_exist_ok=True)
+    monkeypatch.setattr(reading, "READING", tmp_path)
+    damaged = replace(SKILLSET)
+    damaged.stored.write_text(damage, encoding="utf-8")
+    assert "INITIAL" in {each.kind for each in damaged.scanner.scan(reading.Source("initial", "x.skillset"))}
+
+
 @pytest.mark.parametrize("is_stored", [True, False])
 def test_a_grammar_that_has_changed_is_analysed_again(
     is_stored: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A keyword has another text. The file, if there is one, is of the grammar before."""
-    for file in (reading.READING / "lexical.lark", reading.READING / SKILLSET.grammar, SKILLSET.stored):
+    stored = SKILLSET.stored.read_bytes()
+    for file in (reading.READING / "lexical.lark", reading.READING / SKILLSET.grammar):
         copy = tmp_path / file.relative_to(reading.READING)
         copy.parent.mkdir(exist_ok=True)
         copy.write_text(file.read_text(encoding="utf-8").replace('"initial"', '"at_first"'), encoding="utf-8")
     monkeypatch.setattr(reading, "READING", tmp_path)
     changed = replace(SKILLSET)
     if is_stored:
-        changed.stored.write_bytes(SKILLSET.stored.read_bytes())
-    else:
-        changed.stored.unlink()
+        changed.stored.write_bytes(stored)
     assert "INITIAL" in {each.kind for each in changed.scanner.scan(reading.Source("at_first", "x.skillset"))}

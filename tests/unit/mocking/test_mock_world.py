@@ -426,7 +426,7 @@ def test_a_reaction_ends_a_goal() -> None:
         (When(resource="power", becomes="OFF"), (False, True)),
     ],
 )
-def test_a_world_hears_only_of_what_it_reacts_to(when: When | None, follows: tuple[bool, bool]) -> None:
+def test_a_world_subscribes_only_to_what_its_script_reacts_to(when: When | None, follows: tuple[bool, bool]) -> None:
     said = MockScript(reactions=(Reaction(when=when, set={"load": 1.0}),))
     reactions = Reactions(fit_script(said, ARM))
     assert (reactions.follow_goals, reactions.follow_resources) == follows

@@ -182,7 +182,7 @@ def test_the_simulator_lives_through_the_largest_magnitudes(
     network: InProcessNetwork, sensor: str, kind: str, sign: float
 ) -> None:
     magnitude = sign * SENSORS[sensor].largest
-    ground = make_ground(network, sensor, "imu", "range")
+    ground = make_ground(network, *(SENSORS if sensor == "imu" else {sensor, "imu", "range"}))
     take_off(network, ground)
     answer = ground.ask(FAULT, SetFault(sensor=sensor, kind=kind, magnitude=magnitude))
     assert isinstance(answer, Answered)

@@ -145,7 +145,7 @@ def _executed(path: Path) -> str:
         code = compile(tree, "", "exec", dont_inherit=True)
     except SyntaxError:  # the file is being edited
         return text
-    return "\n".join(_said(code))
+    return "\n".join(_parts_executed(code))
 
 
 def _without_texts(body: list[ast.stmt]) -> list[ast.stmt]:
@@ -158,8 +158,8 @@ def _without_texts(body: list[ast.stmt]) -> list[ast.stmt]:
     return kept or [ast.copy_location(ast.Pass(), each) for each in body[:1]]
 
 
-def _said(value: object) -> Iterator[str]:
-    """All that a compiled text or a constant says, without the lines where it stands."""
+def _parts_executed(value: object) -> Iterator[str]:
+    """Parts of a code object or a constant that count, without line numbers."""
     if isinstance(value, CodeType):
         yield repr(
             (value.co_name, value.co_flags, value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount)
@@ -167,7 +167,7 @@ def _said(value: object) -> Iterator[str]:
         yield repr((value.co_code, value.co_exceptiontable, value.co_names))
         yield repr((value.co_varnames, value.co_freevars, value.co_cellvars))
         for each in value.co_consts:
-            yield from _said(each)
+            yield from _parts_executed(each)
     elif isinstance(value, frozenset):
         yield from sorted(map(repr, cast("frozenset[object]", value)))  # in the same order in each process
     else:

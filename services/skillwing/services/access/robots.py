@@ -7,7 +7,6 @@ from contextlib import suppress
 from pathlib import Path
 
 from skillwing.services.access.policy import RobotAccess
-from skillwing.services.errors import SkillwingError
 from skillwing.services.names import (
     DATA_MANAGER,
     LAUNCHER,
@@ -34,9 +33,12 @@ ALWAYS = {
 
 
 def table_words(robot: Robot) -> str:
-    """Words by which `keys add-robot` finds the table of a robot: `m600`, a folder, or a skillset with its option."""
+    """Words by which `keys add-robot` finds the table of a robot: `m600`, a folder, or a skillset with its option.
+
+    Imports installed robots, as far as it must.
+    """
     for name in robot_names():
-        with suppress(SkillwingError, ImportError):
+        with suppress(Exception):  # the table of another robot may be damaged in any way
             if find_robot(name).skillset == robot.skillset:
                 return name
     folder = robot.skillset.parent

@@ -97,6 +97,8 @@ def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settin
 
 def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: RunSettings, stop: StopSignal) -> int:
     console = make_console(lossy=True)
+    # Not when it is time for a reminder: then the robot works, and robots are imported for these words.
+    table = "" if settings.keys is None else table_words(robot)
     exits: SimpleQueue[ProcessExit] = SimpleQueue()
     skillset = robot.load_skillset()
     active_work = ActiveWork(robot.name, skillset, robot.rescue_goal, simulated=settings.clock == "robot")
@@ -154,9 +156,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                     f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
                 )
                 reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
-                certificates = CertificateWatch(
-                    settings.keys, robot.name, (spec.name for spec in specs), partial(table_words, robot)
-                )
+                certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs), lambda: table)
                 node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
                 supervisor = ForegroundSupervisor(
                     *(console, launcher, node, announcement, exits, skillset.name, stop),

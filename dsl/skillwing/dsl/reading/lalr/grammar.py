@@ -63,17 +63,23 @@ def to_json(grammar: Grammar, digest: str) -> str:
 
 
 def from_json(text: str, digest: str) -> Grammar | None:
-    """The grammar of that text; None if its source was another one. digest: of the source as it is now."""
-    stored: dict[str, Any] = json.loads(text)
-    if stored["digest"] != digest:
+    """The grammar of that text; None for another text, or if its source was another one.
+
+    digest: of the source as it is now.
+    """
+    try:
+        stored: dict[str, Any] = json.loads(text)
+        if stored["digest"] != digest:
+            return None
+        return Grammar(
+            terminals=[TerminalSymbol(**row) for row in stored["terminals"]],
+            rules=[_rule(row) for row in stored["rules"]],
+            next_states=[_interned(row) for row in stored["next_states"]],
+            reductions=[_interned(row) for row in stored["reductions"]],
+            end=stored["end"],
+        )
+    except (ValueError, KeyError, TypeError):  # of another version, or with the marks of a merge
         return None
-    return Grammar(
-        terminals=[TerminalSymbol(**row) for row in stored["terminals"]],
-        rules=[_rule(row) for row in stored["rules"]],
-        next_states=[_interned(row) for row in stored["next_states"]],
-        reductions=[_interned(row) for row in stored["reductions"]],
-        end=stored["end"],
-    )
 
 
 def _rule(row: dict[str, Any]) -> Rule:
