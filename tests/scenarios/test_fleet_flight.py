@@ -158,9 +158,9 @@ def test_the_witness_knows_whether_the_pad_was_held_at_the_kill() -> None:
 
 @pytest.mark.slow
 def test_the_same_plan_is_the_same_flight_of_both_drones_bit_by_bit(tmp_path: Path) -> None:
-    """Up to the take-off. The second flight is recorded, which changes nothing."""
+    """Up to the begin of mapping. The second flight is recorded, which changes nothing."""
     plan = FleetPlan(seed=1)
-    first, again = fly_fleet(plan, longest=4.0), fly_fleet(plan, tmp_path, longest=2.5)
+    first, again = fly_fleet(plan, longest=4.0), fly_fleet(plan, tmp_path, longest=4.0)
     assert first.error == again.error == ""
     assert {robot: each.digest for robot, each in first.robots.items()} == {
         robot: each.digest for robot, each in again.robots.items()
