@@ -37,13 +37,13 @@ FLEET_FLIGHTS_ARGS ?= --seeds 20 --jobs 2
 fleet-flights: setup
 	$(BIN)/python benchmarks/fleet_flights.py $(FLEET_FLIGHTS_ARGS) --write
 
-# One worker a core and one more. What starts processes stays with two of them (tests/scheduling.py), and begins first: if
+# One worker a core and two more. What starts processes stays with two of them (tests/scheduling.py), and begins first: if
 # files were sorted by how many tests they have, those of few long flights would come last and keep one worker while
 # others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.
 # Libraries below numpy have one thread: theirs would take the cores of the other workers (processes/child.py).
 PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
-# The type checker is one of the tests (tests/integration/test_types.py): it has one thread, and would keep a core idle.
+# The type checker is part of `make lint`, which CI runs before the tests: it takes a tenth of their processor time.
 test: style
 	$(PYTEST) $(PYTEST_ARGS)
 

@@ -31,9 +31,9 @@ LOWER_PRIORITY = 10
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)  # there is none where xdist is switched off, or not installed
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
-    """One worker a core, and one more: tests that start processes wait for much of their time."""
+    """One worker a core, and two more: tests that start processes wait for much of their time."""
     cores = yield
-    return cores + 1
+    return cores + 2
 
 
 @pytest.hookimpl(optionalhook=True)

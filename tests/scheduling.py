@@ -50,8 +50,8 @@ WAITING = (
 GROUPS = {"busy": BUSY, "waiting": WAITING}
 """Files that start processes, by the name of their scope. A worker runs a group one test after the other.
 
-Waiting tests use a third of a core, and run beside the busy ones, of which one at a time starts its processes. There is
-one worker more than cores, and all others calculate meanwhile, at a lower priority (conftest.py).
+Waiting tests use a third of a core, and run beside the busy ones, of which one at a time starts its processes. All
+other workers calculate meanwhile, at a lower priority (conftest.py).
 """
 CONFORMANCE = "conformance"
 """Scope of all files of this folder: their cases share a system of processes (conformance/conftest.py)."""

@@ -12,7 +12,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.services.bus import Answer, Answered, Refused, Request, Sample
 from skillwing.services.bus.backlog import MOST_REQUESTS, STREAM_BACKLOG
-from skillwing.services.bus.clock import FollowedClock, LockstepClock, PacedClock
+from skillwing.services.bus.clock import LONGEST_EXTRAPOLATION, ROUNDING, FollowedClock, LockstepClock, PacedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.processes.router import start_router
@@ -117,7 +117,7 @@ def test_followers_live_in_the_owners_time(network: Network) -> None:
     owner = network.owner(factor=10.0)
     assert network.run_until(lambda: len(times) >= 20)
     assert times[-1] >= 2.0
-    assert owner.now() >= times[-1] - 0.1
+    assert owner.now() >= times[-1] - LONGEST_EXTRAPOLATION - ROUNDING
     assert times == sorted(times)
 
 

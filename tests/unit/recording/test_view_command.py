@@ -32,6 +32,8 @@ def viewer(monkeypatch: pytest.MonkeyPatch, folder: Path, code: str) -> None:
     path.write_text(f"#!{sys.executable}\n{code}", encoding="utf-8")
     path.chmod(0o755)
     monkeypatch.setattr("skillwing.services.viewer.viewer.find_program", lambda: str(path))
+    for preferred in ("STREAM_PORT", "PAGE_PORT"):  # other tests prefer them at the same moment
+        monkeypatch.setattr(f"skillwing.services.viewer.viewer.{preferred}", 0)
 
 
 @pytest.fixture
