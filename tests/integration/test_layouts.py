@@ -10,6 +10,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from pump import PUMP
 
 from skillwing.services.names import DATA_MANAGER, RESOURCE_MANAGER
 from skillwing.services.processes.colocation import MANAGERS, colocated
@@ -20,19 +21,6 @@ from skillwing.services.testing import SkillsetProcesses
 
 pytestmark = pytest.mark.slow
 
-SKILLSET = """
-skillset pump {
-    data { pressure: float64 [Pa] period=0.2 }
-    resource valve { initial SHUT  SHUT -> OPEN  OPEN -> SHUT }
-    skill fill {
-        effect { open: valve -> OPEN  shut: valve -> SHUT }
-        precondition { shut: resource=(valve == SHUT)  success open }
-        interrupt { apply=shut }
-        result { success FULL: apply=shut }
-    }
-    skill drain { result { success EMPTY } }
-}
-"""
 SCRIPT = "[skill.fill]\ndelay = 3600.0\n[skill.drain]\ndelay = 3600.0\n"
 """Skills run until they are interrupted."""
 LEASE_AND_MORE = 20.0
@@ -44,7 +32,7 @@ Make = Callable[..., SkillsetProcesses]
 @pytest.fixture
 def skillset(tmp_path: Path) -> Path:
     path = tmp_path / "pump.skillset"
-    path.write_text(SKILLSET, encoding="utf-8")
+    path.write_text(PUMP, encoding="utf-8")
     return path
 
 

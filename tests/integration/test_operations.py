@@ -15,6 +15,7 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import Command, Said
+from pump import PUMP
 
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import EXITS_IN_A_ROW
@@ -25,19 +26,6 @@ pytestmark = pytest.mark.slow
 
 PATIENCE = 60.0
 POLL = 0.02
-SKILLSET = """
-skillset pump {
-    data { pressure: float64 [Pa] period=0.2 }
-    resource valve { initial SHUT  SHUT -> OPEN  OPEN -> SHUT }
-    skill fill {
-        effect { open: valve -> OPEN  shut: valve -> SHUT }
-        precondition { shut: resource=(valve == SHUT)  success open }
-        interrupt { apply=shut }
-        result { success FULL: apply=shut }
-    }
-    skill drain { result { success EMPTY } }
-}
-"""
 SCRIPT = "[skill.fill]\ndelay = 3600.0\n"
 
 
@@ -94,7 +82,7 @@ class Pump:
 def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pump]:
     folder = tmp_path_factory.mktemp("pump")
     pump = Pump(skillwing, folder / "pump.skillset", folder / "run")
-    pump.skillset.write_text(SKILLSET, encoding="utf-8")
+    pump.skillset.write_text(PUMP, encoding="utf-8")
     (folder / "pump.mock.toml").write_text(SCRIPT, encoding="utf-8")
     said = skillwing("mock", str(pump.skillset), "--detach", "--no-record", "--run-dir", str(pump.run_dir))
     assert said.code == OK, said.error
@@ -176,11 +164,11 @@ def test_two_processes_of_one_name_are_found(pump: Pump) -> None:
 
 
 def test_a_skillset_that_has_changed_since_is_found(pump: Pump) -> None:
-    pump.skillset.write_text(SKILLSET.replace("EMPTY", "DRY"), encoding="utf-8")
+    pump.skillset.write_text(PUMP.replace("EMPTY", "DRY"), encoding="utf-8")
     try:
         assert serious(pump.doctor()) == {"schema_mismatch"}
     finally:
-        pump.skillset.write_text(SKILLSET, encoding="utf-8")
+        pump.skillset.write_text(PUMP, encoding="utf-8")
 
 
 def test_what_dies_again_and_again_is_given_up(pump: Pump) -> None:
