@@ -47,7 +47,7 @@ def analyse(grammar: str, folder: str, start: str) -> Grammar:
         reductions.append({str(symbol): index[rule] for symbol, (action, rule) in row if action is not Shift})
     next_states[number[conf.end_state]][END] = number[conf.end_state]
     terminals = [_terminal(each) for each in _by_precedence(cast("list[TerminalDef]", lark.terminals))]
-    return Grammar(terminals, [_rule(rule) for rule in rules], next_states, reductions, number[conf.end_state])
+    return Grammar(terminals, [_rule(rule) for rule in rules], next_states, reductions)
 
 
 def _in_order(rows: Mapping[int, _Row], start: int) -> list[int]:

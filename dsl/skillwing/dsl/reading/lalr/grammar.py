@@ -42,20 +42,19 @@ class Grammar:
     """LALR tables. States are counted from 0, where a text begins.
 
     terminals: the first that matches counts. next_states: in each state, by symbol. reductions: in each state, by the
-    terminal that follows, the index of the rule. end: state behind the whole text.
+    terminal that follows, the index of the rule. The state behind the whole text is the next one by END.
     """
 
     terminals: Sequence[TerminalSymbol]
     rules: Sequence[Rule]
     next_states: Sequence[Mapping[str, int]]
     reductions: Sequence[Mapping[str, int]]
-    end: int
 
 
 def to_json(grammar: Grammar, digest: str) -> str:
     """A grammar as JSON. digest: of the source that was analysed."""
     stored = asdict(grammar)
-    lines = [f'"digest": {json.dumps(digest)}', f'"end": {grammar.end}']
+    lines = [f'"digest": {json.dumps(digest)}']
     for part in ("terminals", "rules", "next_states", "reductions"):
         rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in stored[part])
         lines.append(f'"{part}": [\n{rows}\n]')
@@ -76,7 +75,6 @@ def from_json(text: str, digest: str) -> Grammar | None:
             rules=[_rule(row) for row in stored["rules"]],
             next_states=[_interned(row) for row in stored["next_states"]],
             reductions=[_interned(row) for row in stored["reductions"]],
-            end=stored["end"],
         )
     except (ValueError, KeyError, TypeError):  # of another version, or with the marks of a merge
         return None
