@@ -27,9 +27,9 @@ from urllib.request import urlopen
 import pytest
 
 from skillwing.m600.mocked import ROBOT as MOCKS
-from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.key_store import KeyStore
 from skillwing.services.client.connection import Connection, find_target, open_connection
-from skillwing.services.errors import NoSystemError, NotKnownError, SkillwingError
+from skillwing.services.errors import KeysError, NoSystemError, NotKnownError, SkillwingError
 from skillwing.services.protocol import Keys
 from skillwing.services.recording.run_facts import read_facts
 from skillwing.services.report.run_reports import write_reports

@@ -11,6 +11,7 @@ __all__ = [
     "BadRecordingError",
     "InvalidInputError",
     "InvalidOptionError",
+    "KeysError",
     "NoGoalError",
     "NoMissionError",
     "NoReplyError",
@@ -47,6 +48,10 @@ class InvalidOptionError(SkillwingError):
     def __init__(self, option: str, message: str) -> None:
         self.option = option
         super().__init__(message)
+
+
+class KeysError(SkillwingError):
+    """A folder of keys that is missing, damaged, or cannot do what was asked."""
 
 
 class PassingError(SkillwingError):

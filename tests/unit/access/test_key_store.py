@@ -14,10 +14,10 @@ from skillwing.services.access import key_store
 from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.certificates import facts, issue, new_authority
 from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
-from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
 from skillwing.services.access.robots import table_words
-from skillwing.services.errors import InvalidOptionError, SkillwingError
+from skillwing.services.errors import InvalidOptionError, KeysError, SkillwingError
 from skillwing.services.robot import Robot, find_robot
 from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Role

@@ -11,11 +11,12 @@ from typer.testing import CliRunner
 
 from skillwing.m600.robot import SKILLSET
 from skillwing.services.access.handshake import unknown_name
-from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.key_store import KeyStore
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.commands import down as down_command
 from skillwing.services.commands.keys import PersonRole
 from skillwing.services.core.refusal import RefusedError
+from skillwing.services.errors import KeysError
 from skillwing.services.processes import launcher as launcher_module
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.process_state import ProcessState

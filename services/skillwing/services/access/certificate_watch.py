@@ -12,7 +12,8 @@ from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
 from skillwing.services.access.identity_files import NEEDED, add_robot_command, robot_certificates, unknown_table
-from skillwing.services.access.key_store import RENEWAL, KeysError
+from skillwing.services.access.key_store import RENEWAL
+from skillwing.services.errors import KeysError
 
 HOUR, DAY = timedelta(hours=1), timedelta(days=1)
 

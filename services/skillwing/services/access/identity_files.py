@@ -9,9 +9,10 @@ from datetime import timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
-from skillwing.services.access.key_store import ROBOTS, ROUTER, KeysError, process_folder, read_facts
+from skillwing.services.access.key_store import ROBOTS, ROUTER, process_folder, read_facts
 from skillwing.services.access.policy import denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
+from skillwing.services.errors import KeysError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.protocol import ErrorReply
 from skillwing.services.wire.channel import PEOPLE, Role

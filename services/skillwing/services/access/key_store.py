@@ -22,7 +22,7 @@ from skillwing.services.access.certificate_facts import ROUTER_NAME, Certificate
 from skillwing.services.access.policy import RobotAccess, SiteAccess, certificate_name
 from skillwing.services.access.site_names import DAYS, Names
 from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import KeysError
 from skillwing.services.wire.channel import Role
 
 RENEWAL = timedelta(days=30)
@@ -31,10 +31,6 @@ AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "peo
 NAMES_FILE = "names.json"
 ALWAYS = ("localhost", "127.0.0.1", "::1")
 """Hosts at which every router is found on its own machine."""
-
-
-class KeysError(SkillwingError):
-    """A folder of keys that is missing, damaged, or cannot do what was asked."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,13 +11,19 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
 from skillwing.services.client.target import CONNECT
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
-from skillwing.services.errors import NoReplyError, NoSystemError, NotKnownError, RefusedError, SeveralSystemsError
+from skillwing.services.errors import (
+    KeysError,
+    NoReplyError,
+    NoSystemError,
+    NotKnownError,
+    RefusedError,
+    SeveralSystemsError,
+)
 from skillwing.services.history.goal_ends import recorded_goals
 from skillwing.services.history.recording_state import gap_sentence, read_state
 from skillwing.services.names import MISSION, RESOURCE_MANAGER, skill_process

@@ -21,7 +21,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.access.exposure import exposed
 from skillwing.services.access.handshake import explained, unknown_name
 from skillwing.services.access.identity_files import person_identity
-from skillwing.services.access.key_store import KeysError, KeyStore, read_facts
+from skillwing.services.access.key_store import KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
 from skillwing.services.client.connection import find_target
@@ -29,7 +29,7 @@ from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
-from skillwing.services.errors import NoSystemError
+from skillwing.services.errors import KeysError, NoSystemError
 from skillwing.services.history.goal_ends import recorded_goals, was_lost
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process

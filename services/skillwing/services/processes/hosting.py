@@ -17,15 +17,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
-from skillwing.services.access.handshake import explained
-from skillwing.services.access.identity_files import process_identity
-from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.identity import SessionIdentity, needs_identity
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, PassingError, WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, KeysError, PassingError, WrongSkillsetError
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
@@ -58,6 +55,9 @@ class NetworkAddress:
             return None
         if self.keys is None:
             raise KeysError(f"The router at {self.endpoint} asks for a key. Name a folder: --keys or SKILLWING_KEYS.")
+        # A process without keys does not load the code for certificates.
+        from skillwing.services.access.identity_files import process_identity  # noqa: PLC0415
+
         return process_identity(self.keys, self.robot, process)
 
 
@@ -102,6 +102,8 @@ def _join(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime) -> Ze
     except KeysError as error:
         return give_up(error, EXIT_CONFIGURATION, who=hosted.name)
     except RouterUnreachableError as error:
+        from skillwing.services.access.handshake import explained  # noqa: PLC0415 - as in `NetworkAddress.identity`
+
         reason = explained(error, identity)
         code = EXIT_UNREACHABLE if reason is error else EXIT_CONFIGURATION
         return EXIT_OK if lifetime.over else give_up(reason, code, who=hosted.name)

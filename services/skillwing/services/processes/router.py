@@ -20,12 +20,12 @@ import zenoh
 
 from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
 from skillwing.services.access.identity_files import KEYS_VARIABLE, read_identity
-from skillwing.services.access.key_store import KeysError, KeyStore
+from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import SiteAccess, role_at
 from skillwing.services.access.zenoh_rules import access_control
 from skillwing.services.bus.identity import WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.errors import InvalidOptionError, KeysError
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE, Lifetime
 from skillwing.services.processes.proc_files import listener, port_of
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.dsl.commands.source import UsageError
-from skillwing.services.access.key_store import KeysError
 from skillwing.services.disk import FULL, UnwritableError
 from skillwing.services.errors import (
     BadRecordingError,
     InvalidInputError,
     InvalidOptionError,
+    KeysError,
     NoSystemError,
     NotKnownError,
     RefusedError,

@@ -11,9 +11,9 @@ import zenoh
 
 from skillwing.dsl.suggest import listed
 from skillwing.services.access.identity_files import process_identity
-from skillwing.services.access.key_store import KeysError
 from skillwing.services.bus.router_robots import robots_at, robots_seen
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.errors import KeysError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.run_state import RunState, running_systems
