@@ -275,6 +275,32 @@ def test_what_dies_is_started_again_and_its_log_goes_on(tmp_path: Path) -> None:
     assert psutil.pid_exists(state.pid or 0) is False
 
 
+LOOKING = """
+import sys
+from skillwing.services.managers.data_manager import make_data_manager
+
+def make(options):
+    manager = make_data_manager(options)
+    print("with a checker" if "skillwing.dsl.checking" in sys.modules else "without a checker", flush=True)
+    return manager
+"""
+
+
+def test_no_life_of_a_process_checks_the_skillset_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "looking.py").write_text(LOOKING, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    spec = ProcessSpec("data_manager", "looking:make", {"skillset": str(ROBOT.skillset)})
+    deaths: SimpleQueue[ProcessExit] = SimpleQueue()
+    with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
+        launcher.start([spec])
+        os.kill(launcher.pids[spec.name], signal.SIGKILL)
+        deaths.get(timeout=PATIENCE)
+        log = tmp_path / "logs" / "data_manager.log"
+        await_line(log, "data_manager runs", times=2)
+    lives = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("checker")]
+    assert lives == ["without a checker"] * 2
+
+
 def test_the_router_comes_back_at_its_port_and_the_others_find_it(tmp_path: Path) -> None:
     changes: SimpleQueue[None] = SimpleQueue()
     with Launcher(
@@ -350,10 +376,10 @@ def test_a_process_that_waits_for_its_restart_is_not_started_by_the_end(
     assert state_of(launcher, "data_manager").restarts == 0
 
 
-def await_line(log: Path, text: str) -> None:
+def await_line(log: Path, text: str, times: int = 1) -> None:
     """Wait for what a process writes right after it has said that it is there."""
     deadline = time.monotonic() + PATIENCE
-    while text not in log.read_text(encoding="utf-8"):
+    while log.read_text(encoding="utf-8").count(text) < times:
         assert time.monotonic() < deadline
         time.sleep(0.01)
 

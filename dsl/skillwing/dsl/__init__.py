@@ -1,6 +1,7 @@
 """The skillset language: grammar, model, checker, generator.
 
-Public API: `load` and `parse` turn source into a `Skillset`. A `SkillsetError` holds all problems of a file.
+Public API: `load` and `parse` turn source into a `Skillset`, and `add_checked` takes one that was checked elsewhere. A
+`SkillsetError` holds all problems of a file.
 """
 
 from __future__ import annotations
@@ -12,7 +13,12 @@ from skillwing.dsl.diagnostics.diagnostic import Diagnostic, SkillsetError
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.text_files import text_of_file
 
-__all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "load", "parse"]
+__all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "add_checked", "load", "parse"]
+
+INCLUDING = ".rl"
+"""End of the names of files that include others."""
+_checked_elsewhere: dict[tuple[str, str], Skillset] = {}
+"""By text and file."""
 
 
 def load(path: str | Path) -> Skillset:
@@ -27,7 +33,17 @@ def parse(text: str, file: str = "<text>") -> Skillset:
     file: its name in diagnostics. Results are cached, because all managers of a robot may run in one process. Those of
     `.rl` files are not, because other files that they include may change.
     """
-    return _parsed.__wrapped__(text, file) if file.endswith(".rl") else _parsed(text, file)
+    if file.endswith(INCLUDING):
+        return _parsed.__wrapped__(text, file)
+    return _checked_elsewhere.get((text, file)) or _parsed(text, file)
+
+
+def add_checked(text: str, file: str, skillset: Skillset) -> None:
+    """Have `parse` return this skillset for this text, except for an `.rl` file. Another process has checked it.
+
+    This process then loads neither parser nor checker, which is a quarter of the start of a manager.
+    """
+    _checked_elsewhere[text, file] = skillset
 
 
 @lru_cache(maxsize=8)

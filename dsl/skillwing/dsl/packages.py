@@ -5,7 +5,6 @@ from __future__ import annotations
 import keyword
 import re
 import sys
-import tomllib
 from collections import Counter
 from collections.abc import Collection
 from pathlib import Path
@@ -76,6 +75,8 @@ def _project_file(folder: Path) -> Path:
 
 def _test_paths(project: Path) -> list[str]:
     try:
+        import tomllib  # noqa: PLC0415 - processes of a robot read no project file
+
         content: Any = tomllib.loads(_project_file(project).read_text("utf-8"))
         paths = content["tool"]["pytest"]["ini_options"]["testpaths"]
     except (OSError, ValueError, KeyError, TypeError):

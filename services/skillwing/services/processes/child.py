@@ -65,7 +65,8 @@ class Child:
     """A Python module run as a child of this process, with its log.
 
     command: the module and its arguments. restart, essential: as in its `ProcessSpec`. talks: it holds an alive token.
-    nodes: those that share it. `process`: its present or last life, from the first `start` on.
+    nodes: those that share it. told: bytes on its standard input at each start, few enough for the buffer of a pipe.
+    `process`: its present or last life, from the first `start` on.
     Use it under the launcher's lock.
     """
 
@@ -79,6 +80,7 @@ class Child:
         essential: bool = True,
         talks: bool = True,
         nodes: tuple[str, ...] = (),
+        told: bytes = b"",
     ) -> None:
         self.name = name
         self.command = tuple(command)
@@ -91,6 +93,7 @@ class Child:
         self._essential = essential
         self._talks = talks
         self._nodes = nodes
+        self._told = told
 
     def start(self, now: float, stdout: int | None = None) -> None:
         """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log."""
@@ -109,6 +112,9 @@ class Child:
                 env={name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED,
                 start_new_session=True,
             )
+        if self._told and self.process.stdin is not None:
+            with suppress(OSError):  # it has ended already
+                os.write(self.process.stdin.fileno(), self._told)
         self._lives += 1
         self._started = now
         self._last_exit = None

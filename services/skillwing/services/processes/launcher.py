@@ -22,6 +22,7 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import SkillwingError
 from skillwing.services.names import LAUNCHER
+from skillwing.services.processes.checked_skillsets import pack_skillsets
 from skillwing.services.processes.child import Child, ProcessExit
 from skillwing.services.processes.colocation import ProcessGroup, process_groups
 from skillwing.services.processes.process_state import ProcessState
@@ -210,7 +211,7 @@ class Launcher:
                 return [exit_ for exit_ in self.exits if exit_ not in earlier and exit_.pid not in replaced]
 
             for group in started:
-                self._watch(self._launch(group, self._command(group)))
+                self._watch(self._launch_nodes(group))
             essential = {group.name for group in started if group.essential}
 
             def dead() -> set[str]:
@@ -234,7 +235,7 @@ class Launcher:
         Raises InvalidOptionError, and OSError if the system cannot start a process.
         """
         (group,) = process_groups([spec])
-        self._watch(self._launch(group, self._command(group), log=log))
+        self._watch(self._launch_nodes(group, log))
 
     def forget(self, name: str) -> None:
         """Leave a process that has ended out of `states`."""
@@ -265,9 +266,17 @@ class Launcher:
                 return True
         return False
 
-    def _command(self, group: ProcessGroup) -> list[str]:
+    def _launch_nodes(self, group: ProcessGroup, log: str | None = None) -> Child:
+        """Start a host of nodes. It is told the skillsets of its options, and need not check them again."""
+        nodes = [node.resolved() for node in group.nodes]
+        files = (spec.options.get("skillset") for spec in nodes)
+        told = pack_skillsets(file for file in files if isinstance(file, str))
+        command = [*self._command(nodes), "--skillsets", str(len(told))]
+        return self._launch(group, command, log=log, told=told)
+
+    def _command(self, nodes: Iterable[ProcessSpec]) -> list[str]:
         words = ["skillwing.services.processes.node_host"]
-        for spec in (node.resolved() for node in group.nodes):
+        for spec in nodes:
             words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
             words += ["--alive", self._keys.alive(spec.name)]
         words += ["--connect", self.endpoint, "--robot", self.robot, "--topology", self._topology]
@@ -275,7 +284,13 @@ class Launcher:
         return [*words, "--clock", self._clock, "--unix-offset", repr(self._unix_offset), "--parent-pipe"]
 
     def _launch(
-        self, group: ProcessGroup, command: Sequence[str], stdout: int | None = None, log: str | None = None
+        self,
+        group: ProcessGroup,
+        command: Sequence[str],
+        *,
+        stdout: int | None = None,
+        log: str | None = None,
+        told: bytes = b"",
     ) -> Child:
         child = Child(
             group.name,
@@ -285,6 +300,7 @@ class Launcher:
             essential=group.essential,
             talks=group.name != ROUTER,
             nodes=tuple(spec.name for spec in group.nodes) if group.shared else (),
+            told=told,
         )
         with self._lock:
             child.start(time.monotonic(), stdout)

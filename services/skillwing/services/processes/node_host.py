@@ -30,6 +30,7 @@ from skillwing.services.bus.clock import LAG, Clock, FollowedClock, LockstepCloc
 from skillwing.services.disk import discard_unwritten
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
 from skillwing.services.options import imported
+from skillwing.services.processes.checked_skillsets import read_skillsets
 from skillwing.services.processes.hosting import Heartbeat, HostedNode, NetworkAddress, give_up, live, live_together
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_CRASHED, EXIT_PASSING, Lifetime
 from skillwing.services.processes.run_options import run_options
@@ -48,6 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Host nodes until their end; returns the exit code."""
     options = _parse(arguments)
     nodes = len(options.process or options.name)
+    if options.skillsets:
+        read_skillsets(sys.stdin.fileno(), options.skillsets)
     lifetime = Lifetime(parent_pipe=options.parent_pipe)
     logging.basicConfig(
         stream=sys.stderr,
@@ -139,6 +142,9 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--heartbeat", type=Path, metavar="FILE", default=environment("SKILLWING_HEARTBEAT"))
     parser.add_argument("--parent-pipe", action="store_true", help="end when standard input ends")
+    parser.add_argument(
+        "--skillsets", type=int, metavar="BYTES", default=0, help="standard input begins with checked skillsets"
+    )
     options = parser.parse_args(arguments)
     if not options.connect or not options.robot:
         parser.error("both --connect and --robot have to be given, here or by the environment")
