@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from law_settings import examples
-from skillwing.services.client.causal_view import CausalView, Delivered
+from skillwing.services.client.causal_view import CausalView, Delivered, Held
 from skillwing.services.protocol import GoalStatus, Record, RecordKind, ResourceStates, ResourceStep, State
 
 RESOURCES = ("camera", "lidar")
@@ -219,6 +220,32 @@ def test_a_status_waits_for_the_step_that_it_follows_from() -> None:
     client.hear(step)
     assert (client.shown, client.view.waiting) == (["g1"], False)
     assert client.view.change_record("camera") == "rm#11"
+
+
+def test_a_step_looks_only_at_the_statuses_that_it_releases(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A recorder that lagged behind held thousands, looked at each for every step, and never caught up."""
+    looked_at: list[GoalStatus] = []
+    after_step = Held.__dict__["after_step"]
+
+    def read(held: Held) -> int:
+        looked_at.append(held.status)
+        return after_step.__get__(held)
+
+    monkeypatch.setattr(Held, "after_step", property(read))
+    robot, view = Robot(), CausalView()
+    view.take_states(robot.answer(), view.note_question())
+    far = [status(robot.number + 1000, f"far{number}") for number in range(1000)]
+    for each in far:
+        assert view.take_status(each) == ()
+    looked_at.clear()
+    for _ in range(10):
+        robot.step("camera")
+        robot.follow()
+        step, released = robot.told.pop(0), robot.told.pop(0)
+        assert isinstance(step, ResourceStep) and isinstance(released, GoalStatus)
+        assert view.take_status(released) == ()
+        assert view.take_step(step) == (step, released)
+    assert len(looked_at) < 100
 
 
 def test_a_step_that_is_lost_is_made_good_by_the_states() -> None:

@@ -8,6 +8,7 @@ never sees the end of a goal before the change that ended it. `docs/semantics.md
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from heapq import heapify, heappop, heappush
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
@@ -18,9 +19,10 @@ Delivered: TypeAlias = ResourceStep | GoalStatus
 
 
 class Held(NamedTuple):
-    """A status that waits for a step. questions: number of questions for the states before it came."""
+    """A status that waits for a step. order: of arrival. questions: number of those for the states before it came."""
 
     after_step: int
+    order: int
     questions: int
     status: GoalStatus
 
@@ -48,6 +50,8 @@ class CausalView:
         """Steps of which it is unknown whether they come before or after the states: no snapshot of their epoch is.
         Each with the number of questions before it came: only the answer to a later one tells which epoch is over."""
         self._held: list[Held] = []
+        """A heap by step: a client that lags behind may hold thousands, and takes a step in the time of one."""
+        self._arrived = 0
         self._shown: Held | None = None
         """Status of the latest step, among those that were shown before the first states."""
         self._questions = 0
@@ -134,11 +138,12 @@ class CausalView:
 
     def take_status(self, status: GoalStatus) -> tuple[Delivered, ...]:
         """Take a status of a goal."""
-        held = Held(status.after_step, self._questions, status)
+        self._arrived += 1
+        held = Held(status.after_step, self._arrived, self._questions, status)
         if self.number is None:
             self._shown = max(held, self._shown or held, key=lambda each: each.after_step)
         elif held.after_step > self.number:
-            self._held.append(held)
+            heappush(self._held, held)
             return ()
         return (status,)
 
@@ -152,7 +157,7 @@ class CausalView:
         held, self._held = self._held, []
         if early or held:
             self._complete_after = self._questions
-        return (*self._not_shown(early), *(each.status for each in held))
+        return (*self._not_shown(early), *_as_arrived(held))
 
     def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
@@ -198,9 +203,15 @@ class CausalView:
 
     def _due(self, question: int = 0) -> Iterator[GoalStatus]:
         """Take out the statuses whose step is known, and those that came before an answered question."""
-        held, self._held = self._held, []
-        for each in held:
-            if each.answered_by(self.number or 0, question):
-                yield each.status
-            else:
-                self._held.append(each)
+        number, due = self.number or 0, list[Held]()
+        while self._held and self._held[0].after_step <= number:
+            due.append(heappop(self._held))
+        if question:
+            due += [each for each in self._held if each.answered_by(number, question)]
+            self._held = [each for each in self._held if not each.answered_by(number, question)]
+            heapify(self._held)
+        return _as_arrived(due)
+
+
+def _as_arrived(held: Iterable[Held]) -> Iterator[GoalStatus]:
+    return (each.status for each in sorted(held, key=lambda each: each.order))
