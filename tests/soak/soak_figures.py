@@ -123,7 +123,8 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
     """A soak, also one that was interrupted. Times in seconds.
 
     hours: robot hours that were asked for. rate: starts in a robot second. keep: bytes of `--keep`. written: bytes that
-    were written to each file, with its deleted parts. machine: with the date. finished: the hours are over.
+    were written to each file, with its deleted parts. lost_events: dropped by processes that were too busy for them.
+    machine: with the date. finished: the hours are over.
     """
 
     hours: float
@@ -138,6 +139,7 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
     samples: list[Sample] = []
     written: dict[str, int] = {}
     lost_processes: list[str] = []
+    lost_events: int = 0
     finished: bool = False
 
     @property
@@ -179,6 +181,8 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
             if not each.flat
         ]
         found += [f"{name} was restarted or ended." for name in self.lost_processes]
+        if self.lost_events:
+            found.append(f"Busy processes lost {self.lost_events} events.")
         if self.ended != self.succeeded:
             found.append(f"{self.ended - self.succeeded} goals did not succeed.")
         if self.ended < self.started - 100:

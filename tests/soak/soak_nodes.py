@@ -11,6 +11,8 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
+from skillwing.services.history.files import TIMELINE_FILE, last_time
+from skillwing.services.history.parts import part_paths
 from skillwing.services.protocol import CLOCK_KEY, ClockTick, Message, encode
 
 CLOCK_STEP = 0.15
@@ -20,6 +22,10 @@ COUNT_PERIOD = 0.5
 """Robot seconds between two counts."""
 BEHIND = 0.5
 """Robot seconds of starts by which the client may be behind before time waits for it."""
+UNRECORDED = 5.0
+"""Robot seconds by which the recorder may be behind before time waits for it. It would lose events of 30 s or more."""
+LOOK_PERIOD = 0.5
+"""Wall seconds between two looks at what the recorder has written."""
 LONGEST_HOLD = 0.2
 """Wall seconds for which time stands at most between two ticks."""
 
@@ -38,26 +44,30 @@ class SoakCount(Message, frozen=True, kw_only=True):
 
 
 class SoakClock:
-    """Owner of robot time, which moves as fast as the machine starts goals, and no faster than `factor`.
+    """Owner of robot time, which moves as fast as the machine starts goals and records them, and at most by `factor`.
 
     awaited: keys of alive tokens. Time stands until all are there. factor: most robot seconds in a wall second.
+    run_dir: folder that the recorder writes.
     """
 
     name = "soak_clock"
     owns_clock = True
 
-    def __init__(self, awaited: set[str], factor: float) -> None:
+    def __init__(self, awaited: set[str], factor: float, run_dir: Path) -> None:
         self._awaited = awaited
         self._factor = factor
+        self._run_dir = run_dir
         self._behind = 0.0
+        self._unrecorded = 0.0
 
     def attach(self, bus: Bus) -> None:
         ticks = bus.advertise(CLOCK_KEY)
         bus.subscribe(COUNT_KEY, message_reader(SoakCount, self._take_count))
 
         def tick() -> None:
-            if self._behind > BEHIND:
-                time.sleep(min(self._behind / self._factor, LONGEST_HOLD))  # the clock does not catch up
+            behind = max(self._behind if self._behind > BEHIND else 0.0, self._unrecorded - UNRECORDED)
+            if behind > 0.0:
+                time.sleep(min(behind / self._factor, LONGEST_HOLD))  # the clock does not catch up
             ticks.put(encode(ClockTick(t=bus.now(), factor=self._factor)))
 
         def on_alive(key: str, alive: bool) -> None:
@@ -66,7 +76,14 @@ class SoakClock:
                 if not self._awaited:
                     bus.every(CLOCK_STEP, tick)
 
+        def look() -> None:
+            parts = part_paths(self._run_dir, TIMELINE_FILE)
+            last = last_time(parts[-1]) if parts else None
+            self._unrecorded = 0.0 if last is None else bus.now() - last
+            bus.after(LOOK_PERIOD, look, wall=True)
+
         bus.watch_alive("**", on_alive)
+        bus.after(LOOK_PERIOD, look, wall=True)
 
     def detach(self) -> None:
         pass
@@ -152,8 +169,8 @@ class SoakClient:
 
 
 def make_clock(options: dict[str, Any]) -> SoakClock:
-    """Options: `awaited`, keys of alive tokens; `factor`, most robot seconds in a wall second."""
-    return SoakClock(set(options["awaited"]), options["factor"])
+    """Options: `awaited`, keys of alive tokens; `factor`, most robot seconds in a wall second; `run_dir`."""
+    return SoakClock(set(options["awaited"]), options["factor"], Path(options["run_dir"]))
 
 
 def make_client(options: dict[str, Any]) -> SoakClient:

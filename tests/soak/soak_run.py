@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import shutil
 import signal
 import sys
@@ -37,7 +38,7 @@ from skillwing.services.disk import directory_size, write_whole
 from skillwing.services.history.recording_state import add_up, read_state
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION
-from skillwing.services.processes.launcher import Launcher
+from skillwing.services.processes.launcher import LOGS, Launcher
 from skillwing.services.processes.proc_files import usage
 from skillwing.services.protocol import Keys, MissionStatus
 from skillwing.services.recording.retention import FILES, find_parts
@@ -69,6 +70,8 @@ ROUND = 2.1
 """Robot seconds of one round of the mission, about."""
 SAMPLES = 240
 """Measurements in one soak."""
+LOST = re.compile(r"lost (\d+) events that waited")
+"""In the log of a process that was too busy (`bus/backlog.py`)."""
 LONGEST_WAIT = 60.0
 """Wall seconds without progress of robot time after which the soak gives up."""
 
@@ -112,6 +115,7 @@ class _Watch:
             succeeded=last.succeeded,
             written=_written(self.run_dir),
             lost_processes=[each.name for each in others if each.restarts or each.life != "lives"],
+            lost_events=_lost_events(self.run_dir / LOGS),
         )
         self.on_sample(self.soak)
 
@@ -135,7 +139,9 @@ def run(asked: Soak, speed: float, mission_hours: float, folder: Path, on_sample
         ProcessSpec("soak_client", "soak_nodes:make_client", client),
     )
     awaited = [Keys(robot.name).alive(each.name) for each in robots]
-    clock = ProcessSpec("soak_clock", "soak_nodes:make_clock", {"factor": speed, "awaited": awaited})
+    clock = ProcessSpec(
+        "soak_clock", "soak_nodes:make_clock", {"factor": speed, "awaited": awaited, "run_dir": str(run_dir)}
+    )
     mission, watch = mission_process(robot, str(tree), {}), _Watch(asked, run_dir, on_sample)
     with Launcher(robot.name, robot.load_skillset().name, run_dir, clock="robot", restarts=True) as launcher:
         launcher.start((*robots, clock))
@@ -195,6 +201,12 @@ def _written(run_dir: Path) -> dict[str, int]:
     """Bytes that were written to each file, with its deleted parts."""
     there = add_up({part.name: part.size} for part in find_parts(run_dir, FILES))
     return add_up([there, {name: gone.size for name, gone in read_state(run_dir).deleted.items()}])
+
+
+def _lost_events(logs: Path) -> int:
+    """Events that busy processes have dropped, by their logs."""
+    texts = (log.read_text(encoding="utf-8", errors="replace") for log in logs.rglob("*.log"))
+    return sum(int(number) for text in texts for number in LOST.findall(text))
 
 
 def _print_progress(soak: Soak) -> None:

@@ -105,6 +105,12 @@ def test_the_whole_run_directory_counts_on_the_disk() -> None:
     assert "The run directory had 1.1 GB at most, and the files that `--keep 1GB` limits 900 MB." in table([whole])
 
 
+def test_a_recorder_that_was_too_busy_is_a_problem() -> None:
+    whole = replace(soak(lambda goals: BASE), lost_events=3)
+    assert whole.problems() == ["Busy processes lost 3 events."]
+    assert "Busy processes lost 3 events." in table([whole])
+
+
 def test_too_few_samples_have_no_trend() -> None:
     assert growths(samples(lambda goals: BASE)[:20], HOUR) == []
     assert trend([(1.0, 2.0), (1.0, 3.0)]) == 0.0
