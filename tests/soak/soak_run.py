@@ -71,7 +71,7 @@ ROUND = 2.1
 SAMPLES = 240
 """Measurements in one soak."""
 LOST = re.compile(r"lost (\d+) events that waited")
-"""In the log of a process that was too busy (`bus/backlog.py`)."""
+"""A line in the log of a process that was too busy (`bus/backlog.py`)."""
 LONGEST_WAIT = 60.0
 """Wall seconds without progress of robot time after which the soak gives up."""
 

@@ -18,7 +18,7 @@ __all__ = ["Diagnostic", "Skillset", "SkillsetError", "UnknownNameError", "add_c
 INCLUDING = ".rl"
 """End of the names of files that include others."""
 _checked_elsewhere: dict[tuple[str, str], Skillset] = {}
-"""By text and file."""
+"""Skillsets by text and file."""
 
 
 def load(path: str | Path) -> Skillset:

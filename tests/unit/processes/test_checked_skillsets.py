@@ -25,7 +25,7 @@ print(load(sys.argv[2]).schema_hash, "skillwing.dsl.checking" in sys.modules)
 
 
 def read(packed: bytes, size: int, file: Path) -> list[str]:
-    """What a new process reads: hash of its skillset, and whether it needed the checker."""
+    """Words of a new process: hash of the skillset that it reads, and whether it needed the checker."""
     words = [sys.executable, "-c", READER, str(size), str(file)]
     return subprocess.run(words, input=packed, capture_output=True, check=True).stdout.decode().split()
 
