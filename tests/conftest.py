@@ -33,7 +33,7 @@ LOWER_PRIORITY = 10
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
     """One worker a core, and four more: tests that start processes wait for much of their time.
 
-    Three scopes of them run at once. With two more than cores, one core was idle for a sixth of the time.
+    Three scopes of them run at once (scheduling.py), and the other workers fill the time in which they wait.
     """
     cores = yield
     return cores + 4

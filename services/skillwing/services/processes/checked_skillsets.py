@@ -15,11 +15,14 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
-from skillwing.dsl import INCLUDING, SkillsetError, add_checked, parse
+from skillwing.dsl import INCLUDING, SkillsetError, add_checked, expressions, model, parse, spans
 from skillwing.dsl.text_files import text_of_file
 
 MOST_BYTES = 32_768
 """Size up to which skillsets are handed on: a pipe's buffer has room for it, so that nobody waits for a reader."""
+
+_CODE = b"%d\n" % max(Path(module.__file__ or "").stat().st_mtime_ns for module in (expressions, model, spans))
+"""Time of the classes that this process has loaded. A process that starts after an update has others."""
 
 
 def pack_skillsets(files: Iterable[str]) -> bytes:
@@ -43,17 +46,18 @@ def _packed(texts: tuple[tuple[str, str], ...]) -> bytes:
             skillset = parse(text, file)
             _ = skillset.schema_hash  # calculated once for all processes
             checked.append((text, file, skillset))
-    return zlib.compress(pickle.dumps(checked), 1) if checked else b""
+    return _CODE + zlib.compress(pickle.dumps(checked), 1) if checked else b""
 
 
 def read_skillsets(stdin: int, size: int) -> None:
     """Read the skillsets of `pack_skillsets` from a descriptor, for `load` and `parse` of this process.
 
-    size: their bytes. A launcher that ends meanwhile leaves less; then there are none.
+    size: their bytes. A launcher that ends meanwhile leaves less, and one from before an update has other classes: then
+    this process checks its skillset itself.
     """
     packed = b""
     while len(packed) < size and (part := os.read(stdin, size - len(packed))):
         packed += part
-    if size and len(packed) == size:
-        for text, file, skillset in pickle.loads(zlib.decompress(packed)):
+    if len(packed) == size and packed.startswith(_CODE):
+        for text, file, skillset in pickle.loads(zlib.decompress(packed.removeprefix(_CODE))):
             add_checked(text, file, skillset)
