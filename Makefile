@@ -37,7 +37,7 @@ FLEET_FLIGHTS_ARGS ?= --seeds 20 --jobs 2
 fleet-flights: setup
 	$(BIN)/python benchmarks/fleet_flights.py $(FLEET_FLIGHTS_ARGS) --write
 
-# One worker a core and four more. What starts processes stays with three of them (tests/scheduling.py), and begins first: if
+# One worker a core and two more. What starts processes stays with two of them (tests/scheduling.py), and begins first: if
 # files were sorted by how many tests they have, those of few long flights would come last and keep one worker while
 # others are idle.
 # What Python has compiled is kept, also where the environment says otherwise: hundreds of processes start twice as fast.

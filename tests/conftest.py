@@ -31,12 +31,9 @@ LOWER_PRIORITY = 10
 
 @pytest.hookimpl(wrapper=True, optionalhook=True)  # there is none where xdist is switched off, or not installed
 def pytest_xdist_auto_num_workers() -> Generator[None, int, int]:
-    """One worker a core, and four more: tests that start processes wait for much of their time.
-
-    Three scopes of them run at once (scheduling.py), and the other workers fill the time in which they wait.
-    """
+    """One worker a core, and two more: tests that start processes wait for much of their time."""
     cores = yield
-    return cores + 4
+    return cores + 2
 
 
 @pytest.hookimpl(optionalhook=True)
