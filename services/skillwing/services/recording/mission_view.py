@@ -22,6 +22,7 @@ from skillwing.services.history.recent_history import GOALS_KEPT
 from skillwing.services.history.wording import abridge, brief, headlines
 from skillwing.services.protocol import Ending, MissionStatus, Record, RecordKind, State, TreeNode, TreeSnapshot
 from skillwing.services.recording import palette
+from skillwing.services.recording.row_buffer import RowBuffer
 from skillwing.services.recording.tree_layout import ROW, ROWS, WIDTH, Outline, TreeLayout, lay_out
 
 TIMELINE = "mission_time"
@@ -96,11 +97,13 @@ def whole_run(ahead: float = 0.0) -> rrb.TimeAxis:
 class MissionView:
     """Logs one robot's mission into `recording`. A skill or resource has a lane from its first use or change on.
 
-    from_zero: robot time begins with the run, as in a simulated world; for mocks it is the time of day.
+    from_zero: robot time begins with the run, as in a simulated world; for mocks it is the time of day. rows: of its
+    log and lanes, which its owner sends.
     """
 
     def __init__(self, recording: rr.RecordingStream, skillset: Skillset, *, from_zero: bool = True) -> None:
         self._recording = recording
+        self.rows = RowBuffer(recording, TIMELINE)
         self._skills = {skill.name: skill for skill in skillset.skills}
         self._lanes: dict[str, str] = {}
         self._looks: dict[str, rr.StateConfiguration] = {}
@@ -171,8 +174,7 @@ class MissionView:
 
     def _state(self, lane: str, t: float, state: str) -> None:
         self._states[lane] = t, str(state)
-        at(self._recording, t)
-        self._recording.log(lane, rr.StateChange(state=str(state)))
+        self.rows.add_state(lane, t, str(state))
 
     def restate(self) -> None:
         """Log lanes and their latest states again, and the tree when it comes next: a new file begins."""
@@ -203,9 +205,10 @@ class MissionView:
             self._log("mission_status", status.t, f"{status.mission} {status.text}", rr.TextLogLevel.INFO)
 
     def _log(self, source: str, t: float, text: str, level: rr.TextLogLevel) -> None:
-        at(self._recording, round(t, 2))  # more digits would not fit their column
         for line in in_lines(text):
-            self._recording.log(f"log/{source}", rr.TextLog(line, level=level))
+            self.rows.add_line(
+                f"log/{source}", round(t, 2), line, level.value
+            )  # more digits would not fit their column
 
     # --- tree ----------------------------------------------------------------------------------------------
 

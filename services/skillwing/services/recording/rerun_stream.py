@@ -31,7 +31,8 @@ class Recording:
     """
 
     def __init__(self, options: RecorderOptions, skillset: Skillset, path: Path, part_bytes: int) -> None:
-        batching = rr.ChunkBatcherConfig(flush_tick=FILE_TICK if options.viewer == "none" else LIVE_TICK)
+        self._tick = FILE_TICK if options.viewer == "none" else LIVE_TICK
+        batching = rr.ChunkBatcherConfig(flush_tick=self._tick)
         # With the same name, a viewer shows all recordings of a run as one.
         recording_id = options.recording_id or path.parent.name
         self.name = path.name
@@ -59,6 +60,9 @@ class Recording:
         return lost
 
     def attach(self, bus: Bus) -> None:
+        rows = self.mission.rows
+        rows.send()
+        rows.wake = lambda: bus.after(self._tick, rows.send, wall=True)
         if self._scene:
             self._scene.attach(bus)
 
@@ -71,6 +75,7 @@ class Recording:
         """Begin another part, with all that it needs from the parts before."""
         if self._single:
             return
+        self.mission.rows.send()
         before = self._file
         self._file = self._open_file()
         before.close()
@@ -82,6 +87,7 @@ class Recording:
     def close(self) -> None:
         if self._scene:
             self._scene.close()
+        self.mission.rows.send()
         try:
             self.stream.flush(timeout_sec=FLUSH_TIMEOUT)
         except RuntimeError as error:
