@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import rerun as rr
 
-MOST_ROWS = 500
-"""Rows that wait for others at most."""
+MOST_ROWS = 5000
+"""Rows that wait for others at most. Each call makes a chunk of each entity, and a kilobyte of the file."""
 
 
 class RowBuffer:
@@ -33,7 +33,7 @@ class RowBuffer:
         self._note_row()
 
     def add_state(self, entity: str, t: float, state: str) -> None:
-        """Add a state of a lane from `t` on, in seconds of the timeline. Of two at the same `t` the later one counts."""
+        """Add a state of a lane from `t` on, in seconds of the timeline. Of two for one `t` the later one counts."""
         self._states.setdefault(entity, []).append((t, state))
         self._note_row()
 
