@@ -205,7 +205,7 @@ def _written(run_dir: Path) -> dict[str, int]:
 
 def _lost_events(logs: Path) -> int:
     """Events that busy processes have dropped, by their logs."""
-    texts = (log.read_text(encoding="utf-8", errors="replace") for log in logs.rglob("*.log"))
+    texts = (log.read_text(encoding="utf-8", errors="replace") for log in logs.rglob("*.log*"))
     return sum(int(number) for text in texts for number in LOST.findall(text))
 
 
