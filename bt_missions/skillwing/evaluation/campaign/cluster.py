@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from time import monotonic
 from types import TracebackType
 from typing import Self
@@ -80,7 +80,7 @@ class ClusterPool(FlightPool):
         check: called several times a second; may raise. Raises InvalidOptionError for a worker with other code, and
         ClusterError if the rest cannot be flown.
         """
-        ended: SimpleQueue[Future[bytes]] = SimpleQueue()
+        ended: Queue[Future[bytes]] = Queue()
         flying: dict[Future[bytes], FlightPlan] = {}
         executor = self._client.get_executor(pure=False)
         digest, name = self._code.digest, uuid4().hex

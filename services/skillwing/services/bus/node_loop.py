@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
 
 from skillwing.services.bus.agenda import Agenda
 from skillwing.services.bus.clock import Clock, FollowedClock
+from skillwing.services.bus.mailbox import Mailbox
 
 
 class NodeTime:
@@ -74,7 +74,7 @@ class NodeLoop:
     """The mailbox of a node, and the times of its buses: one for each, or one that several share."""
 
     def __init__(self) -> None:
-        self._mailbox: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._mailbox = Mailbox()
         self._times: tuple[NodeTime, ...] = ()
         self._running = False
         self._closed = False
@@ -113,19 +113,15 @@ class NodeLoop:
     def _turn(self, deadline: float | None) -> None:
         """Run the waiting messages and a due timer of each time. If there are none, wait for the first one."""
         self._catch_up()
-        waiting = self._mailbox.qsize()
+        waiting = len(self._mailbox)
         for _ in range(waiting):
-            self._mailbox.get_nowait()()
+            self._mailbox.take()()
             if self._closed:
                 return
         acted = [each.act() for each in self._times if self._runs(each)]
-        if not any(acted) and not waiting:
-            try:
-                message = self._mailbox.get(timeout=self._patience(deadline))
-            except Empty:
-                return
+        if not any(acted) and not waiting and self._mailbox.wait(self._patience(deadline)):
             self._catch_up()
-            message()
+            self._mailbox.take()()
 
     def _runs(self, node_time: NodeTime) -> bool:
         """False for a time that an action of this turn has removed, and for all in a closed loop."""

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 
 from skillwing.services.bus import Bus, Node, Topology
 from skillwing.services.bus.clock import Clock
@@ -153,7 +153,7 @@ def live_together(
     Returns the exit code of the first node that did not end well. Call it on the main thread. No thread can be made to
     end: if a node blocks its thread, the process exits without it.
     """
-    ends: SimpleQueue[tuple[str, int]] = SimpleQueue()
+    ends: Queue[tuple[str, int]] = Queue()
 
     def run(node: HostedNode) -> None:
         code = EXIT_CRASHED
