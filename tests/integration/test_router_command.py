@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,10 +14,6 @@ from command_line import Command
 from running_system import until
 from shuttle import SHUTTLE
 
-from skillwing.services.bus import Answer
-from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.client.retry import ask_until_answered
-from skillwing.services.protocol import Keys, QueryMission, encode
 from skillwing.services.terminal.exit_codes import NO_SYSTEM, OK, USAGE
 
 TIMEOUT = 30.0
@@ -41,14 +37,6 @@ def routing(*words: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 def line_of(router: subprocess.Popen[str]) -> str:
     assert router.stderr is not None
     return router.stderr.readline().strip()
-
-
-def await_supervisor(endpoint: str) -> None:
-    """Wait until the launcher of `lift` answers at the router."""
-    answers: list[Answer] = []
-    with closing(ZenohBus("test", "lift", endpoint)) as bus:
-        ask_until_answered(bus, Keys("shuttle").mission_status, encode(QueryMission()), answers.append)
-        assert bus.run_until(lambda: bool(answers), TIMEOUT)
 
 
 def ends_by_ctrl_c(router: subprocess.Popen[str]) -> bool:
@@ -158,8 +146,6 @@ def test_up_and_doctor_say_that_everybody_reaches_an_exposed_robot(
 def test_a_robot_says_that_the_router_of_another_system_is_away_and_back(skillwing: Command, shuttle: Path) -> None:
     with routing("--listen", "tcp/127.0.0.1:0") as (router, endpoint), shuttle_at(endpoint, skillwing, shuttle):
         log = shuttle.parent / "run" / "logs" / "up.log"
-        # The command returns a moment before its system looks at the router.
-        await_supervisor(endpoint)
         router.send_signal(signal.SIGSTOP)
         until(lambda: f"{endpoint} has not answered since" in log.read_text(), "the sentence about the lost router")
         said = skillwing("status", "--robot", "lift")

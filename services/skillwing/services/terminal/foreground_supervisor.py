@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import AbstractContextManager, ExitStack, closing
 from queue import SimpleQueue
 from types import TracebackType
 from typing import Self
@@ -35,7 +35,8 @@ PERIOD = 0.5
 class ForegroundSupervisor:
     """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
-    node: the launcher's own, on the bus of this supervisor. exits: filled by the launcher. stop: ends `follow` with
+    node: the launcher's own, on the bus of this supervisor. announced: context of the announcement; the system is
+    announced only once it can be reached by this bus. exits: filled by the launcher. stop: ends `follow` with
     KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission under way. objection:
     sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. certificates: reminds of their
     end. link: to the router of another system. Use it as a context manager, in which the table is shown.
@@ -46,7 +47,7 @@ class ForegroundSupervisor:
         console: Console,
         launcher: Launcher,
         node: LauncherNode,
-        announcement: Announcement,
+        announced: AbstractContextManager[Announcement],
         exits: SimpleQueue[ProcessExit],
         skillset: str,
         stop: StopSignal,
@@ -59,7 +60,7 @@ class ForegroundSupervisor:
         self._console = console
         self._launcher = launcher
         self._node = node
-        self._announcement = announcement
+        self._announced = announced
         self._exits = exits
         self._stop = stop
         self._reporter = reporter
@@ -85,6 +86,7 @@ class ForegroundSupervisor:
                 self._active_work.attach(bus, lambda: self._announce(self._launcher.states))
             # An empty message wakes the bus to look at the exits.
             self._launcher.on_change = lambda: bus.post(lambda: None)
+            self._announcement = stack.enter_context(self._announced)
             if self._live is not None:
                 stack.enter_context(self._live)
             self._stack = stack.pop_all()

@@ -132,7 +132,11 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 if settings.router is None:
                     launcher.start_router(settings.listen)
                 launcher.start((*observers, *specs))
-            with announced(
+            up_in = time.monotonic() - begun
+            reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
+            certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs), lambda: table)
+            node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
+            announcement = announced(
                 robot,
                 launcher.endpoint,
                 run_dir,
@@ -144,33 +148,21 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 processes=launcher.states,
                 mission_context=settings.mission_context,
                 viewer=None if viewer is None else viewer.page,
-            ) as announcement:
-                count, seconds = running_processes(launcher.states), time.monotonic() - begun
-                console.print(f"{robot.name} runs: {count} processes, up in {seconds:.1f} s.")
-                where = launcher.listens or launcher.endpoint
-                console.print(f"Router at {where}, {'recording' if observers else 'logs'} in {run_dir}.")
-                if exposed(where):
-                    console.print(EXPOSED.format(endpoint=where), style="red", highlight=False)
-                which = robot_words(robot.name)
-                console.print(
-                    f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`."
-                )
-                reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
-                certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs), lambda: table)
-                node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
-                supervisor = ForegroundSupervisor(
-                    *(console, launcher, node, announcement, exits, skillset.name, stop),
-                    reporter,
-                    active_work,
-                    objection=lambda: objection(robot.name, guests()),
-                    certificates=certificates,
-                    link=_link_of(robot.name, settings.router),
-                )
-                with supervisor:
-                    try:
-                        code = supervisor.follow()
-                    finally:
-                        others = guests()
+            )
+            supervisor = ForegroundSupervisor(
+                *(console, launcher, node, announcement, exits, skillset.name, stop),
+                reporter,
+                active_work,
+                objection=lambda: objection(robot.name, guests()),
+                certificates=certificates,
+                link=_link_of(robot.name, settings.router),
+            )
+            with supervisor:
+                _print_start(console, robot.name, launcher, run_dir, up_in=up_in, recorded=bool(observers))
+                try:
+                    code = supervisor.follow()
+                finally:
+                    others = guests()
     except KeyboardInterrupt:
         code = OK
     console.print(f"{robot.name} has stopped.")
@@ -182,6 +174,19 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
         with stop.raising():
             reporter.finish(console)
     return code
+
+
+def _print_start(
+    console: Console, robot: str, launcher: Launcher, run_dir: Path, *, up_in: float, recorded: bool
+) -> None:
+    """Print what runs where. up_in: seconds that the start took."""
+    console.print(f"{robot} runs: {running_processes(launcher.states)} processes, up in {up_in:.1f} s.")
+    where = launcher.listens or launcher.endpoint
+    console.print(f"Router at {where}, {'recording' if recorded else 'logs'} in {run_dir}.")
+    if exposed(where):
+        console.print(EXPOSED.format(endpoint=where), style="red", highlight=False)
+    which = robot_words(robot)
+    console.print(f"Start a skill with `skillwing start SKILL{which}`; stop with Ctrl-C or `skillwing down{which}`.")
 
 
 def _link_of(robot: str, router: str | None) -> LinkMonitor | None:
