@@ -88,7 +88,8 @@ class LinkResult(msgspec.Struct, frozen=True):
     link is back. mission: last status as seen on the robot. succeeded: by that status, and by the command's exit code.
     landed: wall seconds from the cut to standing still on the ground, None without a landing. collisions, left_fence:
     ground truth. load: of the machine. code: exit code of the command; None if it was still there in the end. flown_by:
-    digest of the code that flew, empty for results before it was noted. day: of the flight.
+    digest of the code that flew, empty for results before it was noted. day: of the flight. keys: flown over TLS, with
+    certificates.
     """
 
     cell: LinkCell
@@ -106,6 +107,7 @@ class LinkResult(msgspec.Struct, frozen=True):
     back: float | None = None
     flown_by: str = ""
     day: str = ""
+    keys: bool = False
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -10,8 +10,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -23,7 +24,9 @@ OBSERVER = Path(__file__).with_name("robot_observer.py")
 PORT = 7447
 CLI = (sys.executable, "-m", "skillwing.services.terminal.cli")
 MISSION = ("mission", "run", "mapping", "route=14,0,4")
-UP = ("up", "--seed", "1", "--no-record", "--listen", f"tcp/{ROBOT_ADDRESS}:{PORT}")
+UP = ("up", "--seed", "1", "--no-record")
+STATION, WATCHER = "station", "watcher"
+"""Names in the certificates of the operator's station, and of the observer on the robot."""
 LOST, BACK = re.compile(r"has not answered since"), re.compile(r"answers again at")
 TO_START, TO_THE_MOMENT, TO_THE_GROUND = 90.0, 180.0, 240.0
 """Wall seconds for the start of the robot, until the moment of the cut, and until the drone stands after it."""
@@ -59,19 +62,54 @@ class FlightError(Exception):
     """A flight that did not get to the moment of its cut."""
 
 
-def fly(cell: LinkCell, speed: float = 1.0) -> LinkResult:
-    """Fly a cell. speed: robot seconds for each wall second. Raises FlightError."""
+@dataclass(frozen=True)
+class Site:
+    """Address of the robot's router. options: of `up`. robot, station: environment of each side."""
+
+    endpoint: str
+    options: tuple[str, ...]
+    robot: Mapping[str, str]
+    station: Mapping[str, str]
+
+
+def fly(cell: LinkCell, speed: float = 1.0, *, keys: bool = False) -> LinkResult:
+    """Fly a cell. speed: robot seconds for each wall second. keys: over TLS, with certificates. Raises FlightError."""
     with tempfile.TemporaryDirectory(prefix="links-") as folder, TwoNamespaces() as spaces:
-        robot, station = (_environment(Path(folder) / side) for side in ("robot", "station"))
-        station["SKILLWING_CONNECT"] = f"tcp/{ROBOT_ADDRESS}:{PORT}"
-        up = (*CLI, *UP, *_insecure(), "--speed", f"{speed:g}", "--run-dir", f"{folder}/run")
-        with _running(spaces, spaces.robot, up, robot) as system:
+        site = _keyed_site(Path(folder)) if keys else _open_site(Path(folder))
+        listen = ("--listen", site.endpoint, *site.options)
+        up = (*CLI, *UP, *listen, "--speed", f"{speed:g}", "--run-dir", f"{folder}/run")
+        with _running(spaces, spaces.robot, up, site.robot) as system:
             _wait(lambda: "Start a skill with" in system.text, TO_START, system)
             observer = (sys.executable, str(OBSERVER))
-            with _running(spaces, spaces.robot, observer, robot) as seen:
+            with _running(spaces, spaces.robot, observer, site.robot) as seen:
                 _wait(lambda: "{" in seen.text, TO_START, seen)
-                with _running(spaces, spaces.station, (*CLI, *MISSION, *_words(cell.place)), station) as screen:
-                    return _cut_and_watch(cell, spaces, seen, screen)
+                with _running(spaces, spaces.station, (*CLI, *MISSION, *_words(cell.place)), site.station) as screen:
+                    return msgspec.structs.replace(_cut_and_watch(cell, spaces, seen, screen), keys=keys)
+
+
+def _open_site(folder: Path) -> Site:
+    """A site without keys."""
+    robot, station = (_environment(folder / side) for side in ("robot", "station"))
+    endpoint = f"tcp/{ROBOT_ADDRESS}:{PORT}"
+    return Site(endpoint, ("--insecure",), robot, station | {"SKILLWING_CONNECT": endpoint})
+
+
+def _keyed_site(folder: Path) -> Site:
+    """A site whose station is an operator. The observer on the robot may only read."""
+    keys, bare, endpoint = folder / "keys", _open_site(folder), f"tls/{ROBOT_ADDRESS}:{PORT}"
+    for words in (
+        ("init", str(keys), "--robot", "m600", "--host", ROBOT_ADDRESS),
+        ("add", STATION, "--role", "operator", "--keys", str(keys)),
+        ("add", WATCHER, "--role", "viewer", "--keys", str(keys)),
+    ):
+        subprocess.run([*CLI, "keys", *words], capture_output=True, check=True)
+    people = keys / "people"
+    return Site(
+        endpoint,
+        ("--keys", str(keys)),
+        {**bare.robot, "SKILLWING_KEYS": str(people / WATCHER)},
+        {**bare.station, "SKILLWING_KEYS": str(people / STATION), "SKILLWING_CONNECT": endpoint},
+    )
 
 
 def _cut_and_watch(cell: LinkCell, spaces: TwoNamespaces, seen: Lines, screen: Lines) -> LinkResult:
@@ -128,12 +166,6 @@ def _words(place: Place) -> tuple[str, ...]:
             return ("--owner-grace", f"{GRACE:g}")
 
 
-def _insecure() -> tuple[str, ...]:
-    """The option for an address without keys, where there is one."""
-    help_text = subprocess.run([*CLI, "up", "--help"], capture_output=True, text=True, check=True).stdout
-    return ("--insecure",) if "--insecure" in help_text else ()
-
-
 def _environment(runtime: Path) -> dict[str, str]:
     """Environment of one side: the other one's run state is not seen, and lines come at once."""
     runtime.mkdir(mode=0o700)
@@ -142,7 +174,7 @@ def _environment(runtime: Path) -> dict[str, str]:
 
 @contextmanager
 def _running(
-    spaces: TwoNamespaces, namespace: str, command: tuple[str, ...], environment: dict[str, str]
+    spaces: TwoNamespaces, namespace: str, command: tuple[str, ...], environment: Mapping[str, str]
 ) -> Iterator[Lines]:
     """A process that is ended in order, and else killed."""
     process = spaces.start(namespace, command, environment)

@@ -1,7 +1,7 @@
 """Flights with a cut link between robot and station, with a table of the outcomes.
 
     python tests/links/links_run.py --results runs/links.jsonl --write docs/reliability.md
-    python tests/links/links_run.py --only "on board / cruise"
+    python tests/links/links_run.py --only "on board / cruise" --keys
 
 Flights that the same code has flown already, by the file of results, are not flown again. The table has flights of that
 code only. Exit code 1 for a broken promise: a collision, or a drone that does not land. An operator who does not know
@@ -26,7 +26,7 @@ from namespaces import obstacle
 from skillwing.evaluation.campaign.flight_code import flight_code
 from skillwing.services.terminal.doc_sections import Marks, page_with
 
-PLACE = Marks.named("links, cuts")
+PLACE, PLACE_WITH_KEYS = Marks.named("links, cuts"), Marks.named("links, cuts with keys")
 TRIES = 2
 """Starts of a flight that did not get to its cut, on a busy machine."""
 
@@ -37,8 +37,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", default="", metavar="TEXT", help="only cells that have this in their name")
     parser.add_argument("--results", type=Path, metavar="FILE", help="file of results, one a line; it is continued")
     parser.add_argument("--speed", type=float, default=1.0, metavar="FACTOR", help="of the simulated robot")
+    parser.add_argument("--keys", action="store_true", help="over TLS, with certificates; a table of its own")
     parser.add_argument("--list", action="store_true", help="print the names of all cells")
-    parser.add_argument("--write", type=page_with(PLACE), metavar="FILE", help="document that gets the table")
+    parser.add_argument(
+        "--write", type=page_with(PLACE, PLACE_WITH_KEYS), metavar="FILE", help="document for the table"
+    )
     wanted = parser.parse_args(arguments)
     if wanted.list:
         _say("\n".join(cell.name for cell in cells()))
@@ -47,10 +50,11 @@ def main(arguments: list[str] | None = None) -> int:
         _say(f"Nothing is flown: {reason}.")
         return 0
     code = code_of_links()
-    results = {result.cell: result for result in _read(wanted.results) if result.flown_by == code}
+    flown_before = (each for each in _read(wanted.results) if (each.flown_by, each.keys) == (code, wanted.keys))
+    results = {result.cell: result for result in flown_before}
     for cell in cells():
         if wanted.only in cell.name and cell not in results:
-            flown = _fly_again(lambda cell=cell: fly(cell, wanted.speed))
+            flown = _fly_again(lambda cell=cell: fly(cell, wanted.speed, keys=wanted.keys))
             if code_of_links() != code:
                 _say("The code has changed meanwhile. This flight is not kept. Start again.")
                 return 1
@@ -63,7 +67,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     _say("\n".join(link_table(chosen)))
     if wanted.write:
-        PLACE.replace(wanted.write, "\n".join(link_table(list(results.values()))))
+        place = PLACE_WITH_KEYS if wanted.keys else PLACE
+        place.replace(wanted.write, "\n".join(link_table(list(results.values()))))
     return 0 if all(result.kept for result in chosen) else 1
 
 

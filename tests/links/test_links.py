@@ -130,12 +130,11 @@ CLIENT = "import socket, sys; socket.create_connection((sys.argv[1], int(sys.arg
 class Pilot:
     flown: int = 0
 
-    def fly(self, cell: LinkCell, speed: float) -> LinkResult:
+    def fly(self, cell: LinkCell, speed: float, *, keys: bool) -> LinkResult:
         del speed
         self.flown += 1
-        return replace(
-            GOOD, cell=cell, landed=None if cell.moment is Moment.LANDING else 50.0, code=0 if cell.heals else None
-        )
+        landed, code = None if cell.moment is Moment.LANDING else 50.0, 0 if cell.heals else None
+        return replace(GOOD, cell=cell, landed=landed, code=code, keys=keys)
 
 
 def test_what_was_flown_is_not_flown_again_and_a_broken_promise_is_the_exit_code(
@@ -152,6 +151,9 @@ def test_what_was_flown_is_not_flown_again_and_a_broken_promise_is_the_exit_code
     assert pilot.flown == len(CUTS)
     assert links_run.main([*results, "--only", "on board / landing / 3 s"]) == 1
     assert "44 of 48 cells are not flown yet" in capsys.readouterr().out
+    assert links_run.main([*results, "--only", "on board / cruise / 3 s", "--keys"]) == 0
+    assert pilot.flown == len(CUTS) + 2
+    assert "47 of 48 cells are not flown yet" in capsys.readouterr().out
 
 
 def test_the_code_of_the_trial_has_a_digest() -> None:
@@ -178,9 +180,9 @@ def test_flights_of_other_code_are_flown_again_and_stay_out_of_the_table(
     assert "47 of 48 cells are not flown yet; seed 1, code aaaaaaaaaaaa, " in said
     assert "47 of 48 cells are not flown yet; seed 1, code bbbbbbbbbbbb, " in said
 
-    def changes(cell: LinkCell, speed: float) -> LinkResult:
+    def changes(cell: LinkCell, speed: float, *, keys: bool) -> LinkResult:
         codes.append("cccccccccccc")
-        return pilot.fly(cell, speed)
+        return pilot.fly(cell, speed, keys=keys)
 
     monkeypatch.setattr(links_run, "fly", changes)
     assert links_run.main(["--results", str(file), "--only", "on board / landing / 3 s"]) == 1
