@@ -103,7 +103,7 @@ def test_the_detached_process_mocks_the_same_skills(launched: Any, tmp_path: Pat
     words = ["up", "-d", "--mock", "goto", "hover", "--script", str(script), "--run-dir", str(tmp_path / "run")]
     command = launched(*words)
     given = up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])
-    assert (given["mocked"], given["mock"], given["script"]) == (["goto", "hover"], True, script)
+    assert (list(given["mocked"]), given["mock"], Path(given["script"])) == (["goto", "hover"], True, script)
     assert given["seed"] is None
 
 
@@ -119,7 +119,8 @@ def test_the_detached_process_has_the_same_scenario(launched: Any, tmp_path: Pat
     scenario = tmp_path / "gusts.toml"
     scenario.touch()
     command = launched("up", "-d", "--scenario", str(scenario), "--run-dir", str(tmp_path / "run"))
-    assert up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])["scenario"] == scenario
+    given = up_options(command[command.index("skillwing.services.terminal.cli") + 2 :])
+    assert Path(given["scenario"]) == scenario
 
 
 def test_the_detached_process_has_the_same_world(launched: Any, tmp_path: Path) -> None:

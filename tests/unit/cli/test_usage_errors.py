@@ -25,7 +25,7 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
         ("up --viewer foo", "`--viewer` of `skillwing up` does not fit: `foo` is not one of `none`, `native`, `web`."),
         (
             "up --seed 4294967296",
-            "`--seed` of `skillwing up` does not fit: Input should be less than or equal to 4294967295.",
+            "`--seed` of `skillwing up` does not fit: 4294967296 is not in the range 0<=x<=4294967295.",
         ),
         ("replay a b", "`skillwing replay` does not fit: Got unexpected extra argument"),
         (

@@ -59,7 +59,7 @@ def _inputs(ctx: typer.Context, incomplete: str) -> list[str]:
     bash splits words at `=`: the words are then `NAME`, `=` and the beginning of the value, which alone is replaced. An
     `=` at the end does not get here.
     """
-    words: list[str] = ctx.params.get("inputs") or []
+    words: list[str] = list(ctx.params.get("inputs") or ())
     try:
         inputs = _skillset(ctx).skill(ctx.params.get("skill") or "").inputs
     except (SkillwingError, SkillsetError, UnknownNameError, OSError):
