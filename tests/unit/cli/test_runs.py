@@ -24,6 +24,7 @@ from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, write_fac
 from skillwing.services.runs.pruning import RunLimits, runs_to_delete
 from skillwing.services.runs.runs import MissionEnd, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text, size_words
+from skillwing.services.terminal.run_directory import claimed
 
 RUNS = st.lists(
     st.builds(
@@ -124,6 +125,18 @@ def test_a_run_without_a_recording_is_found_by_its_journal(tmp_path: Path, monke
 def run_cli(*words: str) -> tuple[int, str]:
     result = CliRunner().invoke(command, words)
     return result.exit_code, result.output
+
+
+def test_a_run_in_which_a_system_starts_is_not_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system may not be announced yet, or belong to another user or session."""
+    folder = make_run(tmp_path / "runs" / "a", 100.0)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    with claimed(folder):
+        assert run_cli("prune", "--count", "0")[0] == 0
+        assert folder.exists()
+    assert run_cli("prune", "--count", "0")[0] == 0
+    assert not folder.exists()
 
 
 def test_runs_are_deleted_by_number_but_not_one_that_is_recorded(

@@ -22,6 +22,7 @@ from skillwing.services.runs.runs import RUNS_FOLDER, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text
 from skillwing.services.terminal.connection import JsonOption
 from skillwing.services.terminal.output import make_console, print_json, print_table
+from skillwing.services.terminal.run_directory import is_claimed
 
 runs = typer.Typer(
     add_completion=False,
@@ -100,11 +101,12 @@ def prune(
 
 
 def _runs() -> list[Run]:
-    """The runs of this folder. A run is active while its system is announced, or its recorder writes."""
+    """The runs of this folder. A run is active while a system runs there, or its recorder writes."""
     systems = {Path(system.run_dir).resolve() for system in running_systems()}
     folder = RUNS_FOLDER
     recorded = {path.parent.resolve() for path in folder.glob(f"*/{STATE_FILE}") if is_recorded(path.parent)}
-    return find_runs(folder, systems | recorded)
+    claimed = {path.resolve() for path in folder.glob("*/") if is_claimed(path)}
+    return find_runs(folder, systems | recorded | claimed)
 
 
 def _delete(path: Path) -> None:

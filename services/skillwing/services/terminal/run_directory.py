@@ -46,6 +46,17 @@ def _make_next(path: Path) -> Path:
     raise AssertionError
 
 
+def is_claimed(run_dir: Path) -> bool:
+    """True while a system of any user runs in a directory, or starts or ends there."""
+    try:
+        with claimed(run_dir):
+            return False
+    except InvalidOptionError:
+        return True
+    except OSError:  # it cannot be opened, or is gone
+        return False
+
+
 @contextmanager
 def claimed(run_dir: Path) -> Iterator[None]:
     """Be the only system that runs in a directory; raises InvalidOptionError if another one does.
