@@ -143,6 +143,20 @@ def test_up_and_doctor_say_that_everybody_reaches_an_exposed_robot(
     assert "Everybody who reaches tcp/LOCALHOST:" in log
 
 
+def test_a_second_robot_of_a_name_at_one_router_is_refused_before_it_takes_a_place(
+    skillwing: Command, shuttle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with routing("--listen", "tcp/127.0.0.1:0") as (_, endpoint), shuttle_at(endpoint, skillwing, shuttle):
+        with monkeypatch.context() as elsewhere:
+            elsewhere.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+            said = skillwing("mock", str(shuttle), "--robot-name", "lift", "--router", endpoint, "--no-record")
+        assert said.code != OK
+        assert f"`lift` runs at the router {endpoint} already." in said.error
+        assert "--robot-name" in said.error
+        log = (shuttle.parent / "run" / "logs").glob("*.log")
+        assert not any("taken its place" in each.read_text() for each in log)
+
+
 def test_a_robot_says_that_the_router_of_another_system_is_away_and_back(skillwing: Command, shuttle: Path) -> None:
     with routing("--listen", "tcp/127.0.0.1:0") as (router, endpoint), shuttle_at(endpoint, skillwing, shuttle):
         log = shuttle.parent / "run" / "logs" / "up.log"

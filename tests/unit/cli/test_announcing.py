@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -31,8 +32,14 @@ def test_a_system_whose_launcher_has_no_connection_is_not_announced(
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     launcher = LauncherWithoutRouter("m600", "m600", tmp_path)
     node = LauncherNode(launcher, ROBOT, "m600", {})
-    context = announced(ROBOT, "tcp/127.0.0.1:1", tmp_path)
-    supervisor = ForegroundSupervisor(make_console(), launcher, node, context, SimpleQueue(), "m600", StopSignal())
+    stop = StopSignal()
+    supervisor = ForegroundSupervisor(
+        *(make_console(), launcher, node, lambda: announced(ROBOT, "tcp/127.0.0.1:1", tmp_path)),
+        *(SimpleQueue(), "m600", stop),
+    )
     with pytest.raises(RouterUnreachableError), supervisor:
         pass
     assert read_run_state("m600") is None
+    stop.receive(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), supervisor:
+        pass

@@ -14,6 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from skillwing.services.access.certificate_watch import CertificateWatch
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
@@ -35,8 +36,8 @@ PERIOD = 0.5
 class ForegroundSupervisor:
     """Supervisor of a launcher's processes: it prints their events and keeps the system's announcement up to date.
 
-    node: the launcher's own, on the bus of this supervisor. announced: context of the announcement; the system is
-    announced only once it can be reached by this bus. exits: filled by the launcher. stop: ends `follow` with
+    node: the launcher's own, on the bus of this supervisor. announced: makes the context of the announcement, once this
+    bus has a connection. exits: filled by the launcher. stop: ends `follow` with
     KeyboardInterrupt. reporter: of the missions of this system. active_work: goals and mission under way. objection:
     sentence against an end by Ctrl-C, or empty; a second Ctrl-C ends it all the same. certificates: reminds of their
     end. link: to the router of another system. Use it as a context manager, in which the table is shown.
@@ -47,7 +48,7 @@ class ForegroundSupervisor:
         console: Console,
         launcher: Launcher,
         node: LauncherNode,
-        announced: AbstractContextManager[Announcement],
+        announced: Callable[[], AbstractContextManager[Announcement]],
         exits: SimpleQueue[ProcessExit],
         skillset: str,
         stop: StopSignal,
@@ -76,7 +77,11 @@ class ForegroundSupervisor:
     def __enter__(self) -> Self:
         # A second Ctrl-C may come before this returns. Then `__exit__` is not called.
         with ExitStack() as stack:
-            bus = self._launcher.open_bus(self._node.name)
+            try:
+                bus = self._launcher.open_bus(self._node.name)
+            except RouterUnreachableError:
+                self._stop.check()  # a person who has stopped the system does not miss the router
+                raise
             self._bus = stack.enter_context(closing(bus))
             self._node.attach(bus)
             bus.watch_alive(f"{self._prefix}**", self._on_alive)
@@ -86,7 +91,7 @@ class ForegroundSupervisor:
                 self._active_work.attach(bus, lambda: self._announce(self._launcher.states))
             # An empty message wakes the bus to look at the exits.
             self._launcher.on_change = lambda: bus.post(lambda: None)
-            self._announcement = stack.enter_context(self._announced)
+            self._announcement = stack.enter_context(self._announced())
             if self._live is not None:
                 stack.enter_context(self._live)
             self._stack = stack.pop_all()

@@ -13,7 +13,7 @@ from skillwing.dsl.suggest import listed
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus.router_robots import robots_at, robots_seen
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import KeysError
+from skillwing.services.errors import KeysError, SkillwingError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.run_state import RunState, running_systems
@@ -21,6 +21,8 @@ from skillwing.services.processes.stop_signal import CHECK_PERIOD, StopSignal
 
 TIMEOUT = 1.0
 """Seconds for the connection to the router, which may be gone already."""
+ENDING = 2.0
+"""Seconds that the processes of a robot whose launcher was killed have for their end."""
 
 
 def owns_router(state: RunState) -> bool:
@@ -36,6 +38,25 @@ def others_at_router(endpoint: str, robot: str, keys: Path | None = None) -> dic
     except (RouterUnreachableError, KeysError):
         present = {}
     return {name: works for name, works in sorted((present | _started_here(endpoint)).items()) if name != robot}
+
+
+def require_free_name(endpoint: str, robot: str, keys: Path | None, stop: StopSignal) -> None:
+    """Raise SkillwingError if a robot of this name lives at a router, also one of another computer.
+
+    A second one would take the place of the first one's managers, and its goals would be lost. One that is about to end
+    has a moment for that. keys: of this robot's system. A router that cannot be asked is left to the start.
+    """
+    deadline = time.monotonic() + ENDING
+    try:
+        identity = None if keys is None else process_identity(keys, robot, LAUNCHER)
+        while robot in robots_at(endpoint, robot, identity=identity):
+            if time.monotonic() > deadline:
+                text = f"`{robot}` runs at the router {endpoint} already."
+                raise SkillwingError(f"{text} Give this one a name of its own with `--robot-name`, or stop that one.")
+            time.sleep(CHECK_PERIOD)
+            stop.check()
+    except (RouterUnreachableError, KeysError):
+        return
 
 
 def robots_of_router(router: zenoh.Session, endpoint: str) -> dict[str, bool]:

@@ -20,6 +20,7 @@ from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.access.exposure import EXPOSED, exposed
 from skillwing.services.access.identity_files import require_certificates
 from skillwing.services.access.robots import table_words
+from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT
 from skillwing.services.disk import UnwritableError, discard_unwritten, require_room
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.files import TIMELINE_FILE
@@ -42,9 +43,12 @@ from skillwing.services.terminal.link_monitor import LinkMonitor
 from skillwing.services.terminal.mission_reporter import MissionReporter
 from skillwing.services.terminal.output import make_console, relative_path
 from skillwing.services.terminal.run_directory import claimed, make_run_dir
-from skillwing.services.terminal.shared_router import consequence, objection, others_at_router
+from skillwing.services.terminal.shared_router import consequence, objection, others_at_router, require_free_name
 from skillwing.services.terminal.system_options import RunSettings
 from skillwing.services.viewer.viewer import Viewer, ViewerKind
+
+JOIN_TIMEOUT = CONNECT_TIMEOUT + 5.0
+"""Longest time from the start of the processes to the announcement [s]. A router that is silent is told apart in it."""
 
 
 def require_not_running(robot: str, otherwise: str = "") -> None:
@@ -127,6 +131,8 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
                 viewer = stack.enter_context(opened_viewer(settings.viewer, run_dir, console))
             observers = _observers(robot, run_dir, settings, None if viewer is None else viewer.url)
             stack.enter_context(launcher)
+            if settings.router is not None:
+                require_free_name(settings.router, robot.name, settings.keys, stop)
             begun = time.monotonic()
             with console.status(f"Starting {len(process_groups((*observers, *specs)))} processes ..."):
                 if settings.router is None:
@@ -136,7 +142,7 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
             reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
             certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs), lambda: table)
             node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
-            announcement = announced(
+            announcement = lambda: announced(  # noqa: E731 - the processes are those of the moment at which it is called
                 robot,
                 launcher.endpoint,
                 run_dir,
@@ -251,7 +257,7 @@ def run_detached(robot: str, words: Sequence[str], run_dir: Path) -> int:
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-    deadline = time.monotonic() + START_TIMEOUT + ROUTER_TIMEOUT
+    deadline = time.monotonic() + START_TIMEOUT + ROUTER_TIMEOUT + JOIN_TIMEOUT
     while time.monotonic() < deadline:
         state = read_run_state(robot)
         if state is not None and state.pid == process.pid:
