@@ -75,7 +75,8 @@ def line(result: FleetResult) -> str:
     broken = [f"BROKEN: {robot} {', '.join(each.broken)}" for robot, each in result.robots.items() if each.broken]
     pad = ["BROKEN: both on the pad"] if result.met else []
     waits = [f"BROKEN: the mission of {robot} has no end" for robot in result.unfinished]
-    rest = [*pad, *waits, *filter(None, [result.history, result.error])]
+    visits = [] if result.kept or broken or pad or waits else [f"BROKEN: landings on the pad: {result.visits}"]
+    rest = [*pad, *waits, *visits, *filter(None, [result.history, result.error])]
     return "; ".join([f"{result.plan.name}: {result.end_time:.0f} s", *parts, *broken, *rest])
 
 
@@ -105,6 +106,7 @@ def _row(condition: FleetCondition, flown: Sequence[FleetResult]) -> list[str]:
         f"{sum(not result.history for result in flown)} of {len(flown)}",
         str(sum(result.held_at_kill is True for result in flown)),
         f"{sum(sum(result.visits.values()) for result in flown)}",
+        f"{sum(result.kept for result in flown)} of {len(flown)}",
         f"{min(distances):.1f} m" if distances else "-",
         middle,
         f"{max(result.end_time for result in flown):.0f} s",
@@ -116,7 +118,7 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
     heads = (
         *("condition", "flights", "collisions", "left the fence", "drones not on the ground at the end"),
         *("missions that succeeded", "drones at home", "both on the pad", "missions without an end", "linearizable"),
-        *("killed while the pad was held", "landings on the pad"),
+        *("killed while the pad was held", "landings on the pad", "as promised"),
         *("least distance", "mapped by both, median", "longest flight"),
     )
     seconds = sum(result.processor_time for result in results)

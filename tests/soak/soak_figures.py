@@ -124,7 +124,7 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
 
     hours: robot hours that were asked for. rate: starts in a robot second. keep: bytes of `--keep`. written: bytes that
     were written to each file, with its deleted parts. lost_events: dropped by processes that were too busy for them.
-    machine: with the date. finished: the hours are over.
+    machine: with the date. code: digest of the code that ran. finished: the hours are over.
     """
 
     hours: float
@@ -132,6 +132,7 @@ class Soak(msgspec.Struct, frozen=True, kw_only=True):
     keep: int
     settle: float
     machine: str
+    code: str = ""
     wall: float = 0.0
     ended: int = 0
     succeeded: int = 0
@@ -202,7 +203,8 @@ def rates_table(soak: Soak) -> str:
     """The size of each file in a robot hour, for the page on recordings."""
     rows = [f"| `{name}` | {size / soak.passed / 1e6:.0f} |" for name, size in sorted(soak.written.items())]
     total = sum(soak.written.values()) / soak.passed / 1e6
-    first = f"Mocks, {_rate(soak):.1f} starts a second over {soak.passed:.1f} robot hours. {soak.machine}."
+    first = f"Mocks, {_rate(soak):.1f} starts a second over {soak.passed:.1f} robot hours."
+    first = f"{first} Code {soak.code}, {soak.machine}."
     return "\n".join([first, "", "| file | MB in a robot hour |", "|---|---|", *rows, f"| all | {total:.0f} |"])
 
 
@@ -221,7 +223,7 @@ def _one(soak: Soak) -> str:
         f"`--keep {size_text(soak.keep).replace(' ', '')}` limits {size_text(soak.parts)}.",
         *(soak.problems() or [_memory_sentence(soak)]),
         *_left_out(soak),
-        f"The table begins {soak.settle / HOUR:g} hours after the start. {soak.machine}.",
+        f"The table begins {soak.settle / HOUR:g} hours after the start. Code {soak.code}, {soak.machine}.",
     ]
     rows = [
         f"| {each.process} | {each.first:.1f} | {each.last:.1f} | {each.most:.1f} | {each.risen:+.1f} "

@@ -4,13 +4,14 @@
 
 `--hours` may be given several times, each with its `--rate` and `--speed`. Time waits for the starts that are due, so
 that the rate is kept on any machine. With `--results`, a soak that is interrupted leaves what it measured, and one that
-is finished does not run again. Ends with 1 if a process grew, a goal was lost, or the run directory became larger than
-`--keep` and a tenth of it.
+the same code has finished does not run again. Ends with 1 if a process grew, a goal was lost, or the run directory
+became larger than `--keep` and a tenth of it.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import platform
 import re
@@ -31,6 +32,7 @@ from soak_figures import HOUR, Sample, Soak, rates_table, table
 from soak_nodes import COUNT_KEY, SoakCount
 
 from skillwing.bt_missions.running.process import mission_process
+from skillwing.evaluation.campaign.flight_code import flight_code
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -180,6 +182,7 @@ def _follow(launcher: Launcher, bus: ZenohBus, watch: _Watch, mission: ProcessSp
             watch.forget_mission()
             launcher.start([mission])
             watch.soak = replace(watch.soak, missions=watch.soak.missions + 1)
+        launcher.shorten_logs()
         now = bus.now()
         if now > progress:
             progress, moved = now, time.monotonic()
@@ -228,6 +231,12 @@ def _machine() -> str:
     return f"{os.cpu_count()} processors, {platform.machine()}, {version}, {datetime.now(UTC):%Y-%m-%d}"
 
 
+def code_of_soak() -> str:
+    """Twelve hexadecimal digits, equal for equal code: of all processes, and of this trial."""
+    own = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("soak_*.py")))
+    return hashlib.sha256(flight_code().digest.encode() + own).hexdigest()[:12]
+
+
 def _finished(file: Path | None, asked: Soak) -> Soak | None:
     """The same soak, if it has run to its end; None otherwise, and for a result with other figures."""
     if file is None or not file.is_file():
@@ -236,7 +245,8 @@ def _finished(file: Path | None, asked: Soak) -> Soak | None:
         found = msgspec.json.decode(file.read_bytes(), type=Soak)
     except msgspec.ValidationError:
         return None
-    return found if found.finished and (found.keep, found.settle) == (asked.keep, asked.settle) else None
+    same = (found.keep, found.settle, found.code) == (asked.keep, asked.settle, asked.code)
+    return found if found.finished and same else None
 
 
 def _soak(asked: Soak, speed: float, mission_hours: float, results: Path | None) -> Soak:
@@ -282,8 +292,9 @@ def main(arguments: list[str] | None = None) -> int:
     rates = [*(asked.rate or []), *[20.0] * len(hours)]
     speeds = [*(asked.speed or []), *[8.0] * len(hours)]
     soaks: list[Soak] = []
+    code = code_of_soak()
     for each, rate, speed in zip(hours, rates, speeds, strict=False):
-        wanted = Soak(hours=each, rate=rate, keep=asked.keep, settle=asked.settle * HOUR, machine=_machine())
+        wanted = Soak(hours=each, rate=rate, keep=asked.keep, settle=asked.settle * HOUR, machine=_machine(), code=code)
         soaks.append(_soak(wanted, speed, asked.mission_hours, asked.results))
         if not soaks[-1].finished:
             break

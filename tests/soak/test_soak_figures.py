@@ -135,7 +135,7 @@ class Runner:
     def run(self, asked: Soak, speed: float, hours: float, folder: Path, on_sample: Callable[[Soak], None]) -> Soak:
         del speed, hours, folder
         self.runs += 1
-        done = replace(soak(lambda goals: BASE), rate=asked.rate, finished=self.finishes)
+        done = replace(soak(lambda goals: BASE), rate=asked.rate, code=asked.code, finished=self.finishes)
         on_sample(done)
         return done
 
@@ -144,6 +144,7 @@ def test_a_finished_soak_does_not_run_again_and_an_interrupted_one_ends_the_comm
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     runner = Runner(finishes=False)
+    monkeypatch.setattr(soak_run, "code_of_soak", lambda: "aaaaaaaaaaaa")  # takes a second each time
     monkeypatch.setattr(soak_run, "run", runner.run)
     words = ["--hours", "24", "--rate", "2", "--hours", "2", "--rate", "20", "--results", str(tmp_path)]
     assert soak_run.main(words) == 1
@@ -155,6 +156,10 @@ def test_a_finished_soak_does_not_run_again_and_an_interrupted_one_ends_the_comm
     assert soak_run.main(words) == 0
     assert runner.runs == 3
     assert capsys.readouterr().out.count("Every process was flat.") == 5
+    monkeypatch.setattr(soak_run, "code_of_soak", lambda: "bbbbbbbbbbbb")
+    assert soak_run.main(words) == 0
+    assert runner.runs == 5
+    assert capsys.readouterr().out.count("Code bbbbbbbbbbbb, a machine.") == 2
 
 
 def test_a_result_with_the_figures_of_older_code_is_measured_again(
