@@ -80,6 +80,8 @@ def require_certificates(
 
     The router ends links whose certificate has expired, which must not happen while the robot moves.
     """
+    if not folder.is_dir():
+        raise KeysError(f"There is no folder {folder}. Make keys with `skillwing keys init`, or name another folder.")
     for found in robot_certificates(folder, robot, processes, table):
         if found.expires - utc_now() < NEEDED:
             text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."

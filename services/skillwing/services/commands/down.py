@@ -46,7 +46,7 @@ def down(
     os.kill(state.pid, signal.SIGTERM)
     ended = _wait_for_end(state.pid, state.pid_started)
     if not ended and read_run_state(state.robot) is None:
-        typer.echo("It writes a report of the mission ...")
+        typer.echo("It still ends. It may be writing a report ...")
         ended = _wait_for_end(state.pid, state.pid_started, REPORT_PATIENCE)
     if not ended:
         # Its children end with it: their pipes to it close.

@@ -68,7 +68,7 @@ def init(
     skillset: SkillsetOption = None,
     robot_name: RobotNameOption = None,
     beside: WithOption = None,
-    days: Annotated[int, typer.Option(metavar="N", min=1, max=3650, help="Validity of certificates.")] = DAYS,
+    days: Annotated[int, typer.Option(metavar="N", min=2, max=3650, help="Validity of certificates.")] = DAYS,
 ) -> None:
     """Make an authority, a certificate for the router, and one for each process of a robot.
 
@@ -164,7 +164,11 @@ def remove(
 
     Exit codes: 0 removed, 2 unknown name, or a folder without keys.
     """
-    KeyStore(folder).remove(name)
+    store = KeyStore(folder)
+    is_robot = name in store.names().robots
+    store.remove(name)
+    if is_robot:
+        typer.echo(f"`{name}` is a robot. After the next start of the router, none of its processes can connect.")
     typer.echo(f"{name} is removed. Restart the router now: until then the old rules hold.")
     typer.echo(f"`{name}` cannot be given again, or its old certificates would be let in. Later, choose another name.")
 

@@ -339,8 +339,8 @@ def disk(system: SystemSeen) -> Iterator[Finding]:
     if not run_disk.writable:
         yield Finding(
             about="disk_not_writable",
-            what=f"Nothing can be written to {run_disk.path}: journal, logs and recording stop.",
-            remedy="Make room there, or give its owner the right to write; then restart the system.",
+            what=f"Nothing can be written to {run_disk.path}: logs and recording have stopped. Goals go on.",
+            remedy="Make room there, or give its owner the right to write. The recording then goes on by itself.",
         )
     elif run_disk.free < LITTLE_ROOM:
         yield Finding(
