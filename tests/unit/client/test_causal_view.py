@@ -271,6 +271,32 @@ def test_an_answer_from_before_a_status_does_not_release_it() -> None:
     assert client.shown == []
 
 
+def test_an_answer_releases_the_statuses_before_its_question_once_and_keeps_the_later_ones() -> None:
+    robot, view = Robot(), CausalView()
+    view.take_states(robot.answer(), view.note_question())
+    before, after = status(robot.number + 5, "before"), status(robot.number + 6, "after")
+    assert view.take_status(before) == ()
+    question = view.note_question()
+    assert view.take_status(after) == ()
+    assert view.take_states(robot.answer(), question) == (before,)
+    assert view.waiting
+    assert view.take_states(robot.answer(), view.note_question()) == (after,)
+    assert not view.waiting
+
+
+def test_an_overtaken_answer_releases_the_statuses_before_its_question() -> None:
+    robot, view = Robot(), CausalView()
+    view.take_states(robot.answer(), view.note_question())
+    before, late = status(robot.number + 5), robot.answer()
+    assert view.take_status(before) == ()
+    question = view.note_question()
+    robot.step("camera")
+    (step,) = robot.told
+    assert isinstance(step, ResourceStep)
+    assert view.take_step(step) == (step,)
+    assert view.take_states(late, question) == (before,)
+
+
 def test_a_client_that_joins_late_is_ready_when_it_knows_what_it_was_shown() -> None:
     robot = Robot()
     client = Client(robot)
