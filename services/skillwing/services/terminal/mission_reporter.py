@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 import msgspec
 from rich.console import Console
@@ -30,6 +28,23 @@ LOOK_FOR_ROOM = 5.0
 """Wall seconds between two looks at a full disk on which a report is to be written."""
 ABSENCE_PERIOD = 0.5
 """Wall seconds between two looks for a mission whose token is gone."""
+
+
+class _Outcome(msgspec.Struct, frozen=True):
+    """The part of a report that is read here. The whole of a long mission has megabytes, and ten times that as objects."""
+
+    mission: str
+    result: str
+
+
+class _Written(msgspec.Struct, frozen=True):
+    """A report that was written, and its folder."""
+
+    report: _Outcome
+    folder: str
+
+
+_WRITTEN = msgspec.json.Decoder(list[_Written])
 Print = Callable[[str, str], None]
 """Prints a sentence in a style, on the bus's thread."""
 
@@ -172,11 +187,12 @@ class MissionReporter:
         self._failed = self._writer.returncode != OK
         if self._failed:
             return f"There is no report of the mission. {error.decode(errors='replace').strip()}"
-        return "\n".join(_sentence(each["report"], Path(each["folder"])) for each in json.loads(out))
+        return "\n".join(map(_sentence, _WRITTEN.decode(out)))
 
 
-def _sentence(report: dict[str, Any], folder: Path) -> str:
-    return f"Mission {report['mission']}: {report['result']}. Its report is in {relative_path(folder)}."
+def _sentence(written: _Written) -> str:
+    report = written.report
+    return f"Mission {report.mission}: {report.result}. Its report is in {relative_path(Path(written.folder))}."
 
 
 def _entry(state: ProcessState) -> ProcessEntry:
