@@ -133,9 +133,9 @@ fuzz: setup
 	$(BIN)/python tests/fuzz/fuzz_run.py --write docs/reliability.md $(FUZZ_ARGS)
 	SOAK_GOALS=100000 $(BIN)/python -m pytest -q --timeout 900 tests/fuzz/test_memory_is_bounded.py
 
-# Mocks for many robot hours, faster than wall time: memory of each process, and disk. 40 minutes of two quiet cores.
-# Ctrl-C ends it with a table of what was measured. A finished soak in runs/soak does not run again.
-SOAK_ARGS ?= --hours 24 --rate 2 --speed 60 --hours 2 --rate 20 --speed 10
+# Mocks for a robot day, faster than wall time: memory of each process, and disk. Two and a half hours of two quiet cores.
+# Ctrl-C ends it with a table of what was measured. A soak in runs/soak that the same code has finished does not run again.
+SOAK_ARGS ?= --hours 24 --rate 20 --speed 20 --mission-hours 0.75
 soak: setup
 	$(BIN)/python tests/soak/soak_run.py --results runs/soak --write docs/reliability.md --write-rates docs/recordings.md $(SOAK_ARGS)
 
