@@ -31,7 +31,7 @@ ABSENCE_PERIOD = 0.5
 
 
 class _Outcome(msgspec.Struct, frozen=True):
-    """The part of a report that is read here. The whole of a long mission has megabytes, and ten times that as objects."""
+    """The part of a report that is read here. The whole may have megabytes, and ten times that as objects."""
 
     mission: str
     result: str
