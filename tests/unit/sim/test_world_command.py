@@ -68,7 +68,7 @@ def test_scenes_load_into_plain_mujoco(kind: str, tmp_path: Path) -> None:
         (("-o", "village.png"), "Name a KIND"),
         (("--scale", "1"), "Name a KIND"),
         (("--seed", "1"), "Name a KIND"),
-        (("village", "--seed", "-1"), "greater than or equal to 0"),
+        (("village", "--seed", "-1"), "-1 is not in the range 0<=x<=4294967295."),
     ],
 )
 def test_mistakes_get_a_sentence(words: tuple[str, ...], sentence: str) -> None:
