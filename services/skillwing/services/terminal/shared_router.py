@@ -11,6 +11,7 @@ import zenoh
 
 from skillwing.dsl.suggest import listed
 from skillwing.services.access.identity_files import process_identity
+from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.router_robots import robots_at, robots_seen
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.errors import KeysError, SkillwingError
@@ -33,8 +34,7 @@ def owns_router(state: RunState) -> bool:
 def others_at_router(endpoint: str, robot: str, keys: Path | None = None) -> dict[str, bool]:
     """The other robots at a router, each with True if it is known to be at work. keys: of this robot's system."""
     try:
-        identity = None if keys is None else process_identity(keys, robot, LAUNCHER)
-        present = dict.fromkeys(robots_at(endpoint, timeout=TIMEOUT, identity=identity), False)
+        present = dict.fromkeys(robots_at(endpoint, timeout=TIMEOUT, identity=_launcher_identity(robot, keys)), False)
     except (RouterUnreachableError, KeysError):
         present = {}
     return {name: works for name, works in sorted((present | _started_here(endpoint)).items()) if name != robot}
@@ -48,7 +48,7 @@ def require_free_name(endpoint: str, robot: str, keys: Path | None, stop: StopSi
     """
     deadline = time.monotonic() + ENDING
     try:
-        identity = None if keys is None else process_identity(keys, robot, LAUNCHER)
+        identity = _launcher_identity(robot, keys)
         while robot in robots_at(endpoint, robot, identity=identity):
             if time.monotonic() > deadline:
                 text = f"`{robot}` runs at the router {endpoint} already."
@@ -57,6 +57,11 @@ def require_free_name(endpoint: str, robot: str, keys: Path | None, stop: StopSi
             stop.check()
     except (RouterUnreachableError, KeysError):
         return
+
+
+def _launcher_identity(robot: str, keys: Path | None) -> SessionIdentity | None:
+    """The identity of a robot's launcher; None for a system without keys. Raises KeysError."""
+    return None if keys is None else process_identity(keys, robot, LAUNCHER)
 
 
 def robots_of_router(router: zenoh.Session, endpoint: str) -> dict[str, bool]:

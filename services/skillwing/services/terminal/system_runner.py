@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -32,7 +32,7 @@ from skillwing.services.processes.colocation import colocated, process_groups
 from skillwing.services.processes.launcher import ROUTER, ROUTER_TIMEOUT, START_TIMEOUT, Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
 from skillwing.services.processes.process_state import ProcessState
-from skillwing.services.processes.run_state import announced, read_run_state, reserved, running_systems
+from skillwing.services.processes.run_state import Announcement, announced, read_run_state, reserved, running_systems
 from skillwing.services.processes.stop_signal import StopSignal, stop_on_signals
 from skillwing.services.recording.run_facts import RunFacts, write_facts
 from skillwing.services.robot import ProcessSpec, Robot
@@ -125,6 +125,22 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
     def guests() -> dict[str, bool]:
         return others_at_router(launcher.endpoint, robot.name, settings.keys) if settings.router is None else {}
 
+    def announcement(page: str | None) -> AbstractContextManager[Announcement]:
+        """The announcement, with the processes of this moment. page: of the viewer."""
+        return announced(
+            robot,
+            launcher.endpoint,
+            run_dir,
+            clock=settings.clock,
+            mock=settings.mock,
+            topology=settings.topology,
+            listens=launcher.listens,
+            keys=settings.keys,
+            processes=launcher.states,
+            mission_context=settings.mission_context,
+            viewer=page,
+        )
+
     try:
         with ExitStack() as stack:
             with stop.raising():
@@ -142,21 +158,9 @@ def _run(robot: Robot, specs: tuple[ProcessSpec, ...], run_dir: Path, settings: 
             reporter = MissionReporter(run_dir, skillset.name, lambda: launcher.states) if observers else None
             certificates = CertificateWatch(settings.keys, robot.name, (spec.name for spec in specs), lambda: table)
             node = LauncherNode(launcher, robot, skillset.name, settings.mission_context, certificates)
-            announcement = lambda: announced(  # noqa: E731 - the processes are those of the moment at which it is called
-                robot,
-                launcher.endpoint,
-                run_dir,
-                clock=settings.clock,
-                mock=settings.mock,
-                topology=settings.topology,
-                listens=launcher.listens,
-                keys=settings.keys,
-                processes=launcher.states,
-                mission_context=settings.mission_context,
-                viewer=None if viewer is None else viewer.page,
-            )
+            page = None if viewer is None else viewer.page
             supervisor = ForegroundSupervisor(
-                *(console, launcher, node, announcement, exits, skillset.name, stop),
+                *(console, launcher, node, lambda: announcement(page), exits, skillset.name, stop),
                 reporter,
                 active_work,
                 objection=lambda: objection(robot.name, guests()),
