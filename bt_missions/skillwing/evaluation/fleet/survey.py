@@ -52,17 +52,17 @@ class Survey(Mission):
         """The mapping mission with its landing at home, and then the visit to the pad."""
         own = context.of(DRONE)
         mapping = MappingMission().build(own, options.mapping)
-        root = in_order(self.name, mapping.root, _visit(own, context.of(YARD), options))
+        root = in_order(self.name, mapping.root, pad_visit(own, context.of(YARD), options))
         return MissionTrees(root, rescues={DRONE: rescue(own)})
 
 
-def _visit(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
+def pad_visit(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
     """The visit under the lease of the pad. A drone that loses the lease in the air lands where it is.
 
     Where the yard sees the drone in the place of the pad, nobody else gets the pad. So the drone goes on there.
     """
     visit = first_that_works(
-        "by camera or LiDAR", _pad_and_home(own, CAMERA, options), _pad_and_home(own, LIDAR, options)
+        "by camera or LiDAR", _pad_and_home(own, yard, CAMERA, options), _pad_and_home(own, yard, LIDAR, options)
     )
     patience = options.mapping.pilot_patience
     lent = WithLease(
@@ -70,14 +70,17 @@ def _visit(own: MissionContext, yard: MissionContext, options: SurveyOptions) ->
         yard,
         SkillAction("hold the pad", yard, "hold_pad", {"holder": options.holder}),
         guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=patience),
-        DataCompare("on the pad?", yard, "pad_robot", "==", options.holder),
+        _on_the_pad(yard, options.holder),
         patience=options.patience,
     )
     return first_that_works("visit or land", lent, SuccessIsFailure("landed, but no visit", land_where_it_is(own)))
 
 
-def _pad_and_home(own: MissionContext, sensor: Sensor, options: SurveyOptions) -> Behaviour:
-    """A visit with one sensor: to the pad, down to it, up again, and to above the home."""
+def _pad_and_home(own: MissionContext, yard: MissionContext, sensor: Sensor, options: SurveyOptions) -> Behaviour:
+    """A visit with one sensor: to the pad, down to it, up again, and to above the home.
+
+    A landing may go aside, to free ground. Only one that the yard sees on the pad is a visit.
+    """
     x, y, height = options.home
     speed = options.mapping.speed
     return in_order(
@@ -86,9 +89,14 @@ def _pad_and_home(own: MissionContext, sensor: Sensor, options: SurveyOptions) -
         take_off(own, height),
         flown_with(own, sensor, "to the pad", _hop(own, sensor, "over the pad", (0.0, 0.0, height), speed)),
         landed(own),
+        _on_the_pad(yard, options.holder),
         take_off(own, height),
         flown_with(own, sensor, "away from the pad", _hop(own, sensor, "over home", (x, y, height), speed)),
     )
+
+
+def _on_the_pad(yard: MissionContext, holder: str) -> DataCompare:
+    return DataCompare("on the pad?", yard, "pad_robot", "==", holder)
 
 
 def _hop(own: MissionContext, sensor: Sensor, name: str, target: Position, speed: float) -> Behaviour:

@@ -22,6 +22,7 @@ from skillwing.onboard.obstacles.local_map import LocalMap
 
 Points = NDArray[np.float64]
 Squares = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 ANYWHERE: Final = Box((-np.inf, -np.inf, -np.inf), (np.inf, np.inf, np.inf))
 REACH: Final = 15.0
@@ -48,6 +49,8 @@ _BEARINGS: Final = 72
 """Number of bearings for a first test of reachable places."""
 _GAP = 2.0
 """Longest unseen gap in connected ground [m]."""
+_HILLSIDE = 0.2
+"""Largest slope of ground across a longer unseen gap. From the ground that is seen beside it, a roof rises steeper."""
 _PLOT = 20
 """Fewest connected squares of ground; smaller patches are noise if there is one of this size."""
 _SEEN: Final = 0.7
@@ -169,8 +172,9 @@ def _squares(points: Points) -> tuple[Squares, Squares]:
 def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
     """Heights of points (N, 3), each `of` one of the squares (M, 2), above the ground next to them.
 
-    Ground is the lowest patch that is connected without steps. Roofs are as flat, but not connected to it. If little
-    was seen, all patches count: it is safer to take noise for ground than an obstacle.
+    Ground is the lowest patch that is connected without steps, with what lies on one hillside with it. Roofs are as
+    flat, but not connected to it. If little was seen, all patches count: it is safer to take noise for ground than an
+    obstacle.
     """
     if len(points) == 0:
         return np.empty(0)
@@ -183,7 +187,21 @@ def _above_ground(points: Points, squares: Squares, of: Squares) -> Points:
     _, patch = connected_components(links, directed=False)
     sizes = np.bincount(patch)
     plots = np.flatnonzero(sizes >= (_PLOT if sizes.max() >= _PLOT else 1))
-    lowest = min(plots, key=lambda plot: float(np.median(heights[patch == plot])))
+    lowest, *higher = sorted(plots, key=lambda plot: float(np.median(heights[patch == plot])))
     ground = patch == lowest
+    for plot in higher:
+        if _on_one_hillside(ground, patch == plot, squares, heights):
+            ground |= patch == plot
     _, next_to = KDTree(squares[ground]).query(squares)
     return points[:, 2] - heights[ground][next_to][of]
+
+
+def _on_one_hillside(ground: Mask, patch: Mask, squares: Squares, heights: Points) -> bool:
+    """Test for a patch that continues the ground beyond an unseen gap, where they are nearest to each other.
+
+    Otherwise a small patch of lower ground far away would make a roof of the ground below the drone.
+    """
+    away, next_to = KDTree(squares[ground]).query(squares[patch])
+    rise = np.abs(heights[patch] - heights[ground][next_to])
+    nearest = np.argmin(away)
+    return bool(rise[nearest] <= max(STEP, _HILLSIDE * _GRID * away[nearest]))

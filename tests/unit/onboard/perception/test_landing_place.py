@@ -243,6 +243,26 @@ def test_a_roof_is_no_ground(depth: float) -> None:
     assert gap(place, ground[over]) >= ROOM
 
 
+def test_lower_ground_beyond_an_unseen_gap_makes_no_roof_of_the_ground_below() -> None:
+    """A drone over a courtyard had seen 23 squares of ground in a far corner, 0.4 m lower."""
+    ground = plain(reach=15.0)
+    inwards = np.abs(ground[:, :2] - HERE[:2]).max(axis=1) < 7.0
+    corner = (ground[:, :2] - HERE[:2]).min(axis=1) > 12.0
+    ground[:, 2] = np.where(corner, -0.45, 0.0)
+    found = below(ground[inwards | corner])
+    assert not found.taken
+    assert found.seen
+
+
+@pytest.mark.parametrize("beyond", [7.5, 9.0])
+def test_a_roof_beyond_an_unseen_gap_is_no_ground(beyond: float) -> None:
+    ground = plain(reach=15.0)
+    away = np.abs(ground[:, :2] - HERE[:2]).max(axis=1)
+    ground[:, 2] = np.where(away < 6.0, 3.0, 0.0)
+    found = below(ground[(away < 6.0) | (away > beyond)], height=9.0)
+    assert found.taken
+
+
 @pytest.mark.parametrize("slope", [-0.2, 0.2])
 def test_a_hillside_is_no_roof(slope: float) -> None:
     place = below(plain(slope=slope), bush(0.0, 0.0), height=8.0).free_place()
