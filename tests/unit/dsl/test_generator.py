@@ -53,15 +53,25 @@ def test_the_compose_file_has_the_managers_that_are_generated() -> None:
     root, fragment = ((ROOT / "docker-compose.yml").read_text(), (M600 / "generated" / "compose.yml").read_text())
     ours, generated = yaml.safe_load(root)["services"], yaml.safe_load(fragment)["services"]
     managers = {name for name in ours if name.endswith("_manager") or name.startswith("skill_")}
-    assert generated.keys() == managers | {"router"}, "run `make generate`"
+    assert generated.keys() == managers | {"router", "keys", "cli"}, "run `make generate`"
     for name, service in generated.items():
-        # The router of this repository has keys, and waits for the one who makes them.
-        own = () if name == "router" else ("command", "depends_on", "ports")
-        for option in ("init", "restart", "stop_grace_period", "healthcheck", "image", *own):
+        own = ("command", "depends_on", "ports") if name in managers else ()
+        for option in ("init", "restart", "stop_grace_period", "healthcheck", "image", "entrypoint", *own):
             assert ours[name].get(option) == service.get(option), (name, option)
-        if name != "router":
-            variables = service.get("environment", {}).keys()
-            assert variables <= ours[name].get("environment", {}).keys()
+        assert service.get("environment", {}).keys() <= ours[name].get("environment", {}).keys()
+
+
+def test_the_compose_file_gives_each_service_the_keys_that_it_needs() -> None:
+    text = yaml.safe_load((M600 / "generated" / "compose.yml").read_text())
+    volumes = {name: service["volumes"] for name, service in text["services"].items()}
+    authority = {name for name, given in volumes.items() if any("authority" in each for each in given)}
+    writers = {name for name, given in volumes.items() if any(not each.endswith(":ro") for each in given)}
+    assert authority == writers == {"keys"}
+    assert text["services"]["keys"]["network_mode"] == "none"
+    assert volumes["router"] == ["site_keys:/home/skillwing/keys:ro"]
+    assert volumes["skill_land"] == ["..:/robot/m600:ro", "robot_keys:/home/skillwing/keys/robots:ro"]
+    used = {each.partition(":")[0] for given in volumes.values() for each in given} - {".."}
+    assert used == text["volumes"].keys()
 
 
 # --- any skillset ----------------------------------------------------------------------------------------------------
