@@ -12,6 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from running_system import living_in
 
 from skillwing.services.history.files import TIMELINE_FILE
 from skillwing.services.history.report import read_report
@@ -24,12 +25,12 @@ COLOCATED = pytest.mark.parametrize("demo", [("--colocate",)], indirect=True, id
 
 
 class Demo:
-    """A demo in a runtime directory of its own, by which all of its processes are known."""
+    """A demo in a directory of its own, by which all of its processes are known."""
 
     def __init__(self, directory: Path, *layout: str) -> None:
         self.run_dir = directory / "run"
         self.said: list[str] = []
-        self._mark = str(directory / "runtime")
+        self._directory = directory
         self.process = subprocess.Popen(
             [
                 *(sys.executable, "-m", "skillwing.services.terminal.cli", "demo", "--no-viewer"),
@@ -40,7 +41,7 @@ class Demo:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env={**os.environ, "XDG_RUNTIME_DIR": self._mark},
+            env={**os.environ, "XDG_RUNTIME_DIR": str(directory / "runtime")},
             text=True,
         )
 
@@ -66,15 +67,10 @@ class Demo:
 
     def processes(self) -> list[psutil.Process]:
         """All that live of the demo and what it started."""
-        return [process for process in psutil.process_iter() if self._is_ours(process)]
+        return living_in(self._directory)
 
     def child(self, name: str) -> psutil.Process:
         return next(each for each in self.processes() if name in each.cmdline() and "--alive" in each.cmdline())
-
-    def _is_ours(self, process: psutil.Process) -> bool:
-        with contextlib.suppress(psutil.Error):
-            return process.environ().get("XDG_RUNTIME_DIR") == self._mark
-        return False
 
 
 @pytest.fixture

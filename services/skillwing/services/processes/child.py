@@ -15,6 +15,8 @@ from datetime import datetime
 from io import FileIO
 from pathlib import Path
 
+from skillwing.services.processes.fork_server import HOST
+from skillwing.services.processes.forked_process import EXIT_UNKNOWN, SHARED, Process
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import RestartPolicy
@@ -58,6 +60,8 @@ class ProcessExit:
     def __str__(self) -> str:
         if self.signal is not None:
             return f"{self.process} was killed by {signal.Signals(self.signal).name}."
+        if self.exit_code == EXIT_UNKNOWN:
+            return f"{self.process} ended. Its exit code is not known, because its fork server was gone."
         return f"{self.process} ended with exit code {self.exit_code}."
 
 
@@ -94,9 +98,13 @@ class Child:
         self._talks = talks
         self._nodes = nodes
         self._told = told
+        self.process: Process
 
-    def start(self, now: float, stdout: int | None = None) -> None:
-        """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log."""
+    def start(self, now: float, stdout: int | None = None, *, start_server: bool = False) -> None:
+        """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log.
+
+        start_server: start a fork server for a host of nodes, if there is none.
+        """
         if self._lives:
             self._close_pipes()
         with self._opened_log() as file:
@@ -104,20 +112,29 @@ class Child:
                 line = f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n"
                 with suppress(OSError):  # a full disk must not prevent the restart
                     file.write(line.encode())
-            self.process = subprocess.Popen(
-                [sys.executable, "-m", *self.command],
-                stdin=subprocess.PIPE,
-                stdout=file if stdout is None else stdout,
-                stderr=file,
-                env={name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED,
-                start_new_session=True,
-            )
+            self.process = self._begun(file, stdout, start_server)
         if self._told and self.process.stdin is not None:
             with suppress(OSError):  # it has ended already
                 os.write(self.process.stdin.fileno(), self._told)
         self._lives += 1
         self._started = now
         self._last_exit = None
+
+    def _begun(self, log: FileIO, stdout: int | None, start_server: bool) -> Process:
+        environment = {name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED
+        module, *arguments = self.command
+        if module == HOST and stdout is None:
+            forked = SHARED.fork(arguments, environment, log.fileno(), start_server=start_server)
+            if forked is not None:
+                return forked
+        return subprocess.Popen(
+            [sys.executable, "-m", *self.command],
+            stdin=subprocess.PIPE,
+            stdout=log if stdout is None else stdout,
+            stderr=log,
+            env=environment,
+            start_new_session=True,
+        )
 
     def _opened_log(self) -> FileIO:
         try:
@@ -138,7 +155,7 @@ class Child:
 
     def exited(self, now: float) -> ProcessExit:
         """Record the end of a life; the process has ended already."""
-        code = self.process.returncode
+        code = self.process.wait()
         hopeless = code == EXIT_CONFIGURATION
         pause = self._policy.exited(now, self._started, hopeless=hopeless)
         exit_code, number = (code, None) if code >= 0 else (None, -code)
