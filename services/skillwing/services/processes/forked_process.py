@@ -67,7 +67,7 @@ class ForkedProcess:
         weakref.finalize(self, _close, process, report)
 
     def poll(self) -> int | None:
-        """Its exit code; None while it runs."""
+        """The exit code; None while the process runs."""
         return self._ended(0.0)
 
     def wait(self, timeout: float | None = None) -> int:
