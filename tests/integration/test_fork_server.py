@@ -177,6 +177,13 @@ def test_without_a_server_a_child_starts_all_the_same(tmp_path: Path, monkeypatc
         assert SHARED.server is None
 
 
+def test_where_processes_have_no_descriptors_nothing_is_forked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(forked_process, "_has_descriptors", lambda: False)
+    with no_server():
+        assert ended(host(tmp_path), start_server=True) == f"p ended with exit code {WRONG_USAGE}."
+        assert SHARED.server is None
+
+
 @pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
 def test_a_server_that_does_not_answer_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals

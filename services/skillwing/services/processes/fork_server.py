@@ -71,42 +71,52 @@ class Fork:
         os.close(self._report)
 
 
-def serve(link: socket.socket) -> Order | None:
-    """Fork for each order at `link`. Returns None when the other end is closed, and in each fork its order.
+class Server:
+    """The forks that live, and the socket at which orders arrive."""
 
-    Raises OSError if the kernel has no descriptors of processes, as Linux before 5.3.
-    """
-    forks: dict[int, Fork] = {}
-    ready = select.poll()
-    ready.register(link, select.POLLIN)
-    while True:
-        for descriptor, _ in ready.poll():
-            if descriptor != link.fileno():
-                ready.unregister(descriptor)
-                forks.pop(descriptor).ended()
-                continue
-            if (received := _receive(link)) is None:
-                return None
-            order, streams, report = received
-            pid = _forked()
-            if pid == 0:
-                # Each descriptor that stays open here would hide an end from the launcher.
-                link.close()
-                os.close(report)
-                for other in forks.values():
-                    other.close()
-                _take_place(order, streams)
-                return order
-            for stream in streams:
-                os.close(stream)
-            if pid is None:
-                os.close(report)
-                link.sendall(PID.pack(0))
-                continue
-            fork = Fork(pid, os.pidfd_open(pid), report)
-            forks[fork.process] = fork
-            ready.register(fork.process, select.POLLIN)
-            socket.send_fds(link, [PID.pack(pid)], [fork.process])
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        self._forks: dict[int, Fork] = {}
+        self._ready = select.poll()
+        self._ready.register(link, select.POLLIN)
+
+    def serve(self) -> Order | None:
+        """Fork for each order. Returns None when the other end is closed, and in each fork its order."""
+        while True:
+            for descriptor, _ in self._ready.poll():
+                if descriptor != self._link.fileno():
+                    self._ready.unregister(descriptor)
+                    self._forks.pop(descriptor).ended()
+                elif (received := _receive(self._link)) is None:
+                    return None
+                elif self._forks_for(*received):
+                    return received[0]
+
+    def _forks_for(self, order: Order, streams: list[int], report: int) -> bool:
+        """Fork for an order, and answer it. True in the fork."""
+        try:
+            pid = os.fork()
+        except OSError:  # the system has no room for it
+            pid = None
+        if pid == 0:
+            # Each descriptor that stays open here would hide an end from the launcher.
+            self._link.close()
+            os.close(report)
+            for other in self._forks.values():
+                other.close()
+            _take_place(order, streams)
+            return True
+        for stream in streams:
+            os.close(stream)
+        if pid is None:
+            os.close(report)
+            self._link.sendall(PID.pack(0))
+            return False
+        fork = Fork(pid, os.pidfd_open(pid), report)
+        self._forks[fork.process] = fork
+        self._ready.register(fork.process, select.POLLIN)
+        socket.send_fds(self._link, [PID.pack(pid)], [fork.process])
+        return False
 
 
 def _receive(link: socket.socket) -> tuple[Order, list[int], int] | None:
@@ -121,14 +131,6 @@ def _receive(link: socket.socket) -> tuple[Order, list[int], int] | None:
             return None
         packed += part
     return msgspec.msgpack.decode(packed, type=Order), descriptors[:_STREAMS], descriptors[_STREAMS]
-
-
-def _forked() -> int | None:
-    """The id of a new fork, 0 in the fork; None if the system has no room for one."""
-    try:
-        return os.fork()
-    except OSError:
-        return None
 
 
 def _take_place(order: Order, streams: list[int]) -> None:
@@ -154,7 +156,7 @@ def main() -> int:
     # The memory of the imports stays shared: the garbage collection of a fork does not write to it.
     gc.collect()
     gc.freeze()
-    order = serve(link)
+    order = Server(link).serve()
     if order is None:
         return 0
     sys.argv = [str(host.__file__), *order.arguments]

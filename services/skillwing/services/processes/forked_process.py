@@ -17,6 +17,7 @@ import threading
 import weakref
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
+from functools import cache
 from pathlib import Path
 from typing import IO, Protocol
 
@@ -169,7 +170,7 @@ class SharedForkServer:
                 if self.server is not None and not self.server.fits(environment):
                     self.close()
                 if self.server is None:
-                    if not start_server or not hasattr(os, "pidfd_open"):
+                    if not start_server or not _has_descriptors():
                         return None
                     self.server = ForkServer(environment)
                 return self.server.fork(arguments, environment, log)
@@ -186,6 +187,16 @@ class SharedForkServer:
 
 SHARED = SharedForkServer()
 atexit.register(SHARED.close)
+
+
+@cache
+def _has_descriptors() -> bool:
+    """True where processes have descriptors: not before Linux 5.3, and not in each sandbox."""
+    try:
+        os.close(os.pidfd_open(os.getpid()))
+    except (AttributeError, OSError):
+        return False
+    return True
 
 
 def _origin(environment: Mapping[str, str]) -> tuple[Path, dict[str, str]]:
