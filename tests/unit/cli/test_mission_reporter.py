@@ -113,7 +113,7 @@ class WriterInThisProcess:
         file = self._run_dir / "facts.json"
         file.write_bytes(facts)
         with redirect_stdout(io.StringIO()) as out:
-            report_command.report(self._run_dir, facts=file, until=self._until, as_json=True)
+            report_command.report(self._run_dir, facts=file, until=self._until, brief=True)
         return out.getvalue().encode(), b""
 
 

@@ -25,6 +25,7 @@ def report(
     last: Annotated[bool, typer.Option("--last", help="Only of the mission that ran last.")] = False,
     facts: Annotated[Path | None, typer.Option(hidden=True)] = None,
     until: Annotated[float, typer.Option(hidden=True)] = math.inf,
+    brief: Annotated[bool, typer.Option("--brief", hidden=True)] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write and show the report of each mission of a run, with its pictures.
@@ -44,6 +45,11 @@ def report(
         raise SkillwingError(f"The report cannot be written: {error}.") from error
     if not written:
         raise InvalidOptionError("RUN", NO_MISSION)
+    if brief:
+        print_json(
+            [{"folder": str(folder), "mission": each.mission, "result": each.result} for folder, each in written]
+        )
+        return
     if as_json:
         print_json([{"folder": str(folder), "report": report} for folder, report in written])
         return

@@ -30,17 +30,11 @@ ABSENCE_PERIOD = 0.5
 """Wall seconds between two looks for a mission whose token is gone."""
 
 
-class _Outcome(msgspec.Struct, frozen=True):
-    """The part of a report that is read here. The whole may have megabytes, and ten times that as objects."""
+class _Written(msgspec.Struct, frozen=True):
+    """A report that was written, as `skillwing report --brief` names it. The whole may have megabytes."""
 
     mission: str
     result: str
-
-
-class _Written(msgspec.Struct, frozen=True):
-    """A report that was written, and its folder."""
-
-    report: _Outcome
     folder: str
 
 
@@ -175,7 +169,7 @@ class MissionReporter:
 
     def _write(self, facts: bytes, until: float) -> str:
         """Report the last mission that had begun by then, and others without a report; returns a sentence for each."""
-        words = ["report", str(self._run_dir), "--json", "--facts", "/dev/stdin", "--until", str(until)]
+        words = ["report", str(self._run_dir), "--brief", "--facts", "/dev/stdin", "--until", str(until)]
         self._writer = subprocess.Popen(
             [sys.executable, "-m", "skillwing.services.terminal.cli", *words],
             stdin=subprocess.PIPE,
@@ -191,8 +185,7 @@ class MissionReporter:
 
 
 def _sentence(written: _Written) -> str:
-    report = written.report
-    return f"Mission {report.mission}: {report.result}. Its report is in {relative_path(Path(written.folder))}."
+    return f"Mission {written.mission}: {written.result}. Its report is in {relative_path(Path(written.folder))}."
 
 
 def _entry(state: ProcessState) -> ProcessEntry:
