@@ -64,6 +64,16 @@ def test_parts_of_all_files_are_one_pool_and_what_went_is_noted(tmp_path: Path) 
     }
 
 
+def test_parts_give_way_to_the_folders_of_missions_which_stay(tmp_path: Path) -> None:
+    for number in range(1, 6):
+        write(tmp_path / (TIMELINE_FILE if number == 1 else f"timeline-{number}.jsonl"), 100, float(number))
+    write(tmp_path / "1-rounds" / "report.json", 150, 2.0)
+    write(tmp_path / "12-rounds" / "map.npz", 50, 3.0)
+    Retention(tmp_path, 400).apply(RecordingState())
+    left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert left == {"timeline-4.jsonl", "timeline-5.jsonl", "1-rounds/report.json", "12-rounds/map.npz"}
+
+
 def test_nothing_of_a_mission_that_runs_is_deleted_and_all_of_it_may_be_later(tmp_path: Path) -> None:
     for number, written in enumerate((10.0, 30.0, 50.0), 2):
         write(tmp_path / f"timeline-{number}.jsonl", 100, written)

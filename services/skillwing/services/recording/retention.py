@@ -77,8 +77,20 @@ def _parts(name: str, paths: Sequence[Path]) -> list[Part]:
     return found
 
 
+def mission_bytes(run_dir: Path) -> int:
+    """Size of the files in the folders of a run's missions, which are never deleted."""
+    total = 0
+    for path in run_dir.glob("[0-9]*-*/*"):
+        with suppress(OSError):  # it was deleted meanwhile
+            total += path.stat().st_size
+    return total
+
+
 class Retention:
-    """The retention of one run. keep: bytes. names: of the files with parts, beyond those of the recorder."""
+    """The retention of one run. keep: bytes. names: of the files with parts, beyond those of the recorder.
+
+    The folders of missions count. With each mission, old parts give way to its report and its map.
+    """
 
     def __init__(self, run_dir: Path, keep: int, names: Iterable[str] = ()) -> None:
         self.keep = keep
@@ -87,7 +99,8 @@ class Retention:
 
     def apply(self, state: RecordingState) -> RecordingState:
         """Delete old parts. Returns the state with what was deleted."""
-        for part in deletable(find_parts(self._run_dir, self._names), self.keep, state.mission_since):
+        room = self.keep - mission_bytes(self._run_dir)
+        for part in deletable(find_parts(self._run_dir, self._names), room, state.mission_since):
             until = last_time(part.path) if part.path.suffix == ".jsonl" else None
             try:
                 part.path.unlink()
