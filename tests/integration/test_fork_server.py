@@ -11,7 +11,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-from running_system import until
 
 from skillwing.services.processes import forked_process
 from skillwing.services.processes.child import Child
@@ -60,13 +59,6 @@ def site(tmp_path: Path) -> Iterator[Site]:
     site.close()
 
 
-def in_place(fork: ForkedProcess) -> psutil.Process:
-    """A fork that has become the ordered process; its title is the last step."""
-    process = psutil.Process(fork.pid)
-    until(lambda: HOST in process.cmdline(), "the fork")
-    return process
-
-
 def end_input(fork: ForkedProcess) -> None:
     assert fork.stdin is not None
     fork.stdin.close()
@@ -92,7 +84,7 @@ def test_a_fork_that_is_killed_tells_the_signal(site: Site) -> None:
 def test_a_fork_holds_nothing_of_another(site: Site) -> None:
     """A descriptor that another fork holds would hide the end of a launcher, or of a process."""
     first, second = site.fork(*WAITS), site.fork(*WAITS)
-    assert in_place(second).num_fds() == 3
+    assert psutil.Process(second.pid).num_fds() == 3
     end_input(first)
     assert first.wait(WITHIN) == EXIT_CONFIGURATION
     assert second.poll() is None
@@ -107,7 +99,7 @@ def test_a_fork_has_the_environment_of_its_order(site: Site) -> None:
 
 def test_a_fork_is_a_session_of_its_own_with_its_command_line(site: Site) -> None:
     fork = site.fork(*WAITS)
-    assert in_place(fork).cmdline()[1:] == ["-m", HOST, *WAITS]
+    assert psutil.Process(fork.pid).cmdline()[1:] == ["-m", HOST, *WAITS]
     assert os.getsid(fork.pid) == fork.pid
 
 

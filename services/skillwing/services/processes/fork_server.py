@@ -93,7 +93,8 @@ class Server:
                     return received[0]
 
     def _forks_for(self, order: Order, streams: list[int], report: int) -> bool:
-        """Fork for an order, and answer it. True in the fork."""
+        """Fork for an order, and answer it once the fork is the ordered process. True in the fork."""
+        placed, in_place = os.pipe()
         try:
             pid = os.fork()
         except OSError:  # the system has no room for it
@@ -102,10 +103,15 @@ class Server:
             # Each descriptor that stays open here would hide an end from the launcher.
             self._link.close()
             os.close(report)
+            os.close(placed)
             for other in self._forks.values():
                 other.close()
             _take_place(order, streams)
+            os.close(in_place)
             return True
+        os.close(in_place)
+        os.read(placed, 1)  # until the fork closes its end, or is gone
+        os.close(placed)
         for stream in streams:
             os.close(stream)
         if pid is None:
