@@ -2,20 +2,15 @@
 
 python benchmarks/managers.py [--seconds 20] [--write]
 
-First with a process for each manager, then the same without a fork server, with `--colocate` and with
-`--topology mesh`, one system after the other.
+First with a process for each manager, then with `--colocate` and with `--topology mesh`, one system after the other.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
 
 from performance_page import against, machine, make_parser, table, write_section
 
@@ -23,9 +18,7 @@ from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.processes import launcher as launching
 from skillwing.services.processes.colocation import colocated, process_groups
-from skillwing.services.processes.forked_process import SHARED
 from skillwing.services.processes.launcher import ROUTER, Launcher
 from skillwing.services.processes.proc_files import usage
 
@@ -52,14 +45,10 @@ class Idle:
 
 @dataclass(frozen=True)
 class Layout:
-    """One system as it was watched: seconds until all managers were there and of watching, the pace of robot time.
-
-    cost: processor seconds of the managers and of the fork server until then.
-    """
+    """One system as it was watched: seconds until all managers were there and of watching, the pace of robot time."""
 
     name: str
     started: float
-    cost: float
     watched: float
     pace: float
     router: Idle
@@ -95,17 +84,8 @@ def _robot_time(launcher: Launcher) -> float:
     return clock.now()
 
 
-@contextmanager
-def without_forks() -> Iterator[None]:
-    """No launcher starts a fork server until the end of the block."""
-    SHARED.close()
-    with patch.object(launching, "PAYS_FROM", sys.maxsize):
-        yield
-
-
 def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topology = "router") -> Layout:
     """Start a system, let it stand idle, and look at its managers."""
-    SHARED.close()
     specs = colocated(ROBOT.managers()) if colocate else ROBOT.managers()
     with tempfile.TemporaryDirectory() as folder:
         model = ROBOT.load_skillset()
@@ -114,11 +94,9 @@ def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topolo
             begun = time.monotonic()
             launcher.start(specs)
             started = time.monotonic() - begun
+            time.sleep(SETTLE)
             ours = {ROUTER, *(each.name for each in process_groups(specs))}
             pids = {process: pid for process, pid in launcher.pids.items() if process in ours}
-            server = {} if SHARED.server is None else {"fork server": SHARED.server.pid}
-            cost = sum(_cpu(pids | server).values()) - sum(_cpu({ROUTER: pids[ROUTER]}).values())
-            time.sleep(SETTLE)
             before, robot_before, begun = _cpu(pids), _robot_time(launcher), time.monotonic()
             time.sleep(seconds)
             after, watched = _cpu(pids), time.monotonic() - begun
@@ -127,7 +105,7 @@ def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topolo
                 process: Idle(100.0 * (after[process] - before[process]) / watched, *_memory(pid))
                 for process, pid in pids.items()
             }
-    return Layout(name, started, cost, watched, pace, idle.pop(ROUTER), idle)
+    return Layout(name, started, watched, pace, idle.pop(ROUTER), idle)
 
 
 def section(usual: Layout, others: list[Layout]) -> str:
@@ -136,7 +114,6 @@ def section(usual: Layout, others: list[Layout]) -> str:
             each.name,
             str(len(each.managers)),
             f"{each.started:.2f}",
-            f"{each.cost:.2f}",
             f"{each.cpu:.1f}",
             f"{each.router.cpu:.1f}",
             f"{sum(idle.own for idle in each.managers.values()):.0f}",
@@ -145,17 +122,7 @@ def section(usual: Layout, others: list[Layout]) -> str:
         ]
         for each in (usual, *others)
     ]
-    heads = (
-        "layout",
-        "processes",
-        "all there, s",
-        "CPU of the start, s",
-        "% of a core",
-        "router, %",
-        "MB together",
-        "largest, MB",
-        "pace",
-    )
+    heads = ("layout", "processes", "all there, s", "% of a core", "router, %", "MB together", "largest, MB", "pace")
     processes = [
         [f"`{name}`", f"{idle.cpu:.2f}", f"{idle.resident:.0f}", f"{idle.own:.0f}"]
         for name, idle in {ROUTER: usual.router, **usual.managers}.items()
@@ -170,8 +137,8 @@ With a process for each they used together **{usual.cpu:.1f} % of one core** (bu
 {table(heads, layouts)}
 
 Processes and percent are those of the managers, without the router. Seconds are from the start of the managers until
-all have said that they are there. *CPU of the start* counts the fork server as well. *MB together* counts a page that
-several processes hold once, *largest* is resident memory with all that is shared. Pace is robot time to real time.
+all have said that they are there. *MB together* counts a page that several processes hold once, *largest* is resident
+memory with all that is shared. Pace is robot time to real time.
 
 {table(("process", "% of a core", "resident MB", "own share, MB"), processes)}"""
 
@@ -181,10 +148,7 @@ def main() -> None:
     options.add_argument("--seconds", type=float, default=20.0, help="how long to watch the idle managers")
     given = options.parse_args()
     usual = watch("a process each", given.seconds)
-    with without_forks():
-        new = watch("a process each, without fork server", given.seconds)
     others = [
-        new,
         watch("`--colocate`", given.seconds, colocate=True),
         watch("`--topology mesh`", given.seconds, topology="mesh"),
         watch("`--colocate --topology mesh`", given.seconds, colocate=True, topology="mesh"),

@@ -31,7 +31,6 @@ WAITING = (
     "integration/test_access_attacks.py",
     "integration/test_cli_commands.py",
     "integration/test_crashes_are_seen.py",
-    "integration/test_fork_server.py",
     "integration/test_frozen_reader.py",
     "integration/test_full_disk.py",
     "integration/test_keys_router.py",

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
-import psutil
 from command_line import Command
 
-from skillwing.services.processes.forked_process import SERVER as FORK_SERVER
 from skillwing.services.processes.run_state import read_run_state
 from skillwing.services.protocol import State
 
@@ -26,31 +22,6 @@ def until(found: Callable[[], Any], what: str) -> Any:
         assert time.monotonic() < deadline, what
         time.sleep(0.05)
     return seen
-
-
-def processes_below(pid: int) -> list[psutil.Process]:
-    """The router and the hosts of nodes of a launcher, without its fork server."""
-    processes = psutil.Process(pid).children(recursive=True)
-    return [each for each in processes if FORK_SERVER not in command_line_of(each)]
-
-
-def living_in(directory: Path) -> list[psutil.Process]:
-    """The processes with a runtime directory there, and those that write there: a fork has no environment to see."""
-    below = f"{directory}/"
-    found: list[psutil.Process] = []
-    for process in psutil.process_iter():
-        with suppress(psutil.Error):
-            runtime = process.environ().get("XDG_RUNTIME_DIR", "")
-            if f"{runtime}/".startswith(below) or any(each.path.startswith(below) for each in process.open_files()):
-                found.append(process)
-    return found
-
-
-def command_line_of(process: psutil.Process) -> list[str]:
-    """The command line of a process; empty for one that has ended."""
-    with suppress(psutil.NoSuchProcess):  # such as a zombie
-        return process.cmdline()
-    return []
 
 
 def process_id(robot: str, name: str) -> int | None:

@@ -13,7 +13,6 @@ import msgspec
 import psutil
 import pytest
 from command_line import Command
-from running_system import processes_below
 
 from skillwing.bt_missions.library import find_mission
 from skillwing.bt_missions.running.runner import MissionNode
@@ -317,7 +316,7 @@ def test_up_and_down_leave_nothing_behind(skillwing: Command, tmp_path: Path, mo
     assert said.code == OK, said.error
     state = read_run_state("m600")
     assert state is not None
-    processes = processes_below(state.pid)
+    processes = psutil.Process(state.pid).children()
     assert len(processes) == len(mock_processes(ROBOT)) + 2  # and router and recorder
     shown = skillwing("status", "--json").json["processes"].values()
     assert {process["state"] for process in shown} == {"runs"}

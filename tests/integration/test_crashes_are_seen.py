@@ -12,7 +12,6 @@ from typing import Any
 import psutil
 import pytest
 from command_line import Command
-from running_system import processes_below
 
 from skillwing.services.history.files import read_goals
 from skillwing.services.protocol import State
@@ -128,7 +127,7 @@ def forklift(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> It
     said = skillwing("mock", str(folder / "forklift.skillset"), "--detach", "--run-dir", str(folder / "run"))
     assert said.code == OK, said.error
     robot = Forklift(skillwing, folder / "run")
-    processes = processes_below(robot.supervisor)
+    processes = psutil.Process(robot.supervisor).children()
     try:
         yield robot
     finally:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-from running_system import living_in
 
 from skillwing.services.history.files import TIMELINE_FILE
 from skillwing.services.history.report import read_report
@@ -25,12 +24,12 @@ COLOCATED = pytest.mark.parametrize("demo", [("--colocate",)], indirect=True, id
 
 
 class Demo:
-    """A demo in a directory of its own, by which all of its processes are known."""
+    """A demo in a runtime directory of its own, by which all of its processes are known."""
 
     def __init__(self, directory: Path, *layout: str) -> None:
         self.run_dir = directory / "run"
         self.said: list[str] = []
-        self._directory = directory
+        self._mark = str(directory / "runtime")
         self.process = subprocess.Popen(
             [
                 *(sys.executable, "-m", "skillwing.services.terminal.cli", "demo", "--no-viewer"),
@@ -41,7 +40,7 @@ class Demo:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            env={**os.environ, "XDG_RUNTIME_DIR": str(directory / "runtime")},
+            env={**os.environ, "XDG_RUNTIME_DIR": self._mark},
             text=True,
         )
 
@@ -67,10 +66,15 @@ class Demo:
 
     def processes(self) -> list[psutil.Process]:
         """All that live of the demo and what it started."""
-        return living_in(self._directory)
+        return [process for process in psutil.process_iter() if self._is_ours(process)]
 
     def child(self, name: str) -> psutil.Process:
         return next(each for each in self.processes() if name in each.cmdline() and "--alive" in each.cmdline())
+
+    def _is_ours(self, process: psutil.Process) -> bool:
+        with contextlib.suppress(psutil.Error):
+            return process.environ().get("XDG_RUNTIME_DIR") == self._mark
+        return False
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import Command
-from running_system import command_line_of, goal_runs, process_id, processes_below, until
+from running_system import goal_runs, process_id, until
 
 from skillwing.bt_missions.cli.watch import ask_latest_status
 from skillwing.services.errors import RefusedError
@@ -140,8 +140,15 @@ def tree(tmp_path: Path) -> Callable[..., str]:
 def mission_processes() -> list[psutil.Process]:
     """Processes of missions that the launcher has started: it announces them only at its next check."""
     state = read_run_state(ROBOT)
-    children = [] if state is None else processes_below(state.pid)
-    return [child for child in children if "mission" in command_line_of(child)]
+    children = [] if state is None else psutil.Process(state.pid).children()
+    return [child for child in children if "mission" in _words(child)]
+
+
+def _words(process: psutil.Process) -> list[str]:
+    """The command line of a process; empty for one that has ended."""
+    with suppress(psutil.NoSuchProcess):  # such as a zombie
+        return process.cmdline()
+    return []
 
 
 def follow(*words: str) -> subprocess.Popen[str]:

@@ -9,7 +9,6 @@ from pathlib import Path
 import psutil
 import pytest
 from command_line import Command
-from running_system import processes_below
 
 from skillwing.services.terminal.exit_codes import FAILED, OK, REFUSED, USAGE
 
@@ -47,7 +46,7 @@ def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     (folder / "pump.mock.toml").write_text(SCRIPT, encoding="utf-8")
     said = skillwing("mock", str(folder / "pump.skillset"), "--detach", "--no-record", "--run-dir", str(folder / "run"))
     assert said.code == OK, said.error
-    processes = processes_below(skillwing("status", "--json").json["pid"])
+    processes = psutil.Process(skillwing("status", "--json").json["pid"]).children()
     try:
         yield skillwing
     finally:

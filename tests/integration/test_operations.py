@@ -16,7 +16,6 @@ import psutil
 import pytest
 from command_line import Command, Said
 from pump import PUMP
-from running_system import processes_below
 
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import EXITS_IN_A_ROW
@@ -88,7 +87,7 @@ def pump(skillwing: Command, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     said = skillwing("mock", str(pump.skillset), "--detach", "--no-record", "--run-dir", str(pump.run_dir))
     assert said.code == OK, said.error
     runner = psutil.Process(pump.state().pid)
-    processes = [runner, *processes_below(runner.pid)]
+    processes = [runner, *runner.children()]
     try:
         yield pump
     finally:
@@ -198,7 +197,7 @@ def test_without_its_router_a_system_is_told_to_be_without(pump: Pump) -> None:
 def test_killed_with_9_it_leaves_a_file_that_is_known_to_be_stale(pump: Pump) -> None:
     """The last test of the pump."""
     runner = psutil.Process(pump.state().pid)
-    processes = processes_below(runner.pid)
+    processes = runner.children()
     runner.kill()
     assert psutil.wait_procs([runner, *processes], timeout=PATIENCE)[1] == []
     said = pump.doctor()

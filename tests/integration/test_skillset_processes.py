@@ -10,7 +10,6 @@ from typing import Any
 
 import psutil
 import pytest
-from running_system import processes_below
 
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus.reading import message_reader
@@ -88,7 +87,7 @@ def test_what_does_not_come_up_says_why_and_leaves_nothing(tmp_path: Path, monke
     (tmp_path / "broken.py").write_text("class Broken:\n    pass\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(sys.path))
-    before = set(processes_below(os.getpid()))
+    before = set(psutil.Process().children(recursive=True))
     with pytest.raises(StartError, match="no skill manager"):
         SkillsetProcesses(ROVER, {"drive_to": "broken:Broken"}, run_dir=tmp_path)
-    assert set(processes_below(os.getpid())) == before
+    assert set(psutil.Process().children(recursive=True)) == before

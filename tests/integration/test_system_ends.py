@@ -16,7 +16,6 @@ from pathlib import Path
 
 import psutil
 import pytest
-from running_system import living_in, processes_below
 
 from skillwing.services.processes.run_state import RunState, read_run_state
 from skillwing.services.processes.stop_signal import SAME_REQUEST
@@ -55,7 +54,7 @@ def leaving_nothing(process: subprocess.Popen[bytes]) -> Iterator[list[psutil.Pr
     """Runs the body with the system's processes, none of which may be left afterwards, nor its run state."""
     try:
         until_it_runs(process)
-        children = processes_below(process.pid)
+        children = psutil.Process(process.pid).children()
         assert len(children) == 5
         yield children
         process.wait(PATIENCE)
@@ -106,7 +105,7 @@ def test_while_it_starts(command: Sequence[str], tmp_path: Path, seed: int) -> N
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=PATIENCE)
     assert (process.returncode, errors) == (OK, b"")
-    assert living_in(tmp_path) == []
+    assert _living_in(tmp_path) == []
     assert read_run_state("lamp") is None
 
 
@@ -127,6 +126,16 @@ def _catches(pid: int, number: signal.Signals) -> bool:
     status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
     caught = next(line.split()[1] for line in status.splitlines() if line.startswith("SigCgt"))
     return bool(int(caught, 16) >> (number - 1) & 1)
+
+
+def _living_in(runtime_dir: Path) -> list[psutil.Process]:
+    """The processes that were started with a runtime directory."""
+    found: list[psutil.Process] = []
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            if process.environ().get("XDG_RUNTIME_DIR") == str(runtime_dir):
+                found.append(process)
+    return found
 
 
 def _read_to_the_end(terminal: int) -> None:

@@ -15,8 +15,6 @@ from datetime import datetime
 from io import FileIO
 from pathlib import Path
 
-from skillwing.services.processes.fork_server import HOST
-from skillwing.services.processes.forked_process import EXIT_UNKNOWN, SHARED, Process
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import RestartPolicy
@@ -60,8 +58,6 @@ class ProcessExit:
     def __str__(self) -> str:
         if self.signal is not None:
             return f"{self.process} was killed by {signal.Signals(self.signal).name}."
-        if self.exit_code == EXIT_UNKNOWN:
-            return f"{self.process} ended. Its exit code is not known, because its fork server was gone."
         return f"{self.process} ended with exit code {self.exit_code}."
 
 
@@ -98,13 +94,9 @@ class Child:
         self._talks = talks
         self._nodes = nodes
         self._told = told
-        self.process: Process
 
-    def start(self, now: float, stdout: int | None = None, *, start_server: bool = False) -> None:
-        """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log.
-
-        start_server: start a fork server for a host of nodes, if there is none.
-        """
+    def start(self, now: float, stdout: int | None = None) -> None:
+        """Begin a life at second `now`; a line in the log marks the restart. On a full disk it may have no log."""
         if self._lives:
             self._close_pipes()
         with self._opened_log() as file:
@@ -112,29 +104,20 @@ class Child:
                 line = f"{RESTARTED} at {datetime.now().astimezone():{STAMP}}, life {self._lives + 1} ---\n"
                 with suppress(OSError):  # a full disk must not prevent the restart
                     file.write(line.encode())
-            self.process = self._begun(file, stdout, start_server)
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", *self.command],
+                stdin=subprocess.PIPE,
+                stdout=file if stdout is None else stdout,
+                stderr=file,
+                env={name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED,
+                start_new_session=True,
+            )
         if self._told and self.process.stdin is not None:
             with suppress(OSError):  # it has ended already
                 os.write(self.process.stdin.fileno(), self._told)
         self._lives += 1
         self._started = now
         self._last_exit = None
-
-    def _begun(self, log: FileIO, stdout: int | None, start_server: bool) -> Process:
-        environment = {name: value for name, value in os.environ.items() if name not in PERSONAL} | SINGLE_THREADED
-        module, *arguments = self.command
-        if module == HOST and stdout is None:
-            forked = SHARED.fork(arguments, environment, log.fileno(), start_server=start_server)
-            if forked is not None:
-                return forked
-        return subprocess.Popen(
-            [sys.executable, "-m", *self.command],
-            stdin=subprocess.PIPE,
-            stdout=log if stdout is None else stdout,
-            stderr=log,
-            env=environment,
-            start_new_session=True,
-        )
 
     def _opened_log(self) -> FileIO:
         try:
@@ -155,7 +138,7 @@ class Child:
 
     def exited(self, now: float) -> ProcessExit:
         """Record the end of a life; the process has ended already."""
-        code = self.process.wait()
+        code = self.process.returncode
         hopeless = code == EXIT_CONFIGURATION
         pause = self._policy.exited(now, self._started, hopeless=hopeless)
         exit_code, number = (code, None) if code >= 0 else (None, -code)

@@ -25,7 +25,6 @@ from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.checked_skillsets import pack_skillsets
 from skillwing.services.processes.child import Child, ProcessExit
 from skillwing.services.processes.colocation import ProcessGroup, process_groups
-from skillwing.services.processes.fork_server import HOST
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.stop_signal import CHECK_PERIOD, StopSignal
@@ -41,8 +40,6 @@ LAST_WORDS = 1.0
 ROUTER = "router"
 LOGS = "logs"
 """Folder of the processes' logs, in the directory of the run."""
-PAYS_FROM = 3
-"""Least number of processes for which a start gains by a fork server."""
 EXITS_KEPT = 100
 """Exits that a launcher remembers: over weeks, each mission on board is one."""
 
@@ -213,9 +210,8 @@ class Launcher:
             def exits() -> list[ProcessExit]:
                 return [exit_ for exit_ in self.exits if exit_ not in earlier and exit_.pid not in replaced]
 
-            several = len(started) >= PAYS_FROM
             for group in started:
-                self._watch(self._launch_nodes(group, start_server=several))
+                self._watch(self._launch_nodes(group))
             essential = {group.name for group in started if group.essential}
 
             def dead() -> set[str]:
@@ -270,16 +266,16 @@ class Launcher:
                 return True
         return False
 
-    def _launch_nodes(self, group: ProcessGroup, log: str | None = None, *, start_server: bool = False) -> Child:
+    def _launch_nodes(self, group: ProcessGroup, log: str | None = None) -> Child:
         """Start a host of nodes. It is told the skillsets of its options, and need not check them again."""
         nodes = [node.resolved() for node in group.nodes]
         files = (spec.options.get("skillset") for spec in nodes)
         told = pack_skillsets(file for file in files if isinstance(file, str))
         command = [*self._command(nodes), "--skillsets", str(len(told))]
-        return self._launch(group, command, log=log, told=told, start_server=start_server)
+        return self._launch(group, command, log=log, told=told)
 
     def _command(self, nodes: Iterable[ProcessSpec]) -> list[str]:
-        words = [HOST]
+        words = ["skillwing.services.processes.node_host"]
         for spec in nodes:
             words += ["--name", spec.name, "--factory", spec.factory, "--options", json.dumps(spec.options)]
             words += ["--alive", self._keys.alive(spec.name)]
@@ -295,7 +291,6 @@ class Launcher:
         stdout: int | None = None,
         log: str | None = None,
         told: bytes = b"",
-        start_server: bool = False,
     ) -> Child:
         child = Child(
             group.name,
@@ -308,7 +303,7 @@ class Launcher:
             told=told,
         )
         with self._lock:
-            child.start(time.monotonic(), stdout, start_server=start_server)
+            child.start(time.monotonic(), stdout)
             self._children[group.name] = child
         self.on_change()
         return child
