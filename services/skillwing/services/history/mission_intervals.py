@@ -12,6 +12,9 @@ from skillwing.services.history.history import PHASES, History
 from skillwing.services.history.parts import part_paths
 from skillwing.services.protocol import MissionPhase, Record, RecordKind
 
+FOLDERS = "[0-9]*-*"
+"""Pattern of the folders of missions in the directory of a run; see `MissionInterval.name`."""
+
 
 @dataclass(frozen=True, slots=True)
 class MissionInterval:
@@ -31,6 +34,7 @@ class MissionInterval:
 
     @property
     def name(self) -> str:
+        """Name of its folder, in the form of `FOLDERS`."""
         return f"{self.number}-{self.mission}"
 
 

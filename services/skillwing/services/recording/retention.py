@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, last_time
+from skillwing.services.history.mission_intervals import FOLDERS
 from skillwing.services.history.parts import part_paths
 from skillwing.services.history.recording_state import RecordingState
 from skillwing.services.names import STEPS_FOLDER
@@ -80,7 +81,7 @@ def _parts(name: str, paths: Sequence[Path]) -> list[Part]:
 def mission_bytes(run_dir: Path) -> int:
     """Size of the files in the folders of a run's missions, which are never deleted."""
     total = 0
-    for path in run_dir.glob("[0-9]*-*/*"):
+    for path in run_dir.glob(f"{FOLDERS}/*"):
         with suppress(OSError):  # it was deleted meanwhile
             total += path.stat().st_size
     return total
