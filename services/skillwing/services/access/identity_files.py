@@ -11,13 +11,12 @@ from pathlib import Path
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
 from skillwing.services.access.key_store import ROBOTS, ROUTER, process_folder, read_facts
 from skillwing.services.access.policy import denial, refusal
-from skillwing.services.bus.identity import CERTIFICATE_FILE, SessionIdentity, needs_identity
+from skillwing.services.bus.identity import CERTIFICATE_FILE, KEYS_VARIABLE, SessionIdentity, needs_identity
 from skillwing.services.errors import KeysError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.protocol import ErrorReply
 from skillwing.services.wire.channel import PEOPLE, Role
 
-KEYS_VARIABLE = "SKILLWING_KEYS"
 NEEDED = timedelta(days=1)
 """Validity that each certificate of a robot has to have left at its start, and at that of a mission on board."""
 

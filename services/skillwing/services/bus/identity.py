@@ -14,6 +14,8 @@ from typing import Any
 from skillwing.services.names import SEPARATOR
 from skillwing.services.protocol import ErrorReply
 
+KEYS_VARIABLE = "SKILLWING_KEYS"
+"""Environment variable with the folder of keys of a person, a process or a router."""
 BY = "by"
 WHO = "access"
 """Begin of the key at which a router confirms a name that it knows, and says its role: `access/NAME`."""

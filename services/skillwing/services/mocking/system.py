@@ -16,8 +16,6 @@ from skillwing.dsl import load
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import script_of
 from skillwing.services.bus import Node
-from skillwing.services.managers.data_manager import DataManagerNode
-from skillwing.services.managers.resource_manager import ResourceManagerNode
 from skillwing.services.mocking.fitting import fit_script
 from skillwing.services.mocking.script import MockScript
 from skillwing.services.mocking.script_file import load_scripts
@@ -51,6 +49,10 @@ def make_mock_skill(skillset: Skillset, skill: str, script: MockScript | None = 
 
 def make_mock_managers(skillset: Skillset, script: MockScript | None = None) -> list[Node]:
     """The data manager, the resource manager, and a mock of each skill's manager. Raises ScriptError."""
+    # The process of one mock does not load the other managers, a third of its start.
+    from skillwing.services.managers.data_manager import DataManagerNode  # noqa: PLC0415
+    from skillwing.services.managers.resource_manager import ResourceManagerNode  # noqa: PLC0415
+
     fitted = fit_script(script or MockScript(), skillset)
     mocks = [MockSkillNode(skillset, skill.name, fitted) for skill in skillset.skills]
     return [DataManagerNode(skillset), ResourceManagerNode(skillset), *mocks]

@@ -15,19 +15,19 @@ import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import zenoh
 
 from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
-from skillwing.services.access.identity_files import KEYS_VARIABLE, read_identity
-from skillwing.services.access.key_store import KeyStore
-from skillwing.services.access.policy import SiteAccess, role_at
-from skillwing.services.access.zenoh_rules import access_control
-from skillwing.services.bus.identity import WHO
+from skillwing.services.bus.identity import KEYS_VARIABLE, WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
 from skillwing.services.errors import InvalidOptionError, KeysError
 from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK, EXIT_UNREACHABLE, Lifetime
 from skillwing.services.processes.proc_files import listener, port_of
+
+if TYPE_CHECKING:
+    from skillwing.services.access.router_keys import RouterKeys
 
 LOOPBACK = "tcp/127.0.0.1:0"
 LOOPBACK_WITH_KEYS = "tls/127.0.0.1:0"
@@ -47,12 +47,8 @@ def start_router(
     host, _, port = address.rpartition(":")
     if protocol not in ("tcp", "tls") or not host or not port.isdecimal():
         raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
-    identity, rules, site = None, None, SiteAccess()
-    if keys is not None:
-        store = KeyStore(keys)
-        site = store.site()
-        rules = access_control(site)
-        identity = read_identity(store.router_folder)
+    own = None if keys is None else _keys_in(keys)
+    identity, rules = (None, None) if own is None else (own.identity, own.rules)
 
     def open_at(endpoint: str) -> zenoh.Session:
         session = open_router(endpoint, identity, rules, upper)
@@ -64,7 +60,7 @@ def start_router(
         """Tell an asker that its name is known, and its role in the robot."""
         key = str(query.key_expr).removeprefix("robot/")
         robot, name = key.partition("/")[0], key.rpartition("/")[2]
-        query.reply(query.key_expr, str(role_at(site, robot, name) or "").encode())
+        query.reply(query.key_expr, ("" if own is None else own.role(robot, name)).encode())
 
     if port != "0":
         return open_at(listen), listen
@@ -77,6 +73,12 @@ def start_router(
             if attempt == ATTEMPTS:
                 raise
     raise AssertionError("unreachable")
+
+
+def _keys_in(folder: Path) -> RouterKeys:
+    from skillwing.services.access.router_keys import read_router_keys  # noqa: PLC0415 - half of the start of a router
+
+    return read_router_keys(folder)
 
 
 def _free_port(host: str, listen: str) -> int:
