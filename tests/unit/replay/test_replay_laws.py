@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded_crane import CRANE, EVENTS, RecordedLife
 
-from skillwing.services.core import readiness
+from skillwing.dsl.model import DataItem
+from skillwing.services.core import latest_data, readiness
 from skillwing.services.core.events import Event, TimePassed
-from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.ledger import Ledger
 from skillwing.services.core.resource_core import RULES
 from skillwing.services.core.resource_table import ResourceTable
@@ -84,8 +84,8 @@ def fixed_token(self: Ledger, now: float) -> int:
     return 7
 
 
-def for_ever(self: LatestData, name: str) -> float:
-    del self, name
+def for_ever(item: DataItem, stamp: float) -> float:
+    del item, stamp
     return float("inf")
 
 
@@ -99,7 +99,7 @@ def forgets(self: Ledger, grant: Any) -> None:
         (ResourceTable, "obstacle", no_obstacle, 12),
         (readiness, "explain_failure", never_false, 4),
         (Ledger, "next_token", fixed_token, 3),
-        (LatestData, "_fresh_until", for_ever, 9),
+        (latest_data, "_fresh_until", for_ever, 9),
         (Ledger, "open", forgets, 3),
     ],
     ids=["transitions", "guards", "tokens", "staleness", "what is kept"],

@@ -279,8 +279,8 @@ class InProcessBus:
 
     def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> _Registration:
         service = Service(self, key_expression, on_request)
-        self.robot.services.append(service)
-        return _Registration(lambda: _discard(self.robot.services, service))
+        self.robot.add_service(service)
+        return _Registration(lambda: self.robot.remove_service(service))
 
     def ask(
         self,
@@ -402,6 +402,7 @@ class Namespace:
     tokens: list[tuple[InProcessBus, str, _Registration]] = field(default_factory=list)
     subscriptions: list[_Subscription] = field(default_factory=list)
     _receivers: dict[str, list[_Subscription]] = field(default_factory=dict)
+    _answering: dict[str, list[Service]] = field(default_factory=dict)
 
     def receivers(self, key: str) -> list[_Subscription]:
         """The subscriptions that cover a key, cached because every put of a stream asks for them."""
@@ -425,7 +426,20 @@ class Namespace:
         _discard(self.watches, watch)
 
     def services_for(self, key: str) -> list[Service]:
-        return [each for each in self.services if matches(each.key_expression, key)]
+        """The services that cover a key, cached as the receivers are."""
+        found = self._answering.get(key)
+        if found is None:
+            found = [each for each in self.services if matches(each.key_expression, key)]
+            self._answering[key] = found
+        return found
+
+    def add_service(self, service: Service) -> None:
+        self.services.append(service)
+        self._answering.clear()
+
+    def remove_service(self, service: Service) -> None:
+        _discard(self.services, service)
+        self._answering.clear()
 
     def visible_tokens(self) -> tuple[str, ...]:
         """Keys of the tokens that are visible on the network."""
@@ -443,7 +457,8 @@ class Namespace:
         for subscription in [each for each in self.subscriptions if each.bus is bus]:
             self.remove_subscription(subscription)
         self.publishers[:] = [each for each in self.publishers if each.bus is not bus]
-        self.services[:] = [each for each in self.services if each.bus is not bus]
+        for service in [each for each in self.services if each.bus is bus]:
+            self.remove_service(service)
         for watch in [each for each in self.watches if each.bus is bus]:
             self.remove_watch(watch)
         for owner, _, registration in list(self.tokens):

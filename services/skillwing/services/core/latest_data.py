@@ -13,8 +13,11 @@ from skillwing.services.protocol import DataReading, DataSample
 
 @dataclass(frozen=True, slots=True)
 class _Stamped:
+    """A value with its timestamp. fresh_until: time from which on it is stale, infinity for never."""
+
     value: object
     t: float
+    fresh_until: float
 
 
 class LatestData:
@@ -51,7 +54,7 @@ class LatestData:
         self._unknown_until.pop(item.name, None)
         known = self._latest.get(item.name)
         if known is None or stamp >= known.t:
-            self._latest[item.name] = _Stamped(value, stamp)
+            self._latest[item.name] = _Stamped(value, stamp, _fresh_until(item, stamp))
         return None
 
     def value(self, name: str) -> object:
@@ -69,7 +72,8 @@ class LatestData:
         After a clock was set back they would reject all newer values.
         """
         for name, stamped in self._latest.items():
-            self._latest[name] = _Stamped(stamped.value, min(stamped.t, now))
+            stamp = min(stamped.t, now)
+            self._latest[name] = _Stamped(stamped.value, stamp, _fresh_until(self._items[name], stamp))
 
     def mark_unknown(self, now: float) -> None:
         """Mark every datum without a value as unknown: it may have a fresh value that has not arrived here."""
@@ -82,11 +86,12 @@ class LatestData:
         return any(now < self._unknown_until.get(name, -math.inf) for name in names)
 
     def is_fresh(self, name: str, now: float) -> bool:
-        return now < self._fresh_until(name)
+        stamped = self._latest.get(name)
+        return stamped is not None and now < stamped.fresh_until
 
     def fresh(self, now: float) -> dict[str, object]:
         """The values that guards are evaluated on at `now`."""
-        return {name: stamped.value for name, stamped in self._latest.items() if self.is_fresh(name, now)}
+        return {name: stamped.value for name, stamped in self._latest.items() if now < stamped.fresh_until}
 
     def reading(self, name: str, now: float) -> DataReading:
         """The latest value of `name`, stale or not."""
@@ -98,13 +103,9 @@ class LatestData:
 
     def next_stale_at(self, now: float) -> float | None:
         """Time at which the next datum turns stale if no sample comes in; None for never. Unknown data count too."""
-        ends = [*(self._fresh_until(name) for name in self._latest), *self._unknown_until.values()]
-        times = [until for until in ends if now < until < math.inf]
-        return min(times, default=None)
+        ends = [*[stamped.fresh_until for stamped in self._latest.values()], *self._unknown_until.values()]
+        return min([until for until in ends if now < until < math.inf], default=None)
 
-    def _fresh_until(self, name: str) -> float:
-        stamped = self._latest.get(name)
-        if stamped is None:
-            return -math.inf
-        limit = self._items[name].stale_after
-        return math.inf if limit is None else stamped.t + limit
+
+def _fresh_until(item: DataItem, stamp: float) -> float:
+    return math.inf if item.stale_after is None else stamp + item.stale_after
