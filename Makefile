@@ -47,7 +47,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python -m pytest --n
 test: style
 	$(PYTEST) $(PYTEST_ARGS)
 
-# Twenty times as many examples for each law, unless it sets their number by `settings` itself.
+# Forty times as many examples for each law, unless it sets their number by `settings` itself.
 thorough: setup
 	$(PYTEST) --hypothesis-profile thorough tests/unit tests/scenarios $(PYTEST_ARGS)
 

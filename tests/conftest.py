@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from xdist.scheduler import LoadScopeScheduling
 
 # How long an example takes tells nothing where the machine does other work as well.
-settings.register_profile("skillwing", deadline=None, max_examples=50)
+settings.register_profile("skillwing", deadline=None, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=1000)  # make thorough
 settings.load_profile("skillwing")
 

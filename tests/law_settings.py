@@ -1,13 +1,13 @@
-"""Number of examples of laws that are too slow for the usual fifty."""
+"""Number of examples of laws that are too slow for the usual 25."""
 
 from __future__ import annotations
 
 from hypothesis import settings
 
-USUAL = 50
+USUAL = 25
 """Examples of a law in `make test` (conftest.py)."""
 
 
 def examples(count: int) -> settings:
-    """Settings of a law with `count` examples in `make test`, and with twenty times as many in `make thorough`."""
+    """Settings of a law with `count` examples in `make test`, and with forty times as many in `make thorough`."""
     return settings(max_examples=count * settings.default.max_examples // USUAL, deadline=None)

@@ -164,7 +164,7 @@ JITTERS = st.sampled_from([0.002, 0.05, 0.2])
 
 # The wheels still drive for an earlier goal, and never did for the one that is lost.
 @example(0, 0.002, [("kill", 3.0), ("fail", 3.0), ("kill drive", 0.9), ("restart", 0.9)])
-@examples(30)
+@examples(15)
 @given(st.integers(0, 10_000), JITTERS, ACTIONS)
 def test_no_tick_sees_an_end_before_the_states_of_its_step(
     seed: int, jitter: float, actions: list[tuple[str, float]]

@@ -162,7 +162,7 @@ def carry(robot: Robot, client: Client, action: str, choice: int) -> set[str]:
 
 
 @given(st.booleans(), st.lists(ACTIONS, min_size=20, max_size=60))
-@examples(120)
+@examples(60)
 def test_in_any_order_of_messages_no_status_is_shown_before_its_step(
     begins_connected: bool, actions: list[tuple[str, int]]
 ) -> None:
