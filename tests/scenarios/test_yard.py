@@ -200,6 +200,20 @@ def test_a_lease_that_ends_while_its_robot_is_in_the_place_lets_it_leave() -> No
     assert yard.network.run_until(lambda: yard.state("corridor") == "FREE", 10.0)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_lease_of_the_pad_that_ends_on_the_way_there_lets_no_second_robot_in(seed: int) -> None:
+    """The pad is empty then, so another robot gets it. The first one is in the corridor, under the lease of that."""
+    yard = ready(seed=seed, jitter=0.2)
+    yard.fly("left", PATIENCE)
+    assert yard.network.run_until(lambda: bool(yard.inside("corridor")), 60.0)
+    yard.kill("yard", skill_process("hold_pad"))
+    yard.start("yard", skill_process("hold_pad"))
+    yard.network.run_for(1.0)
+    yard.fly("right", 60.0)
+    until_over(yard, 400.0)
+    assert yard.met == []
+
+
 def test_a_robot_without_a_lease_makes_a_free_place_unclear() -> None:
     yard = ready()
     yard.bodies["right"].x, yard.bodies["right"].y = PAD
@@ -214,9 +228,9 @@ def test_a_second_robot_in_a_held_place_ends_the_lease_and_halts_its_mission() -
     yard = ready()
     yard.fly("left", PATIENCE)
     left, right = yard.bodies["left"], yard.bodies["right"]
-    assert yard.network.run_until(lambda: (left.x, left.y) == PAD, 60.0)
+    assert yard.network.run_until(lambda: left.x < 1.5, 60.0)
     assert yard.state("pad") == "HELD"
-    right.x, right.y = PAD[0] + 1.0, PAD[1]
+    right.x, right.y = PAD[0] - 1.0, PAD[1]
     yard.network.run_for(1.0)
     assert yard.state("pad") == "UNCLEAR"
     yard.network.run_for(10.0)

@@ -180,23 +180,22 @@ class Visit(Mission):
         def go(name: str, at: tuple[float, float]) -> Behaviour:
             return SkillAction(name, context, "go", {"x": at[0], "y": at[1]}, robot="me")
 
-        def within(name: str, place: str, body: Behaviour) -> Behaviour:
+        def within(name: str, place: str, body: Behaviour, *inside: str) -> Behaviour:
             lease = SkillAction(f"hold {place} {name}", context, f"hold_{place}", {"holder": self.robot}, robot="yard")
-            places = [
+            seen = [
                 DataCompare(f"in {each}?", context, f"{each}_robot", "==", self.robot, robot="yard")
-                for each in ("pad", "corridor")
+                for each in (place, *inside)
             ]
-            stay = first_that_works("in the yard?", *places)
-            return WithLease(name, context, lease, body, stay, patience=self._patience)
+            return WithLease(name, context, lease, body, first_that_works("seen?", *seen), patience=self._patience)
 
         through = in_order("to the pad", go("to the gate", GATE), go("to the pad", PAD))
         back = in_order("back", go("to the gate again", GATE), go("home", HOMES[self.robot]))
         if self._swapped:
             rounds = within("in", "corridor", within("stay", "pad", in_order("all", through, back)))
         else:
-            rounds = within(
-                "stay", "pad", in_order("all", within("in", "corridor", through), within("out", "corridor", back))
-            )
+            # On its way in a robot has the lease of the pad as well, and may go on there.
+            to_the_pad = within("stay", "pad", within("in", "corridor", through, "pad"))
+            rounds = in_order("all", to_the_pad, within("out", "corridor", back))
         return MissionTrees(rounds)
 
 
