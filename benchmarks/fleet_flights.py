@@ -25,7 +25,9 @@ from skillwing.evaluation import fleet
 from skillwing.evaluation.campaign.flight_code import flight_code
 from skillwing.evaluation.fleet.plan import FleetCondition, FleetPlan
 from skillwing.evaluation.fleet.result import FleetResult
+from skillwing.evaluation.fleet.yard import PLACES
 from skillwing.evaluation.flights.result import End
+from skillwing.services.bus.inprocess import SentMessage
 from skillwing.services.terminal.doc_sections import Marks, PageError
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
@@ -41,15 +43,21 @@ class StoredFlight(msgspec.Struct, frozen=True):
 
 
 def fly(plan: FleetPlan) -> FleetResult:
-    """Fly one plan in a process of its own, and judge the history of the pad."""
+    """Fly one plan in a process of its own, and judge the histories of the places."""
     sys.path.insert(0, str(HISTORY))
-    pad_history: Any = import_module("pad_history")
+    place_history: Any = import_module("place_history")
     from skillwing.evaluation.fleet.flight import fly_fleet  # noqa: PLC0415 - loads physics
 
-    history = pad_history.PadHistory()
-    result = fly_fleet(plan, tap=history.take)
-    verdict = history.judge()
-    return msgspec.structs.replace(result, history="" if verdict.linearizable else str(verdict))
+    histories = {place: place_history.PlaceHistory(place) for place in PLACES}
+
+    def tap(message: SentMessage) -> None:
+        for history in histories.values():
+            history.take(message)
+
+    result = fly_fleet(plan, tap=tap)
+    verdicts = {place: history.judge() for place, history in histories.items()}
+    wrong = [f"{place}: {verdict}" for place, verdict in verdicts.items() if not verdict.linearizable]
+    return msgspec.structs.replace(result, history=" ".join(wrong))
 
 
 def fly_all(plans: Sequence[FleetPlan], store: Path, code: str, jobs: int) -> list[FleetResult]:
@@ -73,10 +81,10 @@ def line(result: FleetResult) -> str:
     """A flight in a line."""
     parts = [f"{robot} {each.phase or 'cut off'}, {each.end}" for robot, each in result.robots.items()]
     broken = [f"BROKEN: {robot} {', '.join(each.broken)}" for robot, each in result.robots.items() if each.broken]
-    pad = ["BROKEN: both on the pad"] if result.met else []
+    met = ["BROKEN: both in one place"] if result.met else []
     waits = [f"BROKEN: the mission of {robot} has no end" for robot in result.unfinished]
-    visits = [] if result.kept or broken or pad or waits else [f"BROKEN: landings on the pad: {result.visits}"]
-    rest = [*pad, *waits, *visits, *filter(None, [result.history, result.error])]
+    visits = [] if result.kept or broken or met or waits else [f"BROKEN: landings on the pad: {result.visits}"]
+    rest = [*met, *waits, *visits, *filter(None, [result.history, result.error])]
     return "; ".join([f"{result.plan.name}: {result.end_time:.0f} s", *parts, *broken, *rest])
 
 
@@ -117,7 +125,7 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
     """The lines between the marks of the page."""
     heads = (
         *("condition", "flights", "collisions", "left the fence", "drones not on the ground at the end"),
-        *("missions that succeeded", "drones at home", "both on the pad", "missions without an end", "linearizable"),
+        *("missions that succeeded", "drones at home", "both in one place", "missions without an end", "linearizable"),
         *("killed while the pad was held", "landings on the pad", "as promised"),
         *("least distance", "mapped by both, median", "longest flight"),
     )

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from skillwing.evaluation.fleet.flight import fly_fleet, processes
 from skillwing.evaluation.fleet.plan import LEFT, RIGHT, ROBOTS, WORLD, FleetCondition, FleetPlan, halves
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
-from skillwing.evaluation.fleet.yard import YARD, PadWitness
+from skillwing.evaluation.fleet.yard import YARD, YardWitness
 from skillwing.evaluation.flights.result import End
 from skillwing.onboard.topics.truth import Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -124,7 +124,7 @@ def truth(t: float, x: float, y: float, z: float) -> Truth:
 
 
 def test_the_witness_sees_two_drones_on_the_pad_at_one_moment_only() -> None:
-    witness = PadWitness(ROBOTS)
+    witness = YardWitness(ROBOTS)
     witness.take(LEFT, truth(1.0, 0.0, 0.0, 0.5))
     witness.take(RIGHT, truth(1.0, 0.0, -4.0, 0.5))
     witness.take(RIGHT, truth(9.0, 0.0, -1.0, 4.0))
@@ -136,7 +136,7 @@ def test_the_witness_sees_two_drones_on_the_pad_at_one_moment_only() -> None:
 
 def test_the_witness_knows_whether_the_pad_was_held_at_the_kill() -> None:
     network = InProcessNetwork()
-    witness = PadWitness(ROBOTS)
+    witness = YardWitness(ROBOTS)
     network.attach(witness, YARD)
     keys = Keys(YARD)
     out = network.bus("hold_pad", YARD).advertise(keys.status("hold_pad"), events=True)

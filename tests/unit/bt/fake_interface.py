@@ -125,13 +125,16 @@ class FakeInterface:
 
 
 class FakeMission:
-    """A context on a fake interface, with a clock that the test moves and a journal that it can read."""
+    """A context on a fake interface, with a clock that the test moves and a journal that it can read.
 
-    def __init__(self, skillset: Skillset = SKILLSET) -> None:
+    robot: its name in a mission on several robots.
+    """
+
+    def __init__(self, skillset: Skillset = SKILLSET, robot: str = "") -> None:
         self.time = 0.0
         self.interface = FakeInterface(skillset)
         self.journal: list[tuple[str, str | None, str, str, str | None]] = []
-        self.context = MissionContext(self.interface, skillset, lambda: self.time, self._write)
+        self.context = MissionContext(self.interface, skillset, lambda: self.time, self._write, robot=robot)
 
     def _write(self, subject: str, before: str | None, after: str, text: str, cause: str | None) -> str:
         self.journal.append((subject, before, after, text, cause))

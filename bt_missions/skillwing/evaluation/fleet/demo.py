@@ -58,7 +58,7 @@ def sentence(result: FleetResult) -> str:
         f"{robot} {each.phase or 'without a mission'}, {each.end}" for robot, each in result.robots.items()
     )
     least = "" if result.separation is None else f", least distance {result.separation:.1f} m"
-    met = "both drones there at once" if result.met else "never both drones there at once"
+    met = "both drones in one place" if result.met else "never both drones in one place"
     return f"{collisions} collisions{least}; {sum(result.visits.values())} landings on the pad, {met}; {ends}"
 
 

@@ -17,7 +17,7 @@ from skillwing.evaluation.fleet import survey
 from skillwing.evaluation.fleet.plan import ROBOTS, WORLD, FleetPlan
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
 from skillwing.evaluation.fleet.session import DroneFlight, FleetFlight, together
-from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_processes
+from skillwing.evaluation.fleet.yard import YARD, YardWitness, yard_processes
 from skillwing.evaluation.flights.coverage import judge_map
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.saved_map import SavedMap
@@ -59,7 +59,7 @@ def flight_of(plan: FleetPlan, run_dir: Path | None, journal: Path, *, speed: fl
             for robot in ROBOTS
         },
         yard=yard_processes(journal / YARD),
-        witness=PadWitness(ROBOTS),
+        witness=YardWitness(ROBOTS),
         missions={robot: mission(plan, robot) for robot in ROBOTS},
         kill=plan.kill(),
     )

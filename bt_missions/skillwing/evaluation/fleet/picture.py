@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from skillwing.evaluation.fleet.yard import PAD
+from skillwing.evaluation.fleet.yard import PLACES
 from skillwing.evaluation.flights.saved_map import SavedMap
 from skillwing.evaluation.judge.obstacle_shapes import draw_plan
 from skillwing.onboard.topics.truth import Truth
@@ -60,10 +60,10 @@ def draw_fleet(file: Path, world: World, robots: Mapping[str, Drawn], title: str
     fence = Rectangle((west, south), east - west, north - south, fill=False, ec="#c77700", ls="-.", lw=1.2)
     fence.set_label("geofence")
     axes.add_patch(fence)
-    west, south, east, north = PAD
-    pad = Rectangle((west, south), east - west, north - south, fill=False, ec=_INK, lw=1.6, zorder=6)
-    pad.set_label("pad that both share")
-    axes.add_patch(pad)
+    for (name, (west, south, east, north)), style in zip(PLACES.items(), ("-", ":"), strict=True):
+        place = Rectangle((west, south), east - west, north - south, fill=False, ec=_INK, ls=style, lw=1.6, zorder=6)
+        place.set_label(f"{name} that both share")
+        axes.add_patch(place)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="east [m]", ylabel="north [m]", aspect="equal")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(file)

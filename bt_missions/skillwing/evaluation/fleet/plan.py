@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from skillwing.evaluation.fleet.yard import YARD
+from skillwing.evaluation.fleet.yard import GATE, YARD
 from skillwing.evaluation.flights.conditions import Condition, draw
 from skillwing.evaluation.flights.plan import Place, way_time
 from skillwing.services.errors import InvalidOptionError
@@ -24,12 +24,12 @@ ROBOTS = LEFT, RIGHT = "left", "right"
 WORLD = "courtyard"
 EARLIEST_KILL = 5.0
 """Least robot time at which a process is killed [s]."""
-VISIT_TIME = 40.0
+VISIT_TIME = 60.0
 """Time that a visit to the pad takes [s], roughly."""
 LONGEST_ABSENCE = 30.0
 """Longest time after which a killed judge is started again [s], if it is."""
-PATIENCE = 90.0
-"""Longest wait of a drone for the pad [s]."""
+PATIENCE = 120.0
+"""Longest wait of a drone for a place [s]."""
 
 
 class FleetCondition(StrEnum):
@@ -68,7 +68,10 @@ class Kill:
 
 
 class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
-    """Plan of a flight of two drones in a courtyard. Each maps one half, and then visits the pad that they share."""
+    """Plan of a flight of two drones in a courtyard. Each maps one half, and then visits the pad that they share.
+
+    The way to the pad is a corridor, which they share as well.
+    """
 
     seed: int
     condition: FleetCondition = FleetCondition.NONE
@@ -107,6 +110,7 @@ class FleetPlan(msgspec.Struct, frozen=True, kw_only=True):
             "holder": robot,
             "mapping": {**mapping_mission(self.site()), "route": route},
             "home": (x, y, route[0][2]),
+            "gate": GATE,
             "patience": PATIENCE,
         }
 

@@ -33,9 +33,9 @@ class RobotResult(msgspec.Struct, frozen=True, kw_only=True):
 class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
     """robots: results by robot. separation: least distance between the drones, tip to tip [m]. coverage: share of the
     surface in view of both ways that either map has; None if it was not judged. met: moments at which both drones were
-    on the pad or above it. history: what does not fit in the history of the pad; empty if it is linearizable or was
-    not judged. visits: landings on the pad, by robot. held_at_kill: a drone held the pad when a process was killed;
-    None if none was. end_time: when both had come to their end [robot s].
+    in one place, at any height. history: what does not fit in the histories of the places; empty if they are
+    linearizable or were not judged. visits: landings on the pad, by robot. held_at_kill: a drone held the pad when a
+    process was killed; None if none was. end_time: when both had come to their end [robot s].
     processor_time: seconds. error: why the flight broke off, empty if it did not."""
 
     plan: FleetPlan
@@ -52,7 +52,7 @@ class FleetResult(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def kept(self) -> bool:
-        """The promise: nothing was hit, the fence was kept, both drones stand, never were both on the pad, and nobody
+        """The promise: nothing was hit, the fence was kept, both drones stand, never were both in one place, and nobody
         waits for ever. If nothing goes wrong, both visit the pad as well."""
         safe = not self.met and not self.history and not any(each.broken for each in self.robots.values())
         return safe and not self.unfinished and (self.plan.condition is not FleetCondition.NONE or self.visited)

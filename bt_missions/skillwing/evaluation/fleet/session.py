@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from skillwing.evaluation.fleet.plan import Kill
-from skillwing.evaluation.fleet.yard import YARD, PadWitness, yard_table
+from skillwing.evaluation.fleet.yard import YARD, YardWitness, yard_table
 from skillwing.evaluation.flights.observer import FlightObserver
 from skillwing.evaluation.flights.result import End
 from skillwing.evaluation.flights.session import SessionEnd, followed
@@ -29,11 +29,11 @@ class DroneFlight:
 @dataclass(frozen=True, slots=True)
 class FleetFlight:
     """All parts of a flight. drones: by name; the first one has the simulator. yard: the processes of the yard.
-    witness: of the pad. missions: by drone; they start last. kill: what is killed meanwhile."""
+    witness: of the places. missions: by drone; they start last. kill: what is killed meanwhile."""
 
     drones: Mapping[str, DroneFlight]
     yard: Sequence[ProcessSpec]
-    witness: PadWitness
+    witness: YardWitness
     missions: Mapping[str, ProcessSpec]
     kill: Kill | None
 

@@ -1,8 +1,11 @@
-"""The yard of a flight: the judge that lends the shared pad, and a witness of who was on it."""
+"""The yard of a flight: the judge that lends the shared places, and a witness of who was there."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Final, TypeAlias
 
 from skillwing.onboard.topics.truth import TRUTH, Truth
 from skillwing.services.bus import Bus, MultiRobotBus
@@ -11,12 +14,22 @@ from skillwing.services.errors import InvalidOptionError
 from skillwing.services.protocol import GoalStatus, Keys, State
 from skillwing.services.robot import ProcessSpec, Robot, find_robot
 
+Borders: TypeAlias = tuple[float, float, float, float]
+"""West, south, east and north border of a place [m]."""
+
 YARD = "yard"
 """Name of the robot, and of its skillset."""
 LEASE = "hold_pad"
 FOLDER = Path(__file__).parents[4] / "examples" / "yard"
-PAD = (-2.2, -2.2, 2.2, 2.2)
-"""Borders of the pad in m: west, south, east, north. The yard adds a margin of 1 m; the drones stand 4 m away."""
+PLACES: Final[Mapping[str, Borders]] = MappingProxyType(
+    {"pad": (-2.2, -2.2, 2.2, 2.2), "corridor": (2.2, -1.2, 5.4, 1.2)}
+)
+"""Borders of the places, which are open upwards. The yard adds a margin of 1 m; the drones stand 4 m from the pad.
+
+The corridor is the way to the pad, from the east. The way home from mapping passes south of it.
+"""
+GATE = (4.8, 0.0)
+"""Place in the corridor over which each drone enters and leaves [m]. The ground around pad and corridor is free."""
 SAME_TIME = 0.05
 """Largest difference in s between two positions that count as of one moment."""
 ON_GROUND = 1.0
@@ -33,16 +46,17 @@ def yard_table() -> Robot:
 
 
 def yard_processes(run_dir: Path) -> tuple[ProcessSpec, ...]:
-    """The processes of the yard with one place, the pad. run_dir: gets the journal of the judge."""
-    table, options = yard_table(), {"places": {"pad": list(PAD)}, "run_dir": str(run_dir)}
+    """The processes of the yard with these places. run_dir: gets the journal of the judge."""
+    table, places = yard_table(), {name: list(borders) for name, borders in PLACES.items()}
+    options = {"places": places, "run_dir": str(run_dir)}
     run_dir.mkdir(parents=True, exist_ok=True)
     return (*table.functional_layer(options), *table.managers(options))
 
 
-class PadWitness:
+class YardWitness:
     """Node that receives the true positions of the drones. It belongs to the yard, and no process knows of it.
 
-    met: times at which two drones were on the pad or above it, in s. visits: landings on the pad, by drone.
+    met: times at which two drones were in one place, at any height, in s. visits: landings on the pad, by drone.
     held_at_kill: a drone held the pad when a process was killed; None before.
     """
 
@@ -79,16 +93,16 @@ class PadWitness:
     def take(self, drone: str, truth: Truth) -> None:
         """Note the true state of a drone."""
         self._latest[drone] = truth
-        here = [each for each in self._latest.values() if abs(each.t - truth.t) <= SAME_TIME and on_pad(each)]
-        if len(here) > 1 and on_pad(truth):
+        now = [each for each in self._latest.values() if abs(each.t - truth.t) <= SAME_TIME]
+        if any(inside(place, truth) and sum(inside(place, each) for each in now) > 1 for place in PLACES):
             self.met.append(truth.t)
-        stands = on_pad(truth) and truth.position[2] < ON_GROUND
+        stands = inside("pad", truth) and truth.position[2] < ON_GROUND
         if stands and not self._stands[drone]:
             self.visits[drone] += 1
         self._stands[drone] = stands
 
 
-def on_pad(truth: Truth) -> bool:
-    """True for a drone on the pad, or at any height above it."""
-    (x, y, _), (west, south, east, north) = truth.position, PAD
+def inside(place: str, truth: Truth) -> bool:
+    """True for a drone in a place, at any height."""
+    (x, y, _), (west, south, east, north) = truth.position, PLACES[place]
     return west <= x <= east and south <= y <= north

@@ -1,10 +1,10 @@
-"""Histories of a shared pad of which it is known whether they can have happened."""
+"""Histories of a shared place of which it is known whether they can have happened."""
 
 from __future__ import annotations
 
 import pytest
 from linearizability import Operation, check
-from pad_history import FREE, UNCLEAR, Answer, Call, Change, GiveBack, Pad, PadHistory, Renew, Take, Told
+from place_history import FREE, UNCLEAR, Answer, Call, Change, GiveBack, PlaceHistory, PlaceModel, Renew, Take, Told
 
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.protocol import BeginGoal, FireEvent, Granted, Keys, Message, NotReady, ResourceStates, encode
@@ -47,12 +47,12 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize("history", POSSIBLE.values(), ids=POSSIBLE)
 def test_a_history_that_can_have_happened(history: list[Told]) -> None:
-    assert check(Pad(), history).linearizable
+    assert check(PlaceModel(), history).linearizable
 
 
 @pytest.mark.parametrize("history", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
 def test_a_history_that_cannot(history: list[Told]) -> None:
-    assert not check(Pad(), history).linearizable
+    assert not check(PlaceModel(), history).linearizable
 
 
 def begin(goal: str) -> BeginGoal:
@@ -66,7 +66,7 @@ def granted(goal: str) -> Granted:
 @pytest.mark.parametrize("right", [NotReady, Granted])
 def test_a_history_is_read_from_the_messages_of_a_network(right: type[Message]) -> None:
     """The first question is lost: nobody serves its key yet."""
-    network, keys, history = InProcessNetwork(), Keys("yard"), PadHistory()
+    network, keys, history = InProcessNetwork(), Keys("yard"), PlaceHistory("pad")
     network.tap = history.take
     asker, judge = network.bus("hold_pad", "yard"), network.bus("judge", "yard")
     answers: list[Message] = [granted("left"), granted("right")]

@@ -1,4 +1,4 @@
-"""History of the pad that two drones share: what was asked of its judge, and whether that can have happened in turn.
+"""History of a place that robots share: what was asked of its judge, and whether that can have happened in turn.
 
 Unlike `sequential_manager.py`, the model is no code of the resource manager: a place that is free, held by one goal,
 or unclear. Pure, except that it collects the messages of a network in virtual time.
@@ -27,7 +27,7 @@ from skillwing.services.protocol import (
 )
 
 UNCLEAR, FREE = "UNCLEAR", "FREE"
-"""States of the pad that nobody holds. All other states of the model are the id of the goal that holds it."""
+"""States of a place that nobody holds. All other states of the model are the id of the goal that holds it."""
 MICROSECOND = 1e-6
 _GOAL_CALL: Any = GoalCall
 _VERDICT: Any = GoalVerdict
@@ -35,14 +35,14 @@ _VERDICT: Any = GoalVerdict
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """A start of `hold_pad`."""
+    """A start of the skill that holds the place."""
 
     goal: str
 
 
 @dataclass(frozen=True, slots=True)
 class Renew:
-    """The manager's question whether its goal still holds the pad."""
+    """The manager's question whether its goal still holds the place."""
 
     goal: str
 
@@ -56,13 +56,13 @@ class GiveBack:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of the pad by the watch: to FREE or to UNCLEAR."""
+    """A change of the place by the watch: to FREE or to UNCLEAR."""
 
     to: str
 
 
 class Answer(Enum):
-    """Kinds of answers. OVER: the goal has ended. REFUSED: an error, which tells nothing of the pad."""
+    """Kinds of answers. OVER: the goal has ended. REFUSED: an error, which tells nothing of the place."""
 
     YES = auto()
     NO = auto()
@@ -74,8 +74,8 @@ Call: TypeAlias = Take | Renew | GiveBack | Change
 Told: TypeAlias = Operation[Call, Answer]
 
 
-class Pad:
-    """Sequential model of the pad."""
+class PlaceModel:
+    """Sequential model of a place."""
 
     initial = UNCLEAR
 
@@ -107,16 +107,17 @@ def _taken(state: str, goal: str, answer: Answer | None) -> str | None:
             return goal if state == FREE else state
 
 
-class PadHistory:
-    """All operations on the pad, of the messages of an `InProcessNetwork` whose messages take `latency` s.
+class PlaceHistory:
+    """All operations on a place, of the messages of an `InProcessNetwork` whose messages take `latency` s.
 
     Give `take` as its tap. An answer belongs to the first open question of its key that was sent `latency` before.
     """
 
-    def __init__(self, skillset: str = "yard", latency: float = 0.0002) -> None:
+    def __init__(self, place: str, skillset: str = "yard", latency: float = 0.0002) -> None:
         keys = Keys(skillset)
+        self._place, self._skill = place, f"hold_{place}"
         self._goals, self._extern = keys.resource_goal, keys.resource_extern
-        self._cleared = keys.event("pad_cleared")
+        self._cleared = keys.event(f"{place}_cleared")
         self._latency = latency
         self._open: list[tuple[SentMessage, Call]] = []
         self._done: list[Told] = []
@@ -145,20 +146,20 @@ class PadHistory:
 
     def judge(self) -> Verdict[Call, Answer]:
         """Verdict on the operations so far: linearizable or not."""
-        return check(Pad(), self.operations)
+        return check(PlaceModel(), self.operations)
 
     def _call(self, message: SentMessage) -> Call | None:
         if message.key == self._cleared:
             return Change(FREE)
         if message.key == self._extern:
             asked = decode(message.payload, FireExtern)
-            return Change(asked.target) if asked.resource == "pad" else None
+            return Change(asked.target) if asked.resource == self._place else None
         match decode(message.payload, _GOAL_CALL):
-            case BeginGoal(goal_id=goal):
+            case BeginGoal(goal_id=goal, skill=self._skill):
                 return Take(goal)
-            case EndGoal(goal_id=goal):
+            case EndGoal(goal_id=goal, skill=self._skill):
                 return GiveBack(goal)
-            case RenewGoal(goal_id=goal):
+            case RenewGoal(goal_id=goal, skill=self._skill):
                 return Renew(goal)
             case _:
                 return None
