@@ -136,7 +136,8 @@ def up(
     run |= {} if world is None else {"world": world}
     run |= {} if scenario is None else {"scenario": _existing(scenario)}
     run |= _shared_world(table.name, beside or [], world_of, router)
-    table.check(run)
+    started = without_layer(table) if everything else table
+    started.check(run)
     settings = RunSettings(
         clock="wall" if everything else table.clock,
         listen=listen,
@@ -144,7 +145,7 @@ def up(
         topology=topology,
         colocate=colocate,
         router=router,
-        mission_context=table.mission_options(run),
+        mission_context=started.mission_options(run),
         resume=resume,
         durable=durable,
         record=record,
@@ -181,7 +182,6 @@ def up(
         if mock
         else table.managers(run)
     )
-    started = without_layer(table) if everything else table
     raise typer.Exit(run_system(started, (*layer, *managers), directory, settings))
 
 
