@@ -1,4 +1,4 @@
-"""Number of examples of laws that are too slow for the usual 25."""
+"""Number of examples of laws for which the usual 25 are too slow, or too few."""
 
 from __future__ import annotations
 

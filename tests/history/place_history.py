@@ -119,7 +119,8 @@ class PlaceHistory:
         self._goals, self._extern = keys.resource_goal, keys.resource_extern
         self._cleared = keys.event(f"{place}_cleared")
         self._latency = latency
-        self._open: list[tuple[SentMessage, Call]] = []
+        self._open: list[tuple[SentMessage, Call | None]] = []
+        """Questions without an answer yet. Those of other places have no call: they have the same keys."""
         self._done: list[Told] = []
 
     def take(self, message: SentMessage) -> None:
@@ -127,9 +128,7 @@ class PlaceHistory:
         if message.key not in (self._goals, self._extern, self._cleared):
             return
         if message.what == "ask":
-            call = self._call(message)
-            if call is not None:
-                self._open.append((message, call))
+            self._open.append((message, self._call(message)))
         elif message.what in ("reply", "refuse"):
             self._answer(message)
 
@@ -141,7 +140,7 @@ class PlaceHistory:
             for told in self._done
             if isinstance(told.call, Take) and told.answer is Answer.YES
         ]
-        open_ones = [_operation(asked, call, None, None) for asked, call in self._open]
+        open_ones = [_operation(asked, call, None, None) for asked, call in self._open if call is not None]
         return (*self._done, *open_ones, *ends)
 
     def judge(self) -> Verdict[Call, Answer]:
@@ -169,6 +168,8 @@ class PlaceHistory:
             late = message.t - asked.t - self._latency
             if asked.key == message.key and abs(late) < self._latency / 2.0:
                 del self._open[number]
+                if call is None:
+                    return
                 self._done.append(_operation(asked, call, self._meaning(message), message.t + self._latency))
                 return
 

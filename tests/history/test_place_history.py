@@ -55,8 +55,8 @@ def test_a_history_that_cannot(history: list[Told]) -> None:
     assert not check(PlaceModel(), history).linearizable
 
 
-def begin(goal: str) -> BeginGoal:
-    return BeginGoal(goal_id=goal, skill="hold_pad", inputs={}, manager="m", owner="o", schema="")
+def begin(goal: str, skill: str = "hold_pad") -> BeginGoal:
+    return BeginGoal(goal_id=goal, skill=skill, inputs={}, manager="m", owner="o", schema="")
 
 
 def granted(goal: str) -> Granted:
@@ -86,3 +86,33 @@ def test_a_history_is_read_from_the_messages_of_a_network(right: type[Message]) 
     ask(keys.resource_goal, begin("right"))
     assert len(history.operations) == 5 + (right is Granted)
     assert history.judge().linearizable is (right is NotReady)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.01])
+def test_answers_of_two_places_at_one_moment_are_told_apart(apart: float) -> None:
+    """One drone holds the pad and gets the corridor, when another one is refused the pad."""
+    network, keys = InProcessNetwork(), Keys("yard")
+    histories = {place: PlaceHistory(place) for place in ("pad", "corridor")}
+    network.tap = lambda message: [history.take(message) for history in histories.values()]
+    buses = {place: network.bus(f"hold_{place}", "yard") for place in histories}
+    judge = network.bus("judge", "yard")
+    refused = NotReady(goal_id="right", failing={"free": "held"}, step=1, record="r")
+    answers = [granted("left"), granted("left in"), refused]
+    cleared = ResourceStates(states={}, step=1, epoch="e", t=0.0)
+    judge.serve(keys.resource_goal, lambda request: request.reply(encode(answers.pop(0))))
+
+    def ask(place: str, key: str, message: Message) -> None:
+        buses[place].ask(key, encode(message), lambda answer: None)
+
+    for place in histories:
+        judge.serve(keys.event(f"{place}_cleared"), lambda request: request.reply(encode(cleared)))
+        ask(place, keys.event(f"{place}_cleared"), FireEvent(event=f"{place}_cleared", source="places"))
+    network.run_for(0.1)
+    ask("pad", keys.resource_goal, begin("left"))
+    network.run_for(0.1)
+    ask("corridor", keys.resource_goal, begin("left in", "hold_corridor"))
+    network.run_for(apart)
+    ask("pad", keys.resource_goal, begin("right"))
+    network.run_for(0.1)
+    assert {place: len(history.operations) for place, history in histories.items()} == {"pad": 4, "corridor": 3}
+    assert all(history.judge().linearizable for history in histories.values())

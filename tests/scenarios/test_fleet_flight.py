@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from skillwing.evaluation.fleet.flight import fly_fleet, processes
 from skillwing.evaluation.fleet.plan import LEFT, RIGHT, ROBOTS, WORLD, FleetCondition, FleetPlan, halves
 from skillwing.evaluation.fleet.result import FleetResult, RobotResult
-from skillwing.evaluation.fleet.yard import YARD, YardWitness
+from skillwing.evaluation.fleet.yard import PLACES, YARD, YardWitness
 from skillwing.evaluation.flights.result import End
 from skillwing.onboard.topics.truth import Truth
 from skillwing.services.bus.inprocess import InProcessNetwork
@@ -28,6 +28,8 @@ PLANS = st.builds(FleetPlan, seed=st.integers(0, 10_000), condition=st.sampled_f
 APART = 9.0
 """Distance between the halves away from the pad [m]."""
 NEAR_PAD = 8.0
+ASIDE = 0.8
+"""Least distance between a planned way of mapping and a place, on each axis [m]."""
 SUCCEEDED = MissionPhase.SUCCEEDED
 
 
@@ -59,6 +61,17 @@ def test_the_halves_are_apart_away_from_the_pad() -> None:
         for other in points(RIGHT):
             near_pad = math.hypot(*one[:2]) < NEAR_PAD or math.hypot(*other[:2]) < NEAR_PAD
             assert near_pad or math.dist(one, other) >= APART
+
+
+def test_no_planned_way_of_mapping_comes_near_a_place() -> None:
+    plan = FleetPlan(seed=1)
+    for robot in ROBOTS:
+        for start, end in pairwise(plan.way(robot)):
+            for share in range(401):
+                x, y = (a + share / 400.0 * (b - a) for a, b in zip(start[:2], end[:2], strict=True))
+                for place, (west, south, east, north) in PLACES.items():
+                    near = west - ASIDE <= x <= east + ASIDE and south - ASIDE <= y <= north + ASIDE
+                    assert not near, (robot, place, x, y)
 
 
 def test_only_a_courtyard_is_divided() -> None:
@@ -132,6 +145,18 @@ def test_the_witness_sees_two_drones_on_the_pad_at_one_moment_only() -> None:
     assert witness.visits == {LEFT: 1, RIGHT: 0}
     witness.take(LEFT, truth(9.0, 1.0, 1.0, 0.5))
     assert witness.met == [9.0]
+
+
+def test_the_witness_sees_two_drones_in_the_corridor() -> None:
+    witness = YardWitness(ROBOTS)
+    witness.take(LEFT, truth(1.0, 4.0, 0.0, 4.0))
+    witness.take(RIGHT, truth(1.0, 2.0, 0.0, 4.0))
+    assert witness.met == []
+    witness.take(RIGHT, truth(2.0, 5.0, 0.5, 12.0))
+    assert witness.met == []
+    witness.take(LEFT, truth(2.0, 4.0, 0.0, 4.0))
+    assert witness.met == [2.0]
+    assert not any(witness.visits.values())
 
 
 def test_the_witness_knows_whether_the_pad_was_held_at_the_kill() -> None:

@@ -208,7 +208,8 @@ def test_a_lease_of_the_pad_that_ends_on_the_way_there_lets_no_second_robot_in(s
     assert yard.network.run_until(lambda: bool(yard.inside("corridor")), 60.0)
     yard.kill("yard", skill_process("hold_pad"))
     yard.start("yard", skill_process("hold_pad"))
-    yard.network.run_for(1.0)
+    yard.network.run_for(2.0)
+    assert not yard.bodies["left"].moves
     yard.fly("right", 60.0)
     until_over(yard, 400.0)
     assert yard.met == []

@@ -37,6 +37,7 @@ class Visit:
         self.drone = FakeMission(load(ROOT / "services/skillwing/m600/m600.skillset"), DRONE)
         self.yard = FakeMission(load(ROOT / "examples/yard/yard.skillset"), YARD)
         self.drone.interface.states |= {"SDK_authority": "AVAILABLE", "zed_status": "OK", "lidar_status": "OK"}
+        self.drone.interface.know("position", dict(zip("xyz", HOME, strict=True)))
         self.places = list(places)
         self.refused: set[str] = set()
         """Skills of the yard whose goals are not granted."""
@@ -68,6 +69,8 @@ class Visit:
         moving = next((goal for goal in self.drone.goals if goal.skill in ENDS and not goal.done), None)
         if moving is not None and moves:
             moving.end(ENDS[moving.skill], success=True)
+            if "target" in moving.inputs:
+                self.drone.interface.know("position", moving.inputs["target"])
             if moving.skill == "land":
                 states["flight_status"] = "ON_GROUND"
                 self.yard.interface.know("pad_robot", self.places.pop(0) if self.places else "")
@@ -134,6 +137,32 @@ def test_a_drone_that_does_not_get_the_corridor_stays_on_the_ground() -> None:
     assert not [goal for goal in visit.drone.goals if goal.skill == "takeoff"]
 
 
+def test_after_a_failure_on_the_way_the_nose_points_across_the_rest_of_it() -> None:
+    visit = Visit(HOLDER)
+    while len(targets(visit)) < 2:
+        visit.tree.tick_once()
+        visit.go_on()
+    visit.drone.interface.know("position", {"x": 2.0, "y": 0.0, "z": 4.0})
+    visit.drone.interface.states["zed_status"] = "FAILED"
+    next(goal for goal in visit.drone.goals if goal.skill == "zed_depthmap").end("RI")
+    assert visit.fly() is Status.SUCCESS
+    heading = next(goal.inputs["heading"] for goal in visit.drone.goals if goal.skill == "rotate_head")
+    assert abs(heading) == pytest.approx(math.pi / 2)
+
+
+def lose(visit: Visit, motions: int, lease: str, seen: str) -> bool:
+    """End a lease in a motion of the visit; True if the drone flies on. seen: place in which the yard sees it."""
+    while len(targets(visit)) < motions:
+        visit.tree.tick_once()
+        visit.go_on(moves=len(targets(visit)) < motions)
+    for place in ("pad", "corridor"):
+        visit.yard.interface.know(f"{place}_robot", HOLDER if place == seen else "")
+    [goal for goal in visit.yard.goals if goal.skill == lease][-1].end("RI")
+    visit.tree.tick_once()
+    motion = [goal for goal in visit.drone.goals if goal.skill == "goto_straight"][-1]
+    return not motion.interrupts
+
+
 @pytest.mark.parametrize(
     ("motions", "seen", "flies_on"),
     [(1, "pad", True), (1, "corridor", True), (1, "", False), (3, "corridor", True), (3, "pad", False), (3, "", False)],
@@ -143,13 +172,20 @@ def test_without_the_corridor_a_drone_flies_on_only_where_nobody_else_can_come(
     motions: int, seen: str, flies_on: bool
 ) -> None:
     """On its way in it holds the pad, and on its way out it has to leave the pad under the lease of the corridor."""
+    assert lose(Visit(HOLDER), motions, "hold_corridor", seen) is flies_on
+
+
+@pytest.mark.parametrize(("seen", "flies_on"), [("pad", True), ("corridor", False), ("", False)])
+def test_without_the_pad_a_drone_in_the_corridor_stops_for_another_one_may_get_the_pad(
+    seen: str, flies_on: bool
+) -> None:
+    assert lose(Visit(HOLDER), 2, "hold_pad", seen) is flies_on
+
+
+def test_the_pad_is_given_back_on_the_pad() -> None:
     visit = Visit(HOLDER)
-    while len(targets(visit)) < motions:
+    while len(targets(visit)) < 3:
         visit.tree.tick_once()
-        visit.go_on(moves=len(targets(visit)) < motions)
-    for place in ("pad", "corridor"):
-        visit.yard.interface.know(f"{place}_robot", HOLDER if place == seen else "")
-    [goal for goal in visit.yard.goals if goal.skill == "hold_corridor"][-1].end("RI")
-    visit.tree.tick_once()
-    motion = [goal for goal in visit.drone.goals if goal.skill == "goto_straight"][-1]
-    assert bool(motion.interrupts) is not flies_on
+        visit.go_on()
+    assert next(goal for goal in visit.yard.goals if goal.skill == "hold_pad").interrupts
+    assert visit.drone.interface.states["flight_status"] == "IN_AIR"

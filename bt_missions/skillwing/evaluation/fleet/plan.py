@@ -49,7 +49,7 @@ _SUMMARIES = {
     FleetCondition.NONE: "nothing goes wrong",
     FleetCondition.CAMERA: "the depth camera of one drone fails, in one of six ways, for a while or for good",
     FleetCondition.LINK: "the link from the ground to one drone fails for good: its mission is gone",
-    FleetCondition.JUDGE: "the judge of the shared pad is killed; in half of the flights it comes back",
+    FleetCondition.JUDGE: "the judge of the shared places is killed; in half of the flights it comes back",
 }
 
 
@@ -148,7 +148,8 @@ def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     """Waypoints of each robot in a courtyard: the left one maps its north-west, the right one its south-east.
 
     The ways lie on the legs of the site's route, where obstacles leave room. They are 9 m apart, except within 8 m of
-    the pad, and pass at 4 m from the pad. From its last waypoint each robot flies home over everything.
+    the pad, and pass at 4 m from the pad. From its last waypoint each robot flies home over everything, at 0.8 m
+    from pad and corridor or more.
 
     Raises InvalidOptionError for another kind of world.
     """
@@ -157,5 +158,5 @@ def halves(site: Site) -> dict[str, tuple[Place, ...]]:
     (east, south, height), (_, north, _), (west, _, _), _ = site.route
     middle = (south + north) / 2.0
     left = (1.0, 4.5, height), (west, north, height), (west + 10.0, north, height)
-    right = (7.0, south - 4.0, height), (east, south, height), (east, middle, height)
+    right = (7.0, south - 4.0, height), (east, south, height), (east, middle - 5.0, height)
     return {LEFT: left, RIGHT: right}

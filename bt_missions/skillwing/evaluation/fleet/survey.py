@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Annotated
 
 import msgspec
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
-from py_trees.decorators import SuccessIsFailure
 
 from skillwing.bt_missions.drone.depth_map import CAMERA, LIDAR, Sensor, flown_with
-from skillwing.bt_missions.drone.flight import guarded_flight, land_where_it_is, landed, rescue, take_off
+from skillwing.bt_missions.drone.flight import guarded_flight, landed, rescue, take_off
 from skillwing.bt_missions.leaves.conditions import DataCompare, ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions, MissionTrees
 from skillwing.bt_missions.missions.mapping import MappingMission, MappingMissionOptions
 from skillwing.bt_missions.planning.detour import Position, bearing, crab_heading
+from skillwing.bt_missions.planning.waypoints import fresh_position
 from skillwing.bt_missions.subtrees.composites import alongside, first_that_works, in_order
 from skillwing.bt_missions.subtrees.lease import WithLease
 
@@ -26,8 +25,10 @@ DRONE, YARD = "drone", "yard"
 """Names of the robots in the mission."""
 HOME, GATE, PAD = "home", "gate", "pad"
 """Places over which a drone flies in its visit."""
-VISIT_LIMIT = 300.0
-"""Longest visit, from the grant of the lease of the pad on, with the waits for the corridor [robot s]."""
+VISIT_LIMIT = 180.0
+"""Longest visit without the waits for leases [robot s]."""
+LEASES = 3
+"""Leases of a visit: the pad, and the corridor for each way."""
 
 
 class SurveyOptions(MissionOptions, frozen=True, kw_only=True):
@@ -35,7 +36,8 @@ class SurveyOptions(MissionOptions, frozen=True, kw_only=True):
 
     holder: name of the drone in the yard. mapping: of the mapping mission; its speed is that of the visit, too. home:
     place of the drone on the ground, and the height of its visit to the pad. gate: place in the corridor where the
-    drone enters and leaves. patience: longest wait for each place in seconds, with the visit of another drone.
+    drone enters and leaves. patience: longest wait for each lease in seconds, of which a visit of another drone is a
+    part.
     """
 
     holder: str
@@ -61,21 +63,21 @@ class Survey(Mission):
 
 
 def pad_visit(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
-    """The visit under the lease of the pad. A drone that loses the lease in the air lands where it is.
+    """The visit to the pad, and the landing at home. A drone that loses a lease on its way lands where it is.
 
-    Where the yard sees the drone in the place of the pad, nobody else gets the pad. So the drone goes on there.
+    Where the yard sees the drone in the place of that lease, nobody else gets the place. So the drone goes on there. It
+    gives the pad back on the pad: nobody else gets that before the drone has left.
     """
-    visit = in_order("visit", _to_the_pad(own, yard, options), _home(own, yard, options))
-    patience = options.mapping.pilot_patience
-    lent = _under_lease(
-        yard,
-        "pad",
-        "pad",
-        guarded_flight(own, visit, Success("visited"), time_limit=VISIT_LIMIT, pilot_patience=patience),
-        _seen_in(yard, "pad", options),
-        options,
+    to_the_pad = _under_lease(
+        yard, "pad", "pad", _to_the_pad(own, yard, options), _seen_in(yard, "pad", options), options
     )
-    return first_that_works("visit or land", lent, SuccessIsFailure("landed, but no visit", land_where_it_is(own)))
+    return guarded_flight(
+        own,
+        in_order("visit", to_the_pad, _home(own, yard, options)),
+        Success("visited"),
+        time_limit=LEASES * options.patience + VISIT_LIMIT,
+        pilot_patience=options.mapping.pilot_patience,
+    )
 
 
 def _to_the_pad(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
@@ -113,10 +115,7 @@ def _way(own: MissionContext, sensor: Sensor, name: str, options: SurveyOptions,
     """Take-off at the first place, and straight hops with one sensor to the others."""
     x, y, height = options.home
     over = {HOME: (x, y, height), GATE: (*options.gate, height), PAD: (0.0, 0.0, height)}
-    hops = [
-        _hop(own, sensor, f"over the {end}", over[start], over[end], options.mapping.speed)
-        for start, end in pairwise(places)
-    ]
+    hops = [_hop(own, sensor, f"over the {place}", over[place], options.mapping.speed) for place in places[1:]]
     return in_order(
         f"{name} by {sensor.name}",
         ResourceIs(f"{sensor.name} works?", own, sensor.status, "OK"),
@@ -125,21 +124,39 @@ def _way(own: MissionContext, sensor: Sensor, name: str, options: SurveyOptions,
     )
 
 
-def _hop(own: MissionContext, sensor: Sensor, name: str, start: Position, end: Position, speed: float) -> Behaviour:
+def _hop(own: MissionContext, sensor: Sensor, name: str, end: Position, speed: float) -> Behaviour:
     """A short straight way: nose first by the camera, or with the nose across the motion by the LiDAR."""
     inputs = {"target": dict(zip("xyz", end, strict=True)), "speed": speed}
     if sensor is CAMERA:
         return SkillAction(name, own, "goto_straight", inputs)
-    across = {"heading": crab_heading(bearing(start, end) or 0.0, 0.0)}
+
+    across = Across(own, end)
     return in_order(
         f"crab {name}",
-        SkillAction("nose across", own, "rotate_head", across),
+        SkillAction("nose across", own, "rotate_head", {"heading": across.choose}),
         alongside(
             "crab",
-            SkillAction("lock_head", own, "lock_head", across),
+            SkillAction("lock_head", own, "lock_head", {"heading": lambda: across.heading}),
             until=SkillAction(name, own, "goto", inputs),
         ),
     )
+
+
+class Across:
+    """Heading across the way from the present position to `end`, chosen once for each hop [rad, ENU]."""
+
+    def __init__(self, context: MissionContext, end: Position) -> None:
+        self._context = context
+        self._end = end
+        self.heading = 0.0
+
+    def choose(self) -> float:
+        """Choose the heading. Without a position or a way on the ground plan it stays as it was."""
+        here = fresh_position(self._context)
+        direction = None if here is None else bearing(here, self._end)
+        if direction is not None:
+            self.heading = crab_heading(direction, self.heading)
+        return self.heading
 
 
 MISSION = Survey()

@@ -19,16 +19,17 @@ Borders: TypeAlias = tuple[float, float, float, float]
 
 YARD = "yard"
 """Name of the robot, and of its skillset."""
-LEASE = "hold_pad"
+PAD_LEASE = "hold_pad"
 FOLDER = Path(__file__).parents[4] / "examples" / "yard"
 PLACES: Final[Mapping[str, Borders]] = MappingProxyType(
-    {"pad": (-2.2, -2.2, 2.2, 2.2), "corridor": (2.2, -1.2, 5.4, 1.2)}
+    {"pad": (-2.2, -2.2, 2.2, 2.2), "corridor": (3.2, -0.8, 5.2, 1.2)}
 )
 """Borders of the places, which are open upwards. The yard adds a margin of 1 m; the drones stand 4 m from the pad.
 
-The corridor is the way to the pad, from the east. The way home from mapping passes south of it.
+The corridor is the way to the pad, from the east. A drone on the pad is not in the margin of the corridor. No planned
+way of mapping comes nearer to a place than 0.8 m (`plan.halves`).
 """
-GATE = (4.8, 0.0)
+GATE = (4.8, 0.2)
 """Place in the corridor over which each drone enters and leaves [m]. The ground around pad and corridor is free."""
 SAME_TIME = 0.05
 """Largest difference in s between two positions that count as of one moment."""
@@ -77,7 +78,7 @@ class YardWitness:
         for drone in self.visits:
             take = message_reader(Truth, lambda truth, drone=drone: self.take(drone, truth))
             bus.beside(drone).subscribe(TRUTH, take)
-        lease = Keys(YARD).status(LEASE)
+        lease = Keys(YARD).status(PAD_LEASE)
         bus.beside(YARD).subscribe(lease, message_reader(GoalStatus, self._note_lease), events=True)
 
     def detach(self) -> None:
