@@ -141,9 +141,11 @@ def section(results: Sequence[FleetResult], code: str, command: str) -> str:
 
 
 def code_of_fleets() -> str:
-    """Twelve hexadecimal digits, equal for equal code: of all that flies one drone, of the yard, and of two drones."""
+    """Twelve hexadecimal digits, equal for equal code: of all that flies one drone, of the yard, of two drones, and of
+    what judges the histories."""
     yard = Path(__file__).parents[1] / "examples" / "yard"
     files = sorted(file for folder in (Path(fleet.__path__[0]), yard) for file in folder.iterdir() if file.is_file())
+    files += [HISTORY / name for name in ("linearizability.py", "place_history.py")]
     own = b"".join(file.read_bytes() for file in files)
     return hashlib.sha256(flight_code().digest.encode() + own).hexdigest()[:12]
 
