@@ -293,9 +293,10 @@ def test_no_life_of_a_process_checks_the_skillset_again(tmp_path: Path, monkeypa
     deaths: SimpleQueue[ProcessExit] = SimpleQueue()
     with Launcher("m600", "m600", tmp_path, clock="wall", restarts=True, on_exit=deaths.put) as launcher:
         launcher.start([spec])
+        log = tmp_path / "logs" / "data_manager.log"
+        await_line(log, "data_manager runs")
         os.kill(launcher.pids[spec.name], signal.SIGKILL)
         deaths.get(timeout=PATIENCE)
-        log = tmp_path / "logs" / "data_manager.log"
         await_line(log, "data_manager runs", times=2)
     lives = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("checker")]
     assert lives == ["without a checker"] * 2
