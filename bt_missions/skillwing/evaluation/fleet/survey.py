@@ -85,7 +85,7 @@ def _to_the_pad(own: MissionContext, yard: MissionContext, options: SurveyOption
 
     def by(sensor: Sensor) -> Behaviour:
         # A landing may go aside, to free ground. Only one that the yard sees on the pad is a visit.
-        way = _way(own, sensor, "to the pad", options, HOME, GATE, PAD)
+        way = _way(own, sensor, "to the pad", options, GATE, PAD)
         return in_order(f"there by {sensor.name}", way, landed(own), _seen_in(yard, "pad", options))
 
     inside = first_that_works("inside?", _seen_in(yard, "pad", options), _seen_in(yard, "corridor", options))
@@ -95,7 +95,7 @@ def _to_the_pad(own: MissionContext, yard: MissionContext, options: SurveyOption
 
 def _home(own: MissionContext, yard: MissionContext, options: SurveyOptions) -> Behaviour:
     """Take-off from the pad, and way through the corridor to above the home."""
-    ways = (_way(own, sensor, "away from the pad", options, PAD, GATE, HOME) for sensor in (CAMERA, LIDAR))
+    ways = (_way(own, sensor, "away from the pad", options, GATE, HOME) for sensor in (CAMERA, LIDAR))
     back = first_that_works("back by camera or LiDAR", *ways)
     return _under_lease(yard, "corridor out", "corridor", back, _seen_in(yard, "corridor", options), options)
 
@@ -112,10 +112,10 @@ def _seen_in(yard: MissionContext, place: str, options: SurveyOptions) -> DataCo
 
 
 def _way(own: MissionContext, sensor: Sensor, name: str, options: SurveyOptions, *places: str) -> Behaviour:
-    """Take-off at the first place, and straight hops with one sensor to the others."""
+    """Take-off, and straight hops with one sensor over these places."""
     x, y, height = options.home
     over = {HOME: (x, y, height), GATE: (*options.gate, height), PAD: (0.0, 0.0, height)}
-    hops = [_hop(own, sensor, f"over the {place}", over[place], options.mapping.speed) for place in places[1:]]
+    hops = [_hop(own, sensor, f"over the {place}", over[place], options.mapping.speed) for place in places]
     return in_order(
         f"{name} by {sensor.name}",
         ResourceIs(f"{sensor.name} works?", own, sensor.status, "OK"),
