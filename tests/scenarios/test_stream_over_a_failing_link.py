@@ -105,7 +105,7 @@ def test_a_link_that_is_cut_for_good_ends_it() -> None:
         goal = drone.start_skill("stream")
         drone.run(6.0)
         drone.break_link("cut", on=True)
-        goal.assert_ended("S_FPS_LOST", within=8.0)
+        goal.assert_ended("S_FPS_LOST", within=8.0, reason="no report of the ground for 1.5 s")
         drone.assert_states(link_status="LOST")
         assert goal.causes[:3] == ["link cut", "link LOST", "link_status LOST"]
         assert goal.causes[-1] == "stream S_FPS_LOST"
@@ -119,7 +119,7 @@ def test_an_end_after_the_links_recovery_is_put_down_to_the_link_all_the_same() 
         drone.break_link("cut", on=True)
         drone.run(4.4)
         drone.break_link("cut", on=False)
-        goal.assert_ended("S_FPS_LOST", within=2.0)
+        goal.assert_ended("S_FPS_LOST", within=2.0, reason="of 10 pictures a second")
         drone.assert_states(link_status="GOOD")
         assert goal.causes == ["link cut", "link LOST", "link_status LOST", "video BAD", "stream S_FPS_LOST"]
 
@@ -148,7 +148,7 @@ def test_a_camera_that_goes_blind_ends_it() -> None:
         goal = drone.start_skill("stream")
         drone.run(6.0)
         drone.film.blind = True
-        goal.assert_ended("S_FPS_LOST", within=8.0)
+        goal.assert_ended("S_FPS_LOST", within=8.0, reason="0.0 of 10 pictures a second, no picture")
         assert goal.causes == ["video BAD", "stream S_FPS_LOST"], "the link was good"
 
 

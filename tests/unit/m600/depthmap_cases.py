@@ -44,7 +44,7 @@ class DepthmapCases:
         goal = drone.start()
         drone.run(1.5)
         goal.assert_running()
-        goal.assert_ended("S_NO_DATA", within=1.5)
+        goal.assert_ended("S_NO_DATA", within=1.5, reason="no measurement for 2 s")
         assert drone.layer.source is ObstacleSource.NONE
 
     def test_when_data_cease_it_ends_after_two_seconds(self, drone: Drone) -> None:

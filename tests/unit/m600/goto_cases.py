@@ -41,8 +41,9 @@ class GotoCases:
 
     def test_blocked_it_says_where_it_stands_and_how_far_the_obstacle_is(self, drone: Drone) -> None:
         drone.layer.blocked_at, drone.layer.free_distance = 4.0, 2.2
+        drone.layer.body.text = "an obstacle stands on the way"
         goal = drone.start(target=TARGET)
-        goal.assert_ended("S_BLOCKED", success=False)
+        goal.assert_ended("S_BLOCKED", success=False, reason="an obstacle stands on the way")
         assert goal.output.stopped_at.x == pytest.approx(6.0, abs=0.2)
         assert goal.output.obstacle_distance == pytest.approx(2.2)
 
@@ -51,9 +52,9 @@ class GotoCases:
         drone.start(target=TARGET).assert_ended("S_BLOCKED", output={"obstacle_distance": 1000.0})
 
     def test_is_aborted_when_guidance_gives_up(self, drone: Drone) -> None:
-        drone.layer.aborts = True
+        drone.layer.aborts, drone.layer.body.text = True, "the drone has left the geofence"
         goal = drone.start(target=TARGET)
-        goal.assert_ended("S_ABORTED")
+        goal.assert_ended("S_ABORTED", reason="The skill ended with ABORTED: the drone has left the geofence.")
         assert goal.causes == ["guidance ABORTED", f"{goal.handle.skill} S_ABORTED"]
 
     def test_the_pilot_ends_it_by_an_invariant_whichever_report_comes_first(self, drone: Drone) -> None:

@@ -26,13 +26,15 @@ def test_flies_the_orbit_and_is_completed(drone: Drone) -> None:
 
 
 def test_an_obstacle_blocks_it(drone: Drone) -> None:
-    drone.layer.blocked_at = 4.0
-    drone.start(center=CENTER, radius=5.0, height=6.0).assert_ended("S_BLOCKED", success=False)
+    drone.layer.blocked_at, drone.layer.body.text = 4.0, "an obstacle stands on the way"
+    goal = drone.start(center=CENTER, radius=5.0, height=6.0)
+    goal.assert_ended("S_BLOCKED", success=False, reason="an obstacle stands on the way")
 
 
 def test_is_aborted_when_guidance_gives_up(drone: Drone) -> None:
-    drone.layer.aborts = True
-    drone.start(center=CENTER, radius=5.0, height=6.0).assert_ended("S_ABORTED", success=False)
+    drone.layer.aborts, drone.layer.body.text = True, "the drone has left the geofence"
+    goal = drone.start(center=CENTER, radius=5.0, height=6.0)
+    goal.assert_ended("S_ABORTED", success=False, reason="the drone has left the geofence")
 
 
 @pytest.mark.parametrize(("radius", "height"), [(24.0, 6.0), (5.0, 40.0)])

@@ -32,7 +32,7 @@ def test_is_blocked_when_it_does_not_come_down(drone: Drone) -> None:
     goal = drone.start(speed=1.0)
     drone.run(2.0)
     drone.layer.stuck = True
-    goal.assert_ended("S_BLOCKED", within=STALLED_AFTER + 1.0)
+    goal.assert_ended("S_BLOCKED", within=STALLED_AFTER + 1.0, reason="the drone has not descended for 10 s")
     assert drone.layer.motions[-1] == "Stop"
 
 

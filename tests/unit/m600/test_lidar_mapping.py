@@ -30,7 +30,7 @@ def test_a_diverged_map_ends_it(drone: Drone) -> None:
     goal = drone.start()
     drone.run(5.0)
     drone.layer.diverged = True
-    goal.assert_ended("S_DIVERGED", within=2.0)
+    goal.assert_ended("S_DIVERGED", within=2.0, reason="DIVERGED: nothing fits any more.")
     assert not drone.layer.mapping
     assert goal.causes == ["map DIVERGED", "lidar_mapping S_DIVERGED"]
     assert [record.text for record in drone.history.records if record.subject == "map"] == ["nothing fits any more"]

@@ -71,14 +71,14 @@ def test_an_obstacle_as_high_as_the_ceiling_aborts_it(drone: Drone) -> None:
 
 
 def test_an_obstacle_above_aborts_it(drone: Drone) -> None:
-    drone.layer.blocked_at = 1.0
-    drone.start(height=5.0).assert_ended("S_ABORTED")
+    drone.layer.blocked_at, drone.layer.body.text = 1.0, "an obstacle stands on the way"
+    drone.start(height=5.0).assert_ended("S_ABORTED", reason="an obstacle stands on the way")
     assert len(legs(drone)) == 1
 
 
 def test_guidance_giving_up_aborts_it(drone: Drone) -> None:
-    drone.layer.aborts = True
-    drone.start().assert_ended("S_ABORTED")
+    drone.layer.aborts, drone.layer.body.text = True, "the drone has left the geofence"
+    drone.start().assert_ended("S_ABORTED", reason="the drone has left the geofence")
 
 
 def test_a_height_above_the_geofence_is_not_valid(drone: Drone) -> None:

@@ -36,4 +36,6 @@ def test_interrupted_it_stops_turning(drone: Drone) -> None:
 
 def test_fails_when_guidance_gives_up(drone: Drone) -> None:
     drone.layer.aborts = True
-    drone.start(heading=1.5).assert_ended("ERROR", reason="gave up turning")
+    goal = drone.start(heading=1.5)
+    goal.assert_ended("ERROR", reason="gave up turning")
+    assert goal.causes == ["guidance ABORTED", "rotate_head ERROR"]

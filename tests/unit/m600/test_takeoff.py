@@ -31,7 +31,7 @@ def test_is_blocked_when_it_does_not_climb_for_five_seconds(drone: Drone) -> Non
     goal = drone.start()
     drone.run(4.5)
     goal.assert_running()
-    goal.assert_ended("S_BLOCKED", within=1.5)
+    goal.assert_ended("S_BLOCKED", within=1.5, reason="the drone no longer climbs, at 0.0 m")
     assert drone.layer.motions[-1] == "Stop"
 
 
@@ -44,13 +44,13 @@ def test_is_blocked_when_it_hangs_half_way(drone: Drone) -> None:
 
 def test_is_aborted_when_it_drifts_two_metres(drone: Drone) -> None:
     drone.layer.drift = 1.0
-    drone.start(height=10.0, speed=1.0).assert_ended("S_ABORTED", success=False)
+    drone.start(height=10.0, speed=1.0).assert_ended("S_ABORTED", success=False, reason="has drifted 2.")
     assert drone.layer.motions[-1] == "Stop"
 
 
 def test_is_aborted_when_guidance_gives_up(drone: Drone) -> None:
-    drone.layer.aborts = True
-    drone.start().assert_ended("S_ABORTED")
+    drone.layer.aborts, drone.layer.body.text = True, "the drone has left the geofence"
+    drone.start().assert_ended("S_ABORTED", reason="the drone has left the geofence")
 
 
 def test_a_height_above_the_geofence_is_not_valid(drone: Drone) -> None:

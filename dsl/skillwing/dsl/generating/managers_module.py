@@ -59,11 +59,11 @@ def _endings(skill: Skill) -> str:
 
 def _termination(result: Result, outputs: str) -> Iterator[str]:
     parameter, passed = ("", "") if outputs == "None" else (f", output: {outputs}", ", output")
-    parameters = f"self, goal_id: str{parameter}, *, cause: str | None = None"
+    parameters = f'self, goal_id: str{parameter}, *, cause: str | None = None, why: str = ""'
     name = f"{INDENT}def terminated_{result.name}"
     if len(in_one_line := f"{name}({parameters}) -> None:") <= LINE_LENGTH:
         yield in_one_line
     else:
         yield from (f"{name}(", f"{INDENT * 2}{parameters}", f"{INDENT}) -> None:")
     yield f'{INDENT * 2}"""End the goal as a {"success" if result.success else "failure"}."""'
-    yield f'{INDENT * 2}self.terminated(goal_id, "{result.name}"{passed}, cause=cause)'
+    yield f'{INDENT * 2}self.terminated(goal_id, "{result.name}"{passed}, cause=cause, why=why)'

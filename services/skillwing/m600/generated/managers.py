@@ -45,17 +45,17 @@ class AbstractTakeoffManager(_SkillHooks[TakeoffInputs, None, TakeoffFeedback]):
     Inputs = TakeoffInputs
     Feedback = TakeoffFeedback
 
-    def terminated_AT_ALTITUDE(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_AT_ALTITUDE(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "AT_ALTITUDE", cause=cause)
+        self.terminated(goal_id, "AT_ALTITUDE", cause=cause, why=why)
 
-    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", cause=cause)
+        self.terminated(goal_id, "BLOCKED", cause=cause, why=why)
 
-    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", cause=cause)
+        self.terminated(goal_id, "ABORTED", cause=cause, why=why)
 
 
 class AbstractLandManager(_SkillHooks[LandInputs, None, LandFeedback]):
@@ -65,13 +65,13 @@ class AbstractLandManager(_SkillHooks[LandInputs, None, LandFeedback]):
     Inputs = LandInputs
     Feedback = LandFeedback
 
-    def terminated_LANDED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_LANDED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "LANDED", cause=cause)
+        self.terminated(goal_id, "LANDED", cause=cause, why=why)
 
-    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", cause=cause)
+        self.terminated(goal_id, "BLOCKED", cause=cause, why=why)
 
 
 class AbstractHoverManager(_SkillHooks[HoverInputs, None, HoverFeedback]):
@@ -81,9 +81,9 @@ class AbstractHoverManager(_SkillHooks[HoverInputs, None, HoverFeedback]):
     Inputs = HoverInputs
     Feedback = HoverFeedback
 
-    def terminated_DONE(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_DONE(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "DONE", cause=cause)
+        self.terminated(goal_id, "DONE", cause=cause, why=why)
 
 
 class AbstractGotoManager(_SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
@@ -94,17 +94,17 @@ class AbstractGotoManager(_SkillHooks[GotoInputs, GotoOutputs, GotoFeedback]):
     Outputs = GotoOutputs
     Feedback = GotoFeedback
 
-    def terminated_ARRIVED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
+    def terminated_ARRIVED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED", output, cause=cause)
+        self.terminated(goal_id, "ARRIVED", output, cause=cause, why=why)
 
-    def terminated_BLOCKED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
+    def terminated_BLOCKED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", output, cause=cause)
+        self.terminated(goal_id, "BLOCKED", output, cause=cause, why=why)
 
-    def terminated_ABORTED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None) -> None:
+    def terminated_ABORTED(self, goal_id: str, output: GotoOutputs, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", output, cause=cause)
+        self.terminated(goal_id, "ABORTED", output, cause=cause, why=why)
 
 
 class AbstractGotoStraightManager(_SkillHooks[GotoStraightInputs, GotoStraightOutputs, GotoStraightFeedback]):
@@ -115,17 +115,23 @@ class AbstractGotoStraightManager(_SkillHooks[GotoStraightInputs, GotoStraightOu
     Outputs = GotoStraightOutputs
     Feedback = GotoStraightFeedback
 
-    def terminated_ARRIVED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
+    def terminated_ARRIVED(
+        self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None, why: str = ""
+    ) -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED", output, cause=cause)
+        self.terminated(goal_id, "ARRIVED", output, cause=cause, why=why)
 
-    def terminated_BLOCKED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
+    def terminated_BLOCKED(
+        self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None, why: str = ""
+    ) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", output, cause=cause)
+        self.terminated(goal_id, "BLOCKED", output, cause=cause, why=why)
 
-    def terminated_ABORTED(self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None) -> None:
+    def terminated_ABORTED(
+        self, goal_id: str, output: GotoStraightOutputs, *, cause: str | None = None, why: str = ""
+    ) -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", output, cause=cause)
+        self.terminated(goal_id, "ABORTED", output, cause=cause, why=why)
 
 
 class AbstractReturnHomeManager(_SkillHooks[ReturnHomeInputs, None, ReturnHomeFeedback]):
@@ -135,13 +141,13 @@ class AbstractReturnHomeManager(_SkillHooks[ReturnHomeInputs, None, ReturnHomeFe
     Inputs = ReturnHomeInputs
     Feedback = ReturnHomeFeedback
 
-    def terminated_ARRIVED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_ARRIVED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ARRIVED", cause=cause)
+        self.terminated(goal_id, "ARRIVED", cause=cause, why=why)
 
-    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", cause=cause)
+        self.terminated(goal_id, "ABORTED", cause=cause, why=why)
 
 
 class AbstractRotateHeadManager(_SkillHooks[RotateHeadInputs, None, RotateHeadFeedback]):
@@ -151,9 +157,9 @@ class AbstractRotateHeadManager(_SkillHooks[RotateHeadInputs, None, RotateHeadFe
     Inputs = RotateHeadInputs
     Feedback = RotateHeadFeedback
 
-    def terminated_ALIGNED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_ALIGNED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "ALIGNED", cause=cause)
+        self.terminated(goal_id, "ALIGNED", cause=cause, why=why)
 
 
 class AbstractLockHeadManager(_SkillHooks[LockHeadInputs, None, LockHeadFeedback]):
@@ -171,9 +177,9 @@ class AbstractZedDepthmapManager(_SkillHooks[ZedDepthmapInputs, None, ZedDepthma
     Inputs = ZedDepthmapInputs
     Feedback = ZedDepthmapFeedback
 
-    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "NO_DATA", cause=cause)
+        self.terminated(goal_id, "NO_DATA", cause=cause, why=why)
 
 
 class AbstractLidarDepthmapManager(_SkillHooks[LidarDepthmapInputs, None, LidarDepthmapFeedback]):
@@ -183,9 +189,9 @@ class AbstractLidarDepthmapManager(_SkillHooks[LidarDepthmapInputs, None, LidarD
     Inputs = LidarDepthmapInputs
     Feedback = LidarDepthmapFeedback
 
-    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_NO_DATA(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "NO_DATA", cause=cause)
+        self.terminated(goal_id, "NO_DATA", cause=cause, why=why)
 
 
 class AbstractLidarMappingManager(_SkillHooks[LidarMappingInputs, None, LidarMappingFeedback]):
@@ -195,9 +201,9 @@ class AbstractLidarMappingManager(_SkillHooks[LidarMappingInputs, None, LidarMap
     Inputs = LidarMappingInputs
     Feedback = LidarMappingFeedback
 
-    def terminated_DIVERGED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_DIVERGED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "DIVERGED", cause=cause)
+        self.terminated(goal_id, "DIVERGED", cause=cause, why=why)
 
 
 class AbstractInspectManager(_SkillHooks[InspectInputs, None, InspectFeedback]):
@@ -207,17 +213,17 @@ class AbstractInspectManager(_SkillHooks[InspectInputs, None, InspectFeedback]):
     Inputs = InspectInputs
     Feedback = InspectFeedback
 
-    def terminated_COMPLETED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_COMPLETED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a success."""
-        self.terminated(goal_id, "COMPLETED", cause=cause)
+        self.terminated(goal_id, "COMPLETED", cause=cause, why=why)
 
-    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_BLOCKED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "BLOCKED", cause=cause)
+        self.terminated(goal_id, "BLOCKED", cause=cause, why=why)
 
-    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_ABORTED(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "ABORTED", cause=cause)
+        self.terminated(goal_id, "ABORTED", cause=cause, why=why)
 
 
 class AbstractStreamManager(_SkillHooks[StreamInputs, None, StreamFeedback]):
@@ -227,6 +233,6 @@ class AbstractStreamManager(_SkillHooks[StreamInputs, None, StreamFeedback]):
     Inputs = StreamInputs
     Feedback = StreamFeedback
 
-    def terminated_FPS_LOST(self, goal_id: str, *, cause: str | None = None) -> None:
+    def terminated_FPS_LOST(self, goal_id: str, *, cause: str | None = None, why: str = "") -> None:
         """End the goal as a failure."""
-        self.terminated(goal_id, "FPS_LOST", cause=cause)
+        self.terminated(goal_id, "FPS_LOST", cause=cause, why=why)

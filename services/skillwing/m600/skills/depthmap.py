@@ -21,6 +21,8 @@ from skillwing.services.protocol import Terminal
 
 PATIENCE = 2.0
 """Largest age of a measurement in a depth map [s]."""
+NO_DATA = f"no measurement for {PATIENCE:g} s"
+"""Phrase for the reason of an end without a fresh depth map."""
 
 
 class DepthmapManager(SkillHooks[I, O, F]):

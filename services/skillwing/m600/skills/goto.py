@@ -34,7 +34,9 @@ class GotoManager(MotionManager[GotoInputs, GotoOutputs, GotoFeedback], Abstract
         output = GotoOutputs(stopped_at=self.here)
         if obstacle_distance is not None:
             output = replace(output, obstacle_distance=obstacle_distance)
-        self.terminated_BLOCKED(goal.id, output, cause=self.guidance.record)
+        self.terminated_BLOCKED(goal.id, output, cause=self.guidance.record, why=self.guidance.why)
 
     def aborted(self, goal: Goal[GotoInputs]) -> None:
-        self.terminated_ABORTED(goal.id, GotoOutputs(stopped_at=self.here), cause=self.guidance.record)
+        self.terminated_ABORTED(
+            goal.id, GotoOutputs(stopped_at=self.here), cause=self.guidance.record, why=self.guidance.why
+        )

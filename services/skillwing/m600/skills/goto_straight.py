@@ -33,7 +33,9 @@ class GotoStraightManager(
         output = GotoStraightOutputs(stopped_at=self.here)
         if obstacle_distance is not None:
             output = replace(output, obstacle_distance=obstacle_distance)
-        self.terminated(goal.id, "BLOCKED", output, cause=self.guidance.record, why=self.guidance.why)
+        self.terminated_BLOCKED(goal.id, output, cause=self.guidance.record, why=self.guidance.why)
 
     def aborted(self, goal: Goal[GotoStraightInputs]) -> None:
-        self.terminated_ABORTED(goal.id, GotoStraightOutputs(stopped_at=self.here), cause=self.guidance.record)
+        self.terminated_ABORTED(
+            goal.id, GotoStraightOutputs(stopped_at=self.here), cause=self.guidance.record, why=self.guidance.why
+        )

@@ -40,7 +40,7 @@ class InspectManager(MotionManager[InspectInputs, None, InspectFeedback], Abstra
         self.terminated_COMPLETED(goal.id)
 
     def blocked(self, goal: Goal[InspectInputs], obstacle_distance: float | None) -> None:
-        self.terminated_BLOCKED(goal.id, cause=self.guidance.record)
+        self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=self.guidance.why)
 
     def aborted(self, goal: Goal[InspectInputs]) -> None:
-        self.terminated_ABORTED(goal.id, cause=self.guidance.record)
+        self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=self.guidance.why)

@@ -133,7 +133,8 @@ class LandManager(AbstractLandManager):
         if axis.state is MotionState.ABORTED:
             self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.", cause=self.guidance.record)
         elif axis.state is MotionState.BLOCKED or self._has_stalled():
-            self.terminated_BLOCKED(goal.id, cause=self.guidance.record)
+            why = self.guidance.why or f"the drone has not descended for {STALLED_AFTER:g} s"
+            self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=why)
 
     def _has_stalled(self) -> bool:
         """Test for a drone that no longer descends."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from skillwing.m600.generated.managers import AbstractLidarDepthmapManager
 from skillwing.m600.generated.types import LidarDepthmapFeedback, LidarDepthmapInputs
-from skillwing.m600.skills.depthmap import DepthmapManager
+from skillwing.m600.skills.depthmap import NO_DATA, DepthmapManager
 from skillwing.onboard.topics.obstacles import ObstacleSource
 from skillwing.services.managers.skill_manager import Goal
 
@@ -21,4 +21,4 @@ class LidarDepthmapManager(
         return None if distance is None else LidarDepthmapFeedback(obstacle_distance=distance)
 
     def no_data(self, goal: Goal[LidarDepthmapInputs]) -> None:
-        self.terminated_NO_DATA(goal.id)
+        self.terminated_NO_DATA(goal.id, why=NO_DATA)

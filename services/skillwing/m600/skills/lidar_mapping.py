@@ -52,8 +52,8 @@ class LidarMappingManager(AbstractLidarMappingManager):
             return
         if status.running and status.diverged:
             self._given_up = goal.id
-            why = self._timeline.record(RecordKind.HEALTH, "map", None, "DIVERGED", text=status.text)
-            self.terminated_DIVERGED(goal.id, cause=why)
+            record = self._timeline.record(RecordKind.HEALTH, "map", None, "DIVERGED", text=status.text)
+            self.terminated_DIVERGED(goal.id, cause=record, why=status.text)
         elif not status.running and on_since is not None and status.t > on_since + UNDER_WAY:
             self._given_up = goal.id
             self.failed(goal.id, "The mapping node was started again, and has lost the map. Start the skill again.")

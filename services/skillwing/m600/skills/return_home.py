@@ -47,13 +47,13 @@ class ReturnHomeManager(MotionManager[ReturnHomeInputs, None, ReturnHomeFeedback
     def blocked(self, goal: Goal[ReturnHomeInputs], obstacle_distance: float | None) -> None:
         ceiling = self.fence.ceiling
         if self._climbing or self._height >= ceiling:
-            self.terminated_ABORTED(goal.id, cause=self.guidance.record)
+            self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=self.guidance.why)
             return
         position = self.tracker.position or (*self.fence.home, self._height)
         self._climb(goal, position, min(ceiling, self._height + CLIMB))
 
     def aborted(self, goal: Goal[ReturnHomeInputs]) -> None:
-        self.terminated_ABORTED(goal.id, cause=self.guidance.record)
+        self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=self.guidance.why)
 
     def _depart(self, goal: Goal[ReturnHomeInputs], position: Vector3) -> None:
         if self._from_home(position) > OVER_HOME:

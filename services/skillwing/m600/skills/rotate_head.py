@@ -33,4 +33,4 @@ class RotateHeadManager(AbstractRotateHeadManager):
         if axis.state is MotionState.DONE:
             self.terminated_ALIGNED(goal.id)
         elif axis.state is MotionState.ABORTED:
-            self.failed(goal.id, f"Guidance gave up turning: {axis.text}.")
+            self.failed(goal.id, f"Guidance gave up turning: {axis.text}.", cause=self.guidance.record)

@@ -111,14 +111,15 @@ class StreamManager(AbstractStreamManager):
         total = timer.observe(now, good=good)
         self._bad_since = (self._bad_since or now) if total > 0.0 else None
         if total >= TOLERANCE:
-            self.terminated_FPS_LOST(goal.id, cause=self._record_bad_video(goal, seen))
+            figures = _figures(goal.inputs, seen)
+            self.terminated_FPS_LOST(goal.id, cause=self._record_bad_video(goal, figures), why=figures)
 
     def _note_link(self, step: ResourceStep) -> None:
         for change in step.changes:
             if change.subject == LINK:
                 self._trouble.note(change)
 
-    def _record_bad_video(self, goal: Goal[StreamInputs], seen: VideoStatus | None) -> str:
+    def _record_bad_video(self, goal: Goal[StreamInputs], figures: str) -> str:
         """Record the measured figures. Their cause is the link's change, else a simulated fault of the link, else none.
 
         The record keeps the chain true: the link may be too slow without a change of `link_status`, or before it.
@@ -126,8 +127,7 @@ class StreamManager(AbstractStreamManager):
         modem = self._modem.value
         fault = None if modem is None else modem.fault
         cause = self._trouble.cause_of_trouble(self._bad_since or self.bus.now()) or fault
-        text = _figures(goal.inputs, seen)
-        return self._timeline.record(RecordKind.HEALTH, VIDEO, None, "BAD", text=text, cause=cause, goal_id=goal.id)
+        return self._timeline.record(RecordKind.HEALTH, VIDEO, None, "BAD", text=figures, cause=cause, goal_id=goal.id)
 
 
 def _figures(wanted: StreamInputs, seen: VideoStatus | None) -> str:
