@@ -10,10 +10,14 @@ from matplotlib.image import imread
 from synthetic_mission import MISSION, SKILLSET, tell
 
 from skillwing.services.history.history import History
+from skillwing.services.protocol import Ending, GoalStatus, State, Terminal
 from skillwing.services.recording import palette
 from skillwing.services.report import mission_report as flight_report
 from skillwing.services.report.mission_report import ReportedMission, report_mission
 from skillwing.services.report.timeline_picture import HEIGHT, MISSION_TIME, ROBOT_TIME, WIDTH, draw_timeline
+
+DONE = Terminal(ending=Ending.SUCCEEDED, reason="arrived", result="ARRIVED", success=True)
+LOST = Terminal(ending=Ending.LOST, reason="its manager was killed")
 
 
 def drawn(history: History, path: Path, clock: str = ROBOT_TIME) -> np.ndarray:
@@ -32,6 +36,21 @@ def test_a_mission_is_drawn_in_all_its_colours(tmp_path: Path) -> None:
     assert picture.shape[:2] == (HEIGHT, WIDTH)
     for colour in (palette.GREEN, palette.RED, palette.GREY):
         assert share(picture, colour) > 0.005
+
+
+def test_a_long_run_shows_its_bars_and_the_one_failure_among_thousands(tmp_path: Path) -> None:
+    spans = [(f"g{number}", 10.0 * number, number != 3000) for number in range(5000)]
+    statuses = [
+        status
+        for goal, t, well in spans
+        for status in (
+            GoalStatus(goal_id=goal, skill="goto", state=State.RUNNING, t=t),
+            GoalStatus(goal_id=goal, skill="goto", state=State.TERMINATED, t=t + 9.0, terminal=DONE if well else LOST),
+        )
+    ]
+    picture = drawn(History.of([], statuses, SKILLSET), tmp_path / "timeline.png")[round(0.1 * HEIGHT) :]
+    assert share(picture, "#ffffff") < 0.8, "edges do not cover the bars"
+    assert np.logical_and(picture[:, :, 0] > 190, picture[:, :, 1] < 100).sum() > 0.1 * HEIGHT, "the failure is red"
 
 
 def test_what_still_runs_is_blue(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from textwrap import shorten
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -31,6 +31,14 @@ ROBOT_TIME, MISSION_TIME, RUN_TIME = "robot time", "time since the mission began
 """Labels of the time axis: robot time, which begins before any mission, or time since a moment in it."""
 _LETTER_PX = 6.3
 """Width of a letter in a bar; a text that does not fit its bar is left out."""
+_HALF_HEIGHT = 0.36
+"""Half of a bar's height [lanes]."""
+_LEAST_PX = 2.0
+"""Least width of a bar."""
+_LEAST_WITH_EDGE_PX = 3.0
+"""Width from which a bar has a white edge."""
+_IN_FRONT = {palette.AMBER: 1, palette.RED: 2}
+"""Ranks of the colours that cover others; the rest have 0."""
 _MAX_SWITCHES = 6
 _REFUSED: dict[str, Any] = {"marker": "v", "markersize": 6}
 """Marker of a goal that never ran, which has no bar."""
@@ -91,17 +99,32 @@ def draw_timeline(
     write_whole(path, picture.getvalue())
 
 
+class _Bar(NamedTuple):
+    """A bar of one lane, from `start` on for `width` seconds, with a text if that fits."""
+
+    start: float
+    width: float
+    colour: str
+    text: str
+    ink: str
+
+
 def _draw_skills(axes: Axes, bars: Sequence[SkillBar], skills: Sequence[str], end: float, letter: float) -> None:
     _prepare(axes, skills, "Skills")
-    for bar in bars:
-        lane = skills.index(bar.skill)
-        colour = palette.OUTCOME_COLOURS[bar.outcome]
-        if bar.refused:
-            axes.plot(bar.t_start, lane - 0.36, **_REFUSED, color=colour, clip_on=False)
-            continue
-        width = (end if bar.t_end is None else bar.t_end) - bar.t_start
-        axes.barh(lane, width, left=bar.t_start, height=0.72, color=colour, edgecolor="white", linewidth=0.8)
-        _write_inside(axes, bar.terminal or "running", bar.t_start, width, lane, "white", letter)
+    for lane, skill in enumerate(skills):
+        ran: list[_Bar] = []
+        refused: dict[str, list[float]] = {}
+        for bar in (bar for bar in bars if bar.skill == skill):
+            colour = palette.OUTCOME_COLOURS[bar.outcome]
+            if bar.refused:
+                refused.setdefault(colour, []).append(bar.t_start)
+            else:
+                width = (end if bar.t_end is None else bar.t_end) - bar.t_start
+                ran.append(_Bar(bar.t_start, width, colour, bar.terminal or "running", "white"))
+        _draw_lane(axes, lane, ran, letter)
+        for colour, times in refused.items():
+            height = [lane - _HALF_HEIGHT] * len(times)
+            axes.plot(times, height, **_REFUSED, linestyle="none", color=colour, clip_on=False)
 
 
 def _draw_resources(
@@ -118,14 +141,36 @@ def _draw_resources(
         of_resource = colours.get(name) or palette.state_colours(
             tuple(dict.fromkeys(span.state for span in spans)), spans[0].state
         )
+        bars: list[_Bar] = []
         for span in spans:
             width = (end if span.t_end is None else span.t_end) - span.t_start
             colour = of_resource.get(span.state, palette.REST)
-            drawn.add(colour)
-            axes.barh(lane, width, left=span.t_start, height=0.72, color=colour, edgecolor="white", linewidth=0.8)
             ink = "white" if colour == palette.RED else palette.INK
-            _write_inside(axes, span.state, span.t_start, width, lane, ink, letter)
+            bars.append(_Bar(span.t_start, width, colour, span.state, ink))
+        _draw_lane(axes, lane, bars, letter)
+        drawn.update(bar.colour for bar in bars)
     return drawn
+
+
+def _draw_lane(axes: Axes, lane: int, bars: Sequence[_Bar], letter: float) -> None:
+    """Draw all bars of a lane as one collection: an artist for each costs a millisecond.
+
+    In a long run bars are narrower than a pixel. They are drawn wider then, without the edges, which would hide them.
+    Trouble is drawn last.
+    """
+    pixel = letter / _LETTER_PX
+    drawn = sorted(bars, key=lambda bar: _IN_FRONT.get(bar.colour, 0))
+    axes.broken_barh(
+        [(bar.start, max(bar.width, _LEAST_PX * pixel)) for bar in drawn],
+        (lane - _HALF_HEIGHT, 2.0 * _HALF_HEIGHT),
+        facecolors=[bar.colour for bar in drawn],
+        edgecolor="white",
+        linewidths=[0.8 if bar.width >= _LEAST_WITH_EDGE_PX * pixel else 0.0 for bar in drawn],
+    )
+    for bar in bars:
+        if bar.width >= letter * (len(bar.text) + 1):
+            middle = bar.start + bar.width / 2
+            axes.text(middle, lane, bar.text, ha="center", va="center", fontsize=8, color=bar.ink, clip_on=True)
 
 
 def _explain_states(figure: Figure, drawn: set[str]) -> None:
@@ -156,11 +201,6 @@ def _prepare(axes: Axes, names: Sequence[str], what: str) -> None:
     axes.tick_params(length=0, labelcolor=palette.INK)
     for spine in axes.spines.values():
         spine.set_color("#d0d7de")
-
-
-def _write_inside(axes: Axes, text: str, start: float, width: float, lane: int, ink: str, letter: float) -> None:
-    if width >= letter * (len(text) + 1):
-        axes.text(start + width / 2, lane, text, ha="center", va="center", fontsize=8, color=ink, clip_on=True)
 
 
 def _draw_switches(figure: Figure, upper: Axes, lower: Axes, switches: Sequence[SwitchEvent]) -> None:
