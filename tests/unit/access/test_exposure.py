@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from skillwing.services.access.exposure import exposed, is_loopback, local_endpoint, require_protected
+from skillwing.services.access.exposure import exposed, is_loopback, local_endpoint, require_address, require_protected
+from skillwing.services.bus.address import is_address
 from skillwing.services.errors import InvalidOptionError
 
 HERE = ["tcp/127.0.0.1:1", "tcp/127.3.2.1:1", "tcp/localhost:1", "tcp/[::1]:1"]
@@ -41,3 +42,18 @@ def test_processes_of_the_machine_find_a_router_at_all_addresses() -> None:
     assert local_endpoint("tls/0.0.0.0:7447") == "tls/127.0.0.1:7447"
     assert local_endpoint("tcp/[::]:7447") == "tcp/[::1]:7447"
     assert local_endpoint("tcp/10.0.0.5:7447") == "tcp/10.0.0.5:7447"
+
+
+@pytest.mark.parametrize("address", [*HERE, *ELSEWHERE, "tls/robot.local:65535", "tcp/127.0.0.1:0"])
+def test_addresses_of_routers(address: str) -> None:
+    assert is_address(address)
+    require_address(address, "router")
+
+
+@pytest.mark.parametrize(
+    "text", ["", "foo", "tcp/127.0.0.1", "tcp/:7447", "127.0.0.1:7447", "tcp/robot:65536", "tcp/a:b"]
+)
+def test_what_is_no_address_is_refused_with_the_form(text: str) -> None:
+    with pytest.raises(InvalidOptionError, match=r"is no address of a router\. Write tcp/HOST:PORT") as refused:
+        require_address(text, "router")
+    assert refused.value.option == "router"

@@ -5,10 +5,19 @@ from __future__ import annotations
 from ipaddress import ip_address
 from pathlib import Path
 
+from skillwing.services.bus.address import is_address
 from skillwing.services.errors import InvalidOptionError
 
 EVERY_ADDRESS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
 """Addresses for all interfaces, each with the one at which the machine itself connects."""
+
+
+def require_address(endpoint: str, option: str) -> None:
+    """Raise InvalidOptionError, about the option or the variable, for what is no address of a router."""
+    if not is_address(endpoint):
+        raise InvalidOptionError(
+            option, f"`{endpoint}` is no address of a router. Write tcp/HOST:PORT, or with keys tls/HOST:PORT."
+        )
 
 
 def host_of(endpoint: str) -> str:

@@ -15,6 +15,7 @@ import msgspec
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.dsl.suggest import listed
+from skillwing.services.access.exposure import require_address
 from skillwing.services.bus import Answered, Refused, Topology
 from skillwing.services.client.joining import find_robots, join
 from skillwing.services.client.retry import accepted, ask_until_answered
@@ -67,8 +68,10 @@ def find_target_at(endpoint: str, robot: str | None = None, table: str | None = 
     """The system of a robot at an endpoint; robot and table as for `find_target`.
 
     A robot whose resource manager is away is known by the table of SKILLWING_ROBOT, or by that of its name. Raises
-    NoSystemError, at once for a router that does not answer, SeveralSystemsError, and as `find_robot` does.
+    NoSystemError, at once for a router that does not answer, SeveralSystemsError, InvalidOptionError for what is no
+    address, and as `find_robot` does.
     """
+    require_address(endpoint, CONNECT)
     if robot is not None and not ROBOT_NAME.fullmatch(robot):
         robot, table = None, table or robot
     known = os.environ.get(TABLE)

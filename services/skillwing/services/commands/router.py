@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 import zenoh
 
-from skillwing.services.access.exposure import require_protected
+from skillwing.services.access.exposure import require_address, require_protected
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.router import run_router
 from skillwing.services.processes.stop_signal import stop_on_signals
@@ -67,6 +67,4 @@ def _require_plain(upper: str | None, keys: Path | None) -> None:
     if keys is not None or upper.startswith("tls/"):
         text = "A tree of routers has no keys: the rules of a router hold for its own links only."
         raise InvalidOptionError("connect", f"{text} Let all join one router with --keys.")
-    host, _, port = upper.removeprefix("tcp/").rpartition(":")
-    if not upper.startswith("tcp/") or not host or not port.isdecimal():
-        raise InvalidOptionError("connect", f"`{upper}` is no address of a router. Write tcp/HOST:PORT.")
+    require_address(upper, "connect")

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import zenoh
 
 from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
+from skillwing.services.bus.address import is_address
 from skillwing.services.bus.identity import KEYS_VARIABLE, WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
 from skillwing.services.errors import InvalidOptionError, KeysError
@@ -45,7 +46,7 @@ def start_router(
     """
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
-    if protocol not in ("tcp", "tls") or not host or not port.isdecimal():
+    if not is_address(listen):
         raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
     own = None if keys is None else _keys_in(keys)
     identity, rules = (None, None) if own is None else (own.identity, own.rules)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from skillwing.services.access.exposure import require_protected
+from skillwing.services.access.exposure import require_address, require_protected
 from skillwing.services.bus import Topology
 from skillwing.services.bus.identity import needs_identity
 from skillwing.services.errors import InvalidOptionError
@@ -170,6 +170,7 @@ class RunSettings:
         if self.listen not in (LOOPBACK, LOOPBACK_WITH_KEYS):
             text = "The router of another system has its address already. Leave out `--listen`."
             raise InvalidOptionError("listen", text)
+        require_address(self.router, "router")
         if needs_identity(self.router) != (self.keys is not None):
             text = f"The address {self.router} is one without keys. Write tls/HOST:PORT, or leave out --keys."
             if self.keys is None:
