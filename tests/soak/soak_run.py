@@ -32,11 +32,12 @@ from soak_figures import HOUR, Sample, Soak, rates_table, table
 from soak_nodes import COUNT_KEY, SoakCount
 
 from skillwing.bt_missions.running.process import mission_process
+from skillwing.dsl.whole_files import write_whole
 from skillwing.evaluation.campaign.flight_code import flight_code
 from skillwing.services.bus.clock import FollowedClock
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.disk import directory_size, write_whole
+from skillwing.services.disk import directory_size
 from skillwing.services.history.recording_state import add_up, read_state
 from skillwing.services.mocking.system import mock_processes
 from skillwing.services.names import MISSION

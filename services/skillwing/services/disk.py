@@ -78,19 +78,6 @@ def directory_size(path: Path) -> int:
     return total
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all: on a full disk the file of before stays. Raises OSError with the path."""
-    unfinished = path.with_name(f"{path.name}.part")
-    try:
-        unfinished.write_bytes(content)
-        unfinished.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        error.filename = str(path)
-        raise
-
-
 def discard_unwritten() -> None:
     """Discard output that its file does not take. Python would end with another exit code for it."""
     for stream in (sys.stdout, sys.stderr):

@@ -39,6 +39,7 @@ from skillwing.bt_missions.tree_skill.called import called_skill_problems
 from skillwing.bt_missions.xml.writer import write_mission, write_mission_on_robots, write_models
 from skillwing.dsl.model import Skillset, UnknownNameError
 from skillwing.dsl.suggest import listed
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.access.identity_files import ending_soon
 from skillwing.services.client.interface import require_allowed
 from skillwing.services.errors import (
@@ -415,7 +416,7 @@ def _put(text: str, output: Path | None) -> None:
     if output is None:
         typer.echo(text, nl=False)
     else:
-        output.write_text(text, encoding="utf-8")
+        write_whole(output, text)
 
 
 @contextmanager

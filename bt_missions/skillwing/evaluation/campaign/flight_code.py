@@ -15,6 +15,7 @@ from typing import TypeVar, cast
 import msgspec
 from msgspec import Struct
 
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 
 _Flight = TypeVar("_Flight")
@@ -89,7 +90,7 @@ def claim(folder: Path, code: FlightCode, *, begun: bool = False) -> None:
         sentence = f"The flights in {folder} were flown by other code: {some_names(changes)}."
         raise InvalidOptionError("resume", f"{sentence} Start in another folder.")
     folder.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(msgspec.json.encode(code))
+    write_whole(path, msgspec.json.encode(code))
 
 
 def read_code(folder: Path) -> FlightCode:

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from skillwing.dsl.whole_files import write_whole
+
 _HEADER = """ply
 format binary_little_endian 1.0
 comment centres of occupied voxels of {size:g} m; x east, y north, z up, origin on the home pad
@@ -25,6 +27,4 @@ def write_ply(file: Path, centres: NDArray[np.float32], voxel_size: float, sourc
     The file appears complete or not at all.
     """
     header = _HEADER.format(size=voxel_size, source=" ".join(source.split()), count=len(centres))
-    unfinished = file.with_suffix(".part")
-    unfinished.write_bytes(header.encode("ascii", "replace") + centres.astype("<f4").tobytes())
-    unfinished.replace(file)
+    write_whole(file, header.encode("ascii", "replace") + centres.astype("<f4").tobytes())

@@ -20,6 +20,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import is_usable
 from skillwing.dsl.packages import import_name, project_of, tests_folder
 from skillwing.dsl.suggest import closest
+from skillwing.dsl.whole_files import write_whole
 
 
 def new_skill(
@@ -65,7 +66,7 @@ def new_skill(
         usage_error(f"`{name}` cannot be the name of a skill here: {first.message} Choose another one.")
     own: Mapping[str, str] = {} if body is None else body.files(after, folder)
     try:
-        skillset.write_text(extended, encoding="utf-8", newline="\n")
+        write_whole(skillset, extended)
         typer.echo(f"{skillset}: `{name}` was added.")
         if folder is not None:
             test = tests_folder(folder, [skill.name for skill in before.skills]) / test

@@ -15,6 +15,7 @@ import typer
 from skillwing.dsl.checking.checker import Checked
 from skillwing.dsl.diagnostics.diagnostic import render
 from skillwing.dsl.text_files import text_in
+from skillwing.dsl.whole_files import write_whole
 
 PROBLEMS = 1
 MISUSE = 2
@@ -71,10 +72,10 @@ def show(outcome: Checked, source: str) -> None:
 
 
 def write(path: Path, text: str, *, make_folder: bool = False) -> None:
-    """Write a file. End the command on an error."""
+    """Write a file whole. End the command on an error: the file of before stays."""
     try:
         if make_folder:
             path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", newline="\n")
+        write_whole(path, text)
     except OSError as error:
         usage_error(f"`{path}` cannot be written: {error.strerror}.")

@@ -26,6 +26,7 @@ from skillwing.dsl.generating.skeletons import skill_file
 from skillwing.dsl.model import Skillset
 from skillwing.dsl.naming import script_of
 from skillwing.dsl.reading.parser import self_contained
+from skillwing.dsl.whole_files import write_whole
 
 GENERATED = "generated"
 MARKS = ("# Generated from", "// Generated from")
@@ -136,7 +137,7 @@ class RobotFolder:
         """Write `generated/`, and remove generated files that are superfluous."""
         self.generated.mkdir(parents=True, exist_ok=True)
         for name, text in products.items():
-            (self.generated / name).write_text(text, encoding="utf-8")
+            write_whole(self.generated / name, text)
         for path in self._superfluous(products):
             path.unlink()
 
@@ -146,7 +147,7 @@ class RobotFolder:
         missing = {path: text for path, text in paths.items() if not path.exists()}
         for path, text in missing.items():
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            write_whole(path, text)
         return tuple(missing)
 
     def _superfluous(self, products: Collection[str]) -> tuple[Path, ...]:

@@ -8,6 +8,7 @@ from typing import Annotated
 import msgspec
 import typer
 
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.zenoh_rules import access_control as rules_of
 
@@ -27,5 +28,5 @@ def access_control(
     if str(file) == "-":
         typer.echo(content)
         return
-    file.write_text(f"{content}\n", encoding="utf-8")
+    write_whole(file, f"{content}\n")
     typer.echo(f"{file} has the rules for {len(site.robots)} robots and {len(site.people)} people and stations.")

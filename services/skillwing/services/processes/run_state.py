@@ -19,8 +19,9 @@ from typing import Any
 
 import msgspec
 
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.bus import Topology
-from skillwing.services.disk import UnwritableError, write_whole
+from skillwing.services.disk import UnwritableError
 from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.proc_files import started
 from skillwing.services.processes.process_state import ProcessState

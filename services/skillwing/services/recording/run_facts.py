@@ -10,7 +10,7 @@ import msgspec
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
-from skillwing.services.disk import write_whole
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import UnknownRobotError, find_robot
 

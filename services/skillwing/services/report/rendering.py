@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 from rich.table import Table
 
-from skillwing.services.disk import write_whole
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.history.history import GoalOutcome, History, SkillBar
 from skillwing.services.history.report import REPORT_FILE, RESULTS, MissionReport, ProcessEntry, last_phase
 from skillwing.services.history.wording import abridge, brief, chain_text, ends, headlines

@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skillwing.dsl.model import Resource
-from skillwing.services.disk import write_whole
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.history.history import History, SkillBar, StateSpan, SwitchEvent
 from skillwing.services.history.wording import chain_text
 from skillwing.services.recording import palette

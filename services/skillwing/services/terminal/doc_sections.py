@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from argparse import ArgumentTypeError
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.errors import SkillwingError
 
 
@@ -114,14 +113,9 @@ def _read(page: Path) -> str:
 
 
 def _write(page: Path, text: str) -> None:
-    """Replace a page atomically: a reader finds the old or the new text, never a part of it."""
-    page = page.resolve()
-    temporary = page.with_name(f".{page.name}.{os.getpid()}")
     try:
-        temporary.write_text(text, encoding="utf-8")
-        if page.exists():
-            shutil.copymode(page, temporary)
-        temporary.replace(page)
+        write_whole(page, text)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise PageError(page, f"{page} cannot be written: {error}. Make room for it, or name another.") from error
+        raise PageError(
+            page, f"{page} cannot be written: {error.strerror}. Make room for it, or name another."
+        ) from error
