@@ -222,7 +222,7 @@ class FaultyNetwork(InProcessNetwork):
 
     def _route(self, robot: Namespace, question: Question) -> None:
         """Route a request at the router, to the latest of several processes of one name."""
-        services = [each for each in robot.services_for(question.key) if not each.bus.given_up]
+        services = [each for each in robot.services.covering(question.key) if not each.bus.given_up]
         service = services[-1] if services else None
         if service is None or self._session(service.bus).reachable_from > self._now:
             self._note("nobody is reachable on", question.key)

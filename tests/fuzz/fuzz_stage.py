@@ -164,7 +164,7 @@ class FuzzStage:
         return answer
 
     def _ask(self, robot: str, endpoint: Endpoint, data: bytes, attachment: bytes) -> None:
-        served = self._robot(robot).services_for(endpoint.key)
+        served = self._robot(robot).services.covering(endpoint.key)
 
         def on_answer(answer: Answer) -> None:
             if isinstance(answer, NoReply) and served:

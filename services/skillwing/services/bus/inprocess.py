@@ -14,11 +14,11 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from itertools import count
-from typing import TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from skillwing.services.bus import (
     EVENT_HISTORY,
@@ -163,7 +163,7 @@ class InProcessNetwork:
         """Deliver a question to the node that serves its key on arrival."""
 
         def arrive() -> None:
-            services = robot.services_for(question.key)
+            services = robot.services.covering(question.key)
             if services:
                 services[0].bus.take(question, services[0].on_request)
             else:
@@ -269,7 +269,7 @@ class InProcessBus:
         latest_only: bool = False,
     ) -> _Registration:
         subscription = _Subscription(self, key_expression, on_sample, events=events, latest_only=latest_only)
-        self.robot.add_subscription(subscription)
+        self.robot.subscriptions.add(subscription)
         if events:
             for publisher in self.robot.publishers:
                 if matches(key_expression, publisher.key):
@@ -279,8 +279,8 @@ class InProcessBus:
 
     def serve(self, key_expression: str, on_request: Callable[[Request], None]) -> _Registration:
         service = Service(self, key_expression, on_request)
-        self.robot.add_service(service)
-        return _Registration(lambda: self.robot.remove_service(service))
+        self.robot.services.add(service)
+        return _Registration(lambda: self.robot.services.discard(service))
 
     def ask(
         self,
@@ -390,6 +390,48 @@ class _Registration:
             undo()
 
 
+class _Declared(Protocol):
+    """What a node declares for the keys that an expression covers."""
+
+    @property
+    def bus(self) -> InProcessBus: ...
+    @property
+    def key_expression(self) -> str: ...
+
+
+D = TypeVar("D", bound=_Declared)
+
+
+class Declarations(Generic[D]):
+    """What nodes have declared, in that order. Look-ups are cached: each put of a stream, and each question, is one."""
+
+    def __init__(self) -> None:
+        self._all: list[D] = []
+        self._covering: dict[str, list[D]] = {}
+
+    def __iter__(self) -> Iterator[D]:
+        return iter(self._all)
+
+    def covering(self, key: str) -> list[D]:
+        """Those whose expression covers a key."""
+        found = self._covering.get(key)
+        if found is None:
+            found = self._covering[key] = [each for each in self._all if matches(each.key_expression, key)]
+        return found
+
+    def of(self, bus: InProcessBus) -> list[D]:
+        """Those of one node."""
+        return [each for each in self._all if each.bus is bus]
+
+    def add(self, declared: D) -> None:
+        self._all.append(declared)
+        self._covering.clear()
+
+    def discard(self, declared: D) -> None:
+        _discard(self._all, declared)
+        self._covering.clear()
+
+
 @dataclass(eq=False)
 class Namespace:
     """The nodes and declarations of one robot. Other robots do not see them."""
@@ -397,49 +439,18 @@ class Namespace:
     name: str
     nodes: dict[str, InProcessBus] = field(default_factory=dict)
     publishers: list[_Publisher] = field(default_factory=list)
-    services: list[Service] = field(default_factory=list)
     watches: list[Watch] = field(default_factory=list)
     tokens: list[tuple[InProcessBus, str, _Registration]] = field(default_factory=list)
-    subscriptions: list[_Subscription] = field(default_factory=list)
-    _receivers: dict[str, list[_Subscription]] = field(default_factory=dict)
-    _answering: dict[str, list[Service]] = field(default_factory=dict)
-
-    def receivers(self, key: str) -> list[_Subscription]:
-        """The subscriptions that cover a key, cached because every put of a stream asks for them."""
-        found = self._receivers.get(key)
-        if found is None:
-            found = [each for each in self.subscriptions if matches(each.key_expression, key)]
-            self._receivers[key] = found
-        return found
-
-    def add_subscription(self, subscription: _Subscription) -> None:
-        self.subscriptions.append(subscription)
-        self._receivers.clear()
+    services: Declarations[Service] = field(default_factory=Declarations)
+    subscriptions: Declarations[_Subscription] = field(default_factory=Declarations)
 
     def remove_subscription(self, subscription: _Subscription) -> None:
         subscription.active = False
-        _discard(self.subscriptions, subscription)
-        self._receivers.clear()
+        self.subscriptions.discard(subscription)
 
     def remove_watch(self, watch: Watch) -> None:
         watch.active = False
         _discard(self.watches, watch)
-
-    def services_for(self, key: str) -> list[Service]:
-        """The services that cover a key, cached as the receivers are."""
-        found = self._answering.get(key)
-        if found is None:
-            found = [each for each in self.services if matches(each.key_expression, key)]
-            self._answering[key] = found
-        return found
-
-    def add_service(self, service: Service) -> None:
-        self.services.append(service)
-        self._answering.clear()
-
-    def remove_service(self, service: Service) -> None:
-        _discard(self.services, service)
-        self._answering.clear()
 
     def visible_tokens(self) -> tuple[str, ...]:
         """Keys of the tokens that are visible on the network."""
@@ -454,11 +465,11 @@ class Namespace:
                 watch.send(source, key, alive=alive)
 
     def remove_node(self, bus: InProcessBus) -> None:
-        for subscription in [each for each in self.subscriptions if each.bus is bus]:
+        for subscription in self.subscriptions.of(bus):
             self.remove_subscription(subscription)
         self.publishers[:] = [each for each in self.publishers if each.bus is not bus]
-        for service in [each for each in self.services if each.bus is bus]:
-            self.remove_service(service)
+        for service in self.services.of(bus):
+            self.services.discard(service)
         for watch in [each for each in self.watches if each.bus is bus]:
             self.remove_watch(watch)
         for owner, _, registration in list(self.tokens):
@@ -483,7 +494,7 @@ class _Publisher:
         sample = Sample(self.key, payload, attachment)
         if self.history is not None:
             self.history.append(sample)
-        for subscription in self.robot.receivers(self.key):
+        for subscription in self.robot.subscriptions.covering(self.key):
             subscription.send(self, sample)
 
 
