@@ -391,7 +391,7 @@ class _Registration:
 
 
 class _Declared(Protocol):
-    """What a node declares for the keys that an expression covers."""
+    """A declaration of a node, for the keys that its expression covers."""
 
     @property
     def bus(self) -> InProcessBus: ...
@@ -403,7 +403,7 @@ D = TypeVar("D", bound=_Declared)
 
 
 class Declarations(Generic[D]):
-    """What nodes have declared, in that order. Look-ups are cached: each put of a stream, and each question, is one."""
+    """Declarations of nodes, in their order. Look-ups are cached: each put of a stream and each question needs one."""
 
     def __init__(self) -> None:
         self._all: list[D] = []
@@ -413,14 +413,14 @@ class Declarations(Generic[D]):
         return iter(self._all)
 
     def covering(self, key: str) -> list[D]:
-        """Those whose expression covers a key."""
+        """The declarations whose expression covers a key."""
         found = self._covering.get(key)
         if found is None:
             found = self._covering[key] = [each for each in self._all if matches(each.key_expression, key)]
         return found
 
     def of(self, bus: InProcessBus) -> list[D]:
-        """Those of one node."""
+        """The declarations of one node."""
         return [each for each in self._all if each.bus is bus]
 
     def add(self, declared: D) -> None:
