@@ -44,7 +44,9 @@ def test_processes_of_the_machine_find_a_router_at_all_addresses() -> None:
     assert local_endpoint("tcp/10.0.0.5:7447") == "tcp/10.0.0.5:7447"
 
 
-@pytest.mark.parametrize("address", [*HERE, *ELSEWHERE, "tls/robot.local:65535", "tcp/127.0.0.1:0"])
+@pytest.mark.parametrize(
+    "address", [*HERE, *ELSEWHERE, "tls/robot.local:65535", "tcp/10.0.0.5:1#iface=eth0", "tcp/127.0.0.1:0"]
+)
 def test_addresses_of_routers(address: str) -> None:
     assert is_address(address)
     require_address(address, "router")

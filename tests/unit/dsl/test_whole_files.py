@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -47,12 +48,40 @@ def test_a_pipe_is_written_to(tmp_path: Path) -> None:
         os.close(reader)
 
 
+@pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
+def test_a_name_of_an_open_stream_is_written_to(name: str) -> None:
+    imports = "import sys; from pathlib import Path; from skillwing.dsl.whole_files import write_whole"
+    command = [sys.executable, "-c", f"{imports}; write_whole(Path(sys.argv[1]), 'new')", name]
+    assert subprocess.run(command, capture_output=True, check=True).stdout == b"new"
+
+
+def test_a_file_that_may_not_be_written_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "file"
+    file.write_text("old")
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everything
+    with pytest.raises(PermissionError):
+        write_whole(file, "new")
+    assert file.read_text() == "old"
+
+
+def test_a_file_that_cannot_be_replaced_is_written_in_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def replace(self: Path, target: Path) -> None:
+        raise OSError(errno.EBUSY, "busy", str(self), None, str(target))
+
+    file = tmp_path / "file"
+    file.write_text("old")
+    monkeypatch.setattr(Path, "replace", replace)
+    write_whole(file, "new")
+    assert [(each.name, each.read_text()) for each in tmp_path.iterdir()] == [("file", "new")]
+
+
 @pytest.mark.parametrize("place", ["missing/file", "folder"])
 def test_an_error_names_the_file(tmp_path: Path, place: str) -> None:
     (tmp_path / "folder").mkdir()
     with pytest.raises(OSError, match=place) as failed:
         write_whole(tmp_path / place, "new")
     assert failed.value.filename == str(tmp_path / place)
+    assert "->" not in str(failed.value)
     assert list(tmp_path.iterdir()) == [tmp_path / "folder"]
 
 

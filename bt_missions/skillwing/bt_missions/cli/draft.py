@@ -8,6 +8,7 @@ from pathlib import Path
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot
 from skillwing.bt_missions.drafting.mission_files import draft_python_file, draft_tree_file
 from skillwing.bt_missions.xml.tree_file import RESCUE
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.errors import InvalidOptionError
 
 TEMPLATES = {".xml": "template.xml", ".py": "template.py.txt"}
@@ -28,11 +29,9 @@ def write_draft(file: Path, robot: ChosenRobot) -> None:
         raise InvalidOptionError("FILE", text)
     if robot.rescue_goal is not None:
         robot.rescue_goal.require_fit(robot.skillset)
-    try:
-        with file.open("x", encoding="utf-8") as opened:
-            opened.write(draft_text(file, robot))
-    except FileExistsError as error:
-        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.") from error
+    if file.exists():
+        raise InvalidOptionError("FILE", f"There is `{file}` already. Choose another name.")
+    write_whole(file, draft_text(file, robot))
 
 
 def draft_text(file: Path, robot: ChosenRobot) -> str:

@@ -154,7 +154,9 @@ class RobotFolder:
         if not self.generated.is_dir():
             return ()
         return tuple(
-            path for path in sorted(self.generated.iterdir()) if path.name not in products and is_generated(path)
+            path
+            for path in sorted(self.generated.iterdir())
+            if path.name not in products and not path.name.startswith(".") and is_generated(path)
         )
 
 

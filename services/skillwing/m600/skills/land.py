@@ -132,9 +132,10 @@ class LandManager(AbstractLandManager):
     def _watch_descent(self, goal: Goal[LandInputs], axis: AxisStatus) -> None:
         if axis.state is MotionState.ABORTED:
             self.failed(goal.id, f"Guidance gave up the landing: {axis.text}.", cause=self.guidance.record)
-        elif axis.state is MotionState.BLOCKED or self._has_stalled():
-            why = self.guidance.why or f"the drone has not descended for {STALLED_AFTER:g} s"
-            self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=why)
+        elif axis.state is MotionState.BLOCKED:
+            self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=self.guidance.why)
+        elif self._has_stalled():
+            self.terminated_BLOCKED(goal.id, why=f"the drone has not descended for {STALLED_AFTER:g} s")
 
     def _has_stalled(self) -> bool:
         """Test for a drone that no longer descends."""

@@ -60,9 +60,11 @@ class TakeoffManager(AbstractTakeoffManager):
         reached = abs(z - goal.inputs.height) <= TOLERANCE
         if axis.state is MotionState.DONE and reached:
             self.terminated_AT_ALTITUDE(goal.id)
-        elif axis.state is MotionState.ABORTED or drift > MAX_DRIFT:
-            why = self.guidance.why or f"the drone has drifted {drift:.1f} m from the start of its climb"
-            self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=why)
-        elif axis.state is MotionState.BLOCKED or self._climb.stalled(self.bus.now(), z):
-            why = self.guidance.why or f"the drone no longer climbs, at {z:.1f} m"
-            self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=why)
+        elif axis.state is MotionState.ABORTED:
+            self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=self.guidance.why)
+        elif drift > MAX_DRIFT:
+            self.terminated_ABORTED(goal.id, why=f"the drone has drifted {drift:.1f} m from the start of its climb")
+        elif axis.state is MotionState.BLOCKED:
+            self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=self.guidance.why)
+        elif self._climb.stalled(self.bus.now(), z):
+            self.terminated_BLOCKED(goal.id, why=f"the drone no longer climbs, at {z:.1f} m")

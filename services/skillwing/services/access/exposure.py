@@ -12,12 +12,11 @@ EVERY_ADDRESS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
 """Addresses for all interfaces, each with the one at which the machine itself connects."""
 
 
-def require_address(endpoint: str, option: str) -> None:
-    """Raise InvalidOptionError, about the option or the variable, for what is no address of a router."""
+def require_address(endpoint: str, option: str, form: str = "tcp/HOST:PORT, or with keys tls/HOST:PORT") -> None:
+    """Raise InvalidOptionError for a malformed address. option: the option or variable that has it."""
     if not is_address(endpoint):
-        raise InvalidOptionError(
-            option, f"`{endpoint}` is no address of a router. Write tcp/HOST:PORT, or with keys tls/HOST:PORT."
-        )
+        text = f"`{endpoint}` is no address of a router. Write {form}, with a port up to 65535."
+        raise InvalidOptionError(option, f"{text} It was given by `{option}`.")
 
 
 def host_of(endpoint: str) -> str:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import Skillset
+from skillwing.services.access.exposure import require_address
 from skillwing.services.bus import Answer, Answered
 from skillwing.services.bus.clock import FollowedClock, WallClock
 from skillwing.services.bus.zenoh_bus import ZenohBus
@@ -29,10 +30,13 @@ def find_target(
 
     robot: its name. It may be missing if one system runs there, or one with the skillset of the hash `schema`. A robot
     elsewhere tells its skillset itself. table: robot whose table is used instead, as `find_robot` takes it; by default
-    SKILLWING_ROBOT, if no name is given. Raises NoSystemError, SeveralSystemsError, and as `find_robot` does.
+    SKILLWING_ROBOT, if no name is given. Raises NoSystemError, SeveralSystemsError, InvalidOptionError for a malformed
+    address, and as `find_robot` does.
     """
+    source = "endpoint" if endpoint else CONNECT
     endpoint = endpoint or os.environ.get(CONNECT)
     if endpoint:
+        require_address(endpoint, source)
         return find_target_at(endpoint, robot, table)
     state = running_system(robot, schema=schema)
     if state is None:

@@ -15,7 +15,7 @@ import msgspec
 from skillwing.dsl import SkillsetError, load
 from skillwing.dsl.model import UnknownNameError
 from skillwing.dsl.suggest import listed
-from skillwing.services.access.exposure import require_address
+from skillwing.dsl.whole_files import write_whole
 from skillwing.services.bus import Answered, Refused, Topology
 from skillwing.services.client.joining import find_robots, join
 from skillwing.services.client.retry import accepted, ask_until_answered
@@ -68,10 +68,8 @@ def find_target_at(endpoint: str, robot: str | None = None, table: str | None = 
     """The system of a robot at an endpoint; robot and table as for `find_target`.
 
     A robot whose resource manager is away is known by the table of SKILLWING_ROBOT, or by that of its name. Raises
-    NoSystemError, at once for a router that does not answer, SeveralSystemsError, InvalidOptionError for what is no
-    address, and as `find_robot` does.
+    NoSystemError, at once for a router that does not answer, SeveralSystemsError, and as `find_robot` does.
     """
-    require_address(endpoint, CONNECT)
     if robot is not None and not ROBOT_NAME.fullmatch(robot):
         robot, table = None, table or robot
     known = os.environ.get(TABLE)
@@ -163,7 +161,5 @@ def _kept(skillset: str, told: RobotDescription) -> Path:
     folder.mkdir(mode=0o700, exist_ok=True)
     file = folder / f"{skillset}-{told.schema}.skillset"
     if not file.is_file() or load(file).schema_hash != told.schema:
-        fresh = file.with_suffix(f".{os.getpid()}")
-        fresh.write_text(told.source, encoding="utf-8")
-        fresh.replace(file)
+        write_whole(file, told.source)
     return file

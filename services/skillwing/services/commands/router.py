@@ -67,4 +67,4 @@ def _require_plain(upper: str | None, keys: Path | None) -> None:
     if keys is not None or upper.startswith("tls/"):
         text = "A tree of routers has no keys: the rules of a router hold for its own links only."
         raise InvalidOptionError("connect", f"{text} Let all join one router with --keys.")
-    require_address(upper, "connect")
+    require_address(upper, "connect", "tcp/HOST:PORT")

@@ -46,7 +46,7 @@ def start_router(
     """
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
-    if not is_address(listen):
+    if not is_address(listen) or not port.isdecimal():
         raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
     own = None if keys is None else _keys_in(keys)
     identity, rules = (None, None) if own is None else (own.identity, own.rules)
