@@ -402,7 +402,7 @@ class _Declared(Protocol):
 D = TypeVar("D", bound=_Declared)
 
 
-class Declarations(Generic[D]):
+class KeyIndex(Generic[D]):
     """Declarations of nodes, in their order. Look-ups are cached: each put of a stream and each question needs one."""
 
     def __init__(self) -> None:
@@ -441,8 +441,8 @@ class Namespace:
     publishers: list[_Publisher] = field(default_factory=list)
     watches: list[Watch] = field(default_factory=list)
     tokens: list[tuple[InProcessBus, str, _Registration]] = field(default_factory=list)
-    services: Declarations[Service] = field(default_factory=Declarations)
-    subscriptions: Declarations[_Subscription] = field(default_factory=Declarations)
+    services: KeyIndex[Service] = field(default_factory=KeyIndex)
+    subscriptions: KeyIndex[_Subscription] = field(default_factory=KeyIndex)
 
     def remove_subscription(self, subscription: _Subscription) -> None:
         subscription.active = False
