@@ -42,10 +42,11 @@ def ready(
     with connect(robot) as system:
         values = parse_inputs(system.skillset.skill(skill), inputs) if skill and inputs else None
         report = system.ask_ready(system.make_interface(), skill or "", values)
-        alive = system.alive()
-        unmanaged = [each.skill for each in report.skills if skill_process(each.skill) not in alive]
-        managed = (each.skill for each in report.skills if each.skill not in unmanaged)
-        silent = [each for each in managed if not _answers(system, each)]
+        # Who answers is there, even if its alive token is late, as on a busy machine.
+        quiet = [each.skill for each in report.skills if not _answers(system, each.skill)]
+        alive = system.alive() if quiet else ()
+        silent = [each for each in quiet if skill_process(each) in alive]
+        unmanaged = [each for each in quiet if each not in silent]
         advice = None if as_json or skill is None else _advice(system, report.skills[0])
     troubles = {**dict.fromkeys(unmanaged, system.addressed(NOBODY_RUNS_IT)), **dict.fromkeys(silent, HANGS)}
     if as_json:
