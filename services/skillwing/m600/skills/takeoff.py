@@ -63,7 +63,8 @@ class TakeoffManager(AbstractTakeoffManager):
         elif axis.state is MotionState.ABORTED:
             self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=self.guidance.why)
         elif drift > MAX_DRIFT:
-            self.terminated_ABORTED(goal.id, why=f"the drone has drifted {drift:.1f} m from the start of its climb")
+            why = f"the drone has drifted {drift:.1f} m from the start of its climb"
+            self.terminated_ABORTED(goal.id, cause=self.guidance.record, why=why)
         elif axis.state is MotionState.BLOCKED:
             self.terminated_BLOCKED(goal.id, cause=self.guidance.record, why=self.guidance.why)
         elif self._climb.stalled(self.bus.now(), z):

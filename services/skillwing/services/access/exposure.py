@@ -5,14 +5,14 @@ from __future__ import annotations
 from ipaddress import ip_address
 from pathlib import Path
 
-from skillwing.services.bus.address import is_address
+from skillwing.services.bus.address import FORM, is_address
 from skillwing.services.errors import InvalidOptionError
 
 EVERY_ADDRESS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
 """Addresses for all interfaces, each with the one at which the machine itself connects."""
 
 
-def require_address(endpoint: str, option: str, form: str = "tcp/HOST:PORT, or with keys tls/HOST:PORT") -> None:
+def require_address(endpoint: str, option: str, form: str = FORM) -> None:
     """Raise InvalidOptionError for a malformed address. option: the option or variable that has it."""
     if not is_address(endpoint):
         text = f"`{endpoint}` is no address of a router. Write {form}, with a port up to 65535."

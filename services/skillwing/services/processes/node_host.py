@@ -26,7 +26,7 @@ from typing import Any, cast, get_args
 
 from skillwing.dsl import SkillsetError, UnknownNameError
 from skillwing.services.bus import Node, Topology
-from skillwing.services.bus.address import is_address
+from skillwing.services.bus.address import FORM, is_address
 from skillwing.services.bus.clock import LAG, Clock, FollowedClock, LockstepClock, PacedClock, WallClock
 from skillwing.services.disk import discard_unwritten
 from skillwing.services.errors import InvalidOptionError, PassingError, SkillwingError
@@ -152,7 +152,7 @@ def _parse(arguments: list[str] | None) -> argparse.Namespace:
     if bool(options.process) == bool(options.name and options.factory):
         parser.error("give either --process, or --name and --factory")
     if not is_address(options.connect):
-        parser.error(f"`{options.connect}` is no address of a router: write tcp/HOST:PORT, or with keys tls/HOST:PORT")
+        parser.error(f"`{options.connect}` is no address of a router: write {FORM}")
     if options.topology not in get_args(Topology):
         parser.error(f"the topology is `router` or `mesh`, not `{options.topology}`")
     _require_as_many(parser, options)
