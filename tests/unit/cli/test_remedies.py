@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,9 @@ from skillwing.services.bus.zenoh_session import RouterUnreachableError
 from skillwing.services.commands import down as down_command
 from skillwing.services.commands.keys import PersonRole
 from skillwing.services.core.refusal import RefusedError
-from skillwing.services.errors import KeysError
+from skillwing.services.diagnosis.examination import examine
+from skillwing.services.diagnosis.findings import diagnose
+from skillwing.services.errors import InvalidOptionError, KeysError
 from skillwing.services.processes import launcher as launcher_module
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.process_state import ProcessState
@@ -123,6 +126,20 @@ def test_status_shows_no_process_of_this_machine_for_a_system_elsewhere(
     result = CliRunner().invoke(app, ["status", "--robot", "left"])
     assert isinstance(result.exception, KeysError)
     assert not result.output
+
+
+def test_a_malformed_address_leaves_doctor_and_status_their_other_findings(monkeypatch: pytest.MonkeyPatch) -> None:
+    announce("left", ProcessState(name="router", pid=os.getpid()))
+    monkeypatch.setenv("SKILLWING_CONNECT", "robot:7447")
+    findings = diagnose(replace(examine(), missing={"sim": ("mujoco",)}))
+    assert [finding.about for finding in findings if finding.about in {"malformed_address", "missing_extra"}] == [
+        "malformed_address",
+        "missing_extra",
+    ]
+    assert findings[0].what == "`robot:7447`, given by `SKILLWING_CONNECT`, is no address of a router."
+    result = CliRunner().invoke(app, ["status"])
+    assert isinstance(result.exception, InvalidOptionError)
+    assert re.search(rf"router +\S+ +{os.getpid()}", result.output)
 
 
 def test_a_name_that_the_router_does_not_know_has_two_remedies() -> None:

@@ -174,6 +174,12 @@ def test_what_is_wrong_with_a_system_is_found(seen: SystemSeen, about: str, seri
     ("evidence", "about", "serious", "words"),
     [
         (Examination(), "no_system", True, "skillwing up"),
+        (
+            Examination(malformed="`a. b`, given by `X`, is no address of a router. Write tcp/HOST:PORT."),
+            "malformed_address",
+            True,
+            "`a. b`, given by `X`, is no address of a router. Write tcp/HOST:PORT.",
+        ),
         (Examination(system=WELL, stale=("boat",)), "stale_run_state", False, "`boat` was killed"),
         (Examination(system=WELL, load=9.0, cores=2), "overload", False, "9.0 processes want to run on 2 cores"),
         (

@@ -15,8 +15,8 @@ EVERY_ADDRESS = {"0.0.0.0": "127.0.0.1", "::": "::1"}
 def require_address(endpoint: str, option: str, form: str = FORM) -> None:
     """Raise InvalidOptionError for a malformed address. option: the option or variable that has it."""
     if not is_address(endpoint):
-        text = f"`{endpoint}` is no address of a router. Write {form}, with a port up to 65535."
-        raise InvalidOptionError(option, f"{text} It was given by `{option}`.")
+        what = f"`{endpoint}`, given by `{option}`, is no address of a router."
+        raise InvalidOptionError(option, f"{what} Write {form}, with a port up to 65535.")
 
 
 def host_of(endpoint: str) -> str:

@@ -11,12 +11,14 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from skillwing.services.bus.address import is_address
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.connection import Target
 from skillwing.services.client.target import CONNECT
 from skillwing.services.diagnosis.unattended import Unattended, unattended_state
 from skillwing.services.errors import (
+    InvalidOptionError,
     KeysError,
     NoReplyError,
     NoSystemError,
@@ -99,7 +101,7 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
         with connect(robot, wait_for_clock=False) as system:
             follow_link(system, lambda sentence: typer.echo(sentence, err=True))
             seen = _overview(system)
-    except (KeysError, NoSystemError, NotKnownError) as error:
+    except (InvalidOptionError, KeysError, NoSystemError, NotKnownError) as error:
         if not as_json and not isinstance(error, SeveralSystemsError):
             _print_processes_here(make_console(), robot)
         raise
@@ -111,10 +113,13 @@ def status(robot: RobotOption = None, as_json: JsonOption = False) -> None:
 
 
 def _print_processes_here(console: Console, robot: str | None) -> None:
-    """Print what is known without the router: processes of a system of this user. Their ids end and restart it."""
-    endpoint = os.environ.get(CONNECT)
+    """Print what is known without the router: processes of a system of this user. Their ids end and restart it.
+
+    An address of another router excludes a system. Text that is no address excludes none.
+    """
+    asked = os.environ.get(CONNECT, "")
     for state in running_systems():
-        if robot in (None, state.robot) and (not endpoint or endpoint in (state.endpoint, state.listens)):
+        if robot in (None, state.robot) and (not is_address(asked) or asked in (state.endpoint, state.listens)):
             console.print(
                 f"{state.robot} runs here as process {state.pid}. Its processes, as it last noted them:", markup=False
             )

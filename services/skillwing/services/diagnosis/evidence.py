@@ -97,11 +97,13 @@ class SystemSeen:
 class Examination:
     """All evidence.
 
-    stale: robots with a run-state file of a process that is gone. missing: packages that are not installed, by pip
-    extra. load: runnable processes, as the kernel's average over a minute. now: the time of the examination.
+    malformed: sentences on the address that was given, if it is none. stale: robots with a run-state file of a process
+    that is gone. missing: packages that are not installed, by pip extra. load: runnable processes, as the kernel's
+    average over a minute. now: the time of the examination.
     """
 
     system: SystemSeen | None = None
+    malformed: str | None = None
     stale: tuple[str, ...] = ()
     missing: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     load: float = 0.0

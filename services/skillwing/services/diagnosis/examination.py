@@ -29,7 +29,7 @@ from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
-from skillwing.services.errors import KeysError, NoSystemError
+from skillwing.services.errors import InvalidOptionError, KeysError, NoSystemError
 from skillwing.services.history.goal_ends import recorded_goals, was_lost
 from skillwing.services.ids import new_goal_id
 from skillwing.services.names import CLIENT, DATA_MANAGER, RESOURCE_MANAGER, skill_process
@@ -69,15 +69,18 @@ PACKAGES = {
 
 def examine(robot: str | None = None) -> Examination:
     """Examine the running system, or that of a robot; raises NoSystemError for several systems to choose from."""
-    stale = stale_run_states()
+    stale, malformed = stale_run_states(), None
     try:
         target = find_target(robot)
+    except InvalidOptionError as error:
+        target, malformed = None, str(error)
     except NoSystemError as error:
         if robot is None and len(running_systems()) > 1:
             raise
         target = None if error.endpoint is None else _expected_target(error.endpoint, robot)
     return Examination(
         system=None if target is None else examine_system(target),
+        malformed=malformed,
         stale=stale,
         missing={extra: found for extra, names in PACKAGES.items() if (found := _not_installed(names))},
         load=os.getloadavg()[0],

@@ -68,7 +68,10 @@ def conclusion(robot: str | None, findings: Sequence[Finding]) -> str | None:
 
 
 def no_system(evidence: Examination) -> Iterator[Finding]:
-    if evidence.system is None:
+    if evidence.malformed is not None:
+        what, remedy = _sentences(evidence.malformed)
+        yield Finding(about="malformed_address", what=what, remedy=remedy)
+    elif evidence.system is None:
         yield Finding(
             about="no_system",
             what="No system is running.",
@@ -127,8 +130,8 @@ def no_router(system: SystemSeen) -> Iterator[Finding]:
     if system.router:
         return
     if system.objection is not None:
-        what, _, remedy = system.objection.rpartition(". ")
-        yield Finding(about="not_known", what=f"{what}.", remedy=remedy)
+        what, remedy = _sentences(system.objection)
+        yield Finding(about="not_known", what=what, remedy=remedy)
         return
     if system.listener is not None:
         yield Finding(
@@ -367,6 +370,12 @@ SYSTEM_RULES: tuple[SystemRule, ...] = (
     unattended,
     disk,
 )
+
+
+def _sentences(message: str) -> tuple[str, str]:
+    """The problem in a message, and its last sentence, which says what to do."""
+    what, _, remedy = message.rpartition(". ")
+    return f"{what}.", remedy
 
 
 def _listed(names: tuple[str, ...] | list[str]) -> str:
