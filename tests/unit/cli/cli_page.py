@@ -60,7 +60,9 @@ def _argument(parameter: Any) -> str:
 
 
 def _option(parameter: Any) -> str:
-    return "" if parameter.name == "help" else f"`{next(name for name in parameter.opts if name.startswith('--'))}`"
+    """The option, and for one that is on by default the word that turns it off."""
+    words = parameter.secondary_opts if parameter.secondary_opts and parameter.default is True else parameter.opts
+    return "" if parameter.name == "help" else f"`{next(word for word in words if word.startswith('--'))}`"
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ def follow_to_end(
 ) -> None:
     """Show a goal's progress until its end. The first Ctrl-C interrupts the goal.
 
-    Another one, which does not repeat the first, raises KeyboardInterrupt, and the goal goes on.
+    Another one, which does not repeat the first, raises KeyboardInterrupt. The goal still stops.
     """
     stop = StopSignal(bus.wall)
 
@@ -114,7 +114,7 @@ def follow_to_end(
 
     def interrupt_goal() -> None:
         if console is not None:
-            console.print("Interrupting; Ctrl-C again leaves the goal to itself.")
+            console.print("Interrupting; Ctrl-C again ends this command without waiting.")
         interrupt(goal)
 
     def show(goal: GoalHandle) -> None:
