@@ -105,6 +105,18 @@ def test_a_goal_that_ends_by_itself_while_it_is_held_counts(mission: FakeMission
     assert tick(leaf) is Status.SUCCESS
 
 
+def test_a_goal_that_ends_by_itself_after_the_hold_counts_and_does_not_begin_again(mission: FakeMission) -> None:
+    """Braking takes seconds: a pause may be over before the goal has stopped, and the goal may arrive meanwhile."""
+    gate = Gate()
+    leaf = held_leaf(mission, gate)
+    tick(leaf)
+    for closed in (True, False, True, False):
+        gate.closed = closed
+        assert tick(leaf) is Status.RUNNING
+    mission.goals[0].end("S_ARRIVED", success=True)
+    assert (tick(leaf), leaf.ending, len(mission.goals)) == (Status.SUCCESS, "S_ARRIVED", 1)
+
+
 @pytest.mark.parametrize("label", ["RI", "NR"])
 def test_a_goal_that_ends_for_the_sake_of_the_gate_is_held_and_no_failure(mission: FakeMission, label: str) -> None:
     """The gate may be open again by now: then the goal begins again at the next tick."""
@@ -167,6 +179,21 @@ def test_in_any_order_of_things_a_held_leaf_has_one_goal_at_most(order: list[str
         if step == "tick" and gate.closed:
             assert all(goal.interrupts == 1 for goal in alive)
         assert leaf.status is not Status.FAILURE
+
+
+def test_a_held_goal_counts_what_it_has_done_until_its_end(mission: FakeMission) -> None:
+    gate = Gate()
+    leaf = held_leaf(mission, gate, inputs={"speed": 4.0}, done={"speed": "reached"})
+    tick(leaf)
+    gate.closed = True
+    tick(leaf)
+    mission.goals[0].progress = {"reached": 1.0}
+    gate.closed = False
+    tick(leaf)
+    mission.goals[0].progress = {"reached": 2.5}
+    mission.goals[0].end("IT")
+    tick(leaf)
+    assert mission.goals[1].inputs == {"speed": 1.5}
 
 
 # --- what holds ------------------------------------------------------------------------------------------------------
@@ -377,3 +404,16 @@ def test_a_position_that_stays_unknown_is_given_up(mission: FakeMission) -> None
     tick(leaf)
     mission.time += POSITION_PATIENCE
     assert tick(leaf) is Status.FAILURE
+
+
+def test_a_condition_that_raises_refuses_the_pause_and_ends_nothing(mission: FakeMission) -> None:
+    """A condition may be a leaf of the user's own, and an operator's pause must not end a mission in flight."""
+
+    class Raising(Behaviour):
+        def update(self) -> Status:
+            raise ZeroDivisionError("division by zero")
+
+    pausable = Pausable("pausable", mission.context, Raising("raises"), Running("hover"), Running("fly"))
+    tick(pausable)
+    assert pausable.pause("for a look") == "its condition raised ZeroDivisionError: division by zero"
+    assert (tick(pausable), pausable.reason) == (Status.RUNNING, None)

@@ -2,7 +2,8 @@
 
 A tick never waits: it starts the skill, reads the state of its goal, and returns. Phases of the leaf:
 `IDLE -> (WAITING ->) SENT -> RUNNING -> DONE`, or `CANCELLING -> DONE` after a halt. In phase `HELD` a pause gate has
-interrupted the goal; the leaf stays RUNNING, and starts another goal when no gate blocks it.
+interrupted the goal; the leaf stays RUNNING. When no gate blocks it, the leaf waits for the end of that goal. Then it
+starts another one, unless the first has come to its own end.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from skillwing.bt_missions.leaves.skill_inputs import SkillInputs, plain_inputs
 from skillwing.bt_missions.leaves.source_location import set_caller_location
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.errors import InvalidInputError
-from skillwing.services.protocol import Ending, State, Terminal
+from skillwing.services.protocol import Ending, ProtocolError, State, Terminal
 
 DEFAULT_PATIENCE = 15.0
 """Time in which cancelled goals have to release resources that a leaf needs, in seconds of robot time."""
@@ -126,6 +127,7 @@ class SkillAction(Behaviour):
 
     def initialise(self) -> None:
         self._values.reset()
+        self._held_goal = None
         self._begin()
 
     def _begin(self) -> None:
@@ -176,18 +178,23 @@ class SkillAction(Behaviour):
     # --- start
 
     def _start_when_free(self) -> Status:
+        held = self._held_goal
+        if held is not None and (terminal := self._own_end(held)) is not None:
+            return self._conclude(held, terminal)
         if self._context.absence:
             return self._fail(f"{self.skill} was not started: {self._context.absence}", None)
         try:
             reason = self._gates.blocked_by()
             if reason is not None:
-                return self._hold(None, reason)
+                return self._hold(held, reason)
             holders = self._retry.holders()
             if holders:
                 return self._wait_for(holders)
+            self._values.count(held)
+            self._held_goal = None
             self._retry.note_start()
             self._goal = self._context.start(self.skill, self._values.values(self._context.skillset))
-        except (UnknownNameError, InvalidInputError, MissingValueError) as error:
+        except (UnknownNameError, InvalidInputError, MissingValueError, ProtocolError) as error:
             return self._fail(f"{self.skill} was not started: {error}", None)
         self._phase = GoalPhase.SENT
         self.feedback_message = str(self._phase)
@@ -214,16 +221,16 @@ class SkillAction(Behaviour):
 
     def _continue_when_open(self) -> Status:
         goal = self._held_goal
-        if goal is not None and goal.terminal is not None and not self._ended_by_hold(goal.terminal):
-            # It came to its own end before the interruption could reach it.
-            return self._conclude(goal, goal.terminal)
+        if goal is not None and (terminal := self._own_end(goal)) is not None:
+            return self._conclude(goal, terminal)
+        if self._context.absence:
+            return self._fail(f"{self.skill} was held: {self._context.absence}", None)
         reason = self._gates.blocked_by()
         if reason is not None:
             self.feedback_message = f"held: {reason}"
             return Status.RUNNING
         if HELD in self.outcomes:
             return self._end_held(goal)
-        self._values.count(goal)
         self._begin()
         return self._start_when_free()
 
@@ -238,12 +245,17 @@ class SkillAction(Behaviour):
         self.feedback_message = HELD
         return Status.SUCCESS
 
-    def _ended_by_hold(self, terminal: Terminal) -> bool:
-        return terminal.ending is Ending.INTERRUPTED or self._gates.explain(terminal)
+    def _own_end(self, goal: GoalView) -> Terminal | None:
+        """The end of a held goal that ended by itself, before the interruption could reach it; None for any other."""
+        terminal = goal.terminal
+        if terminal is None or terminal.ending is Ending.INTERRUPTED or self._gates.explain(terminal):
+            return None
+        return terminal
 
     # --- end
 
     def _conclude(self, goal: GoalView, terminal: Terminal) -> Status:
+        self._held_goal = None
         if self._is_patient() and self._retry.note_refusal(terminal):
             self._phase = GoalPhase.WAITING
             return self._start_when_free()

@@ -164,7 +164,10 @@ class Pausable(Composite):
         if self.status is not Status.RUNNING:
             return "the mission is in a part that is not paused"
         if self._paused is None:
-            self._condition.tick_once()
+            try:
+                self._condition.tick_once()
+            except Exception as error:  # noqa: BLE001 - an operator's request must not end the mission
+                return f"its condition raised {type(error).__name__}: {error}"
             if self._condition.status is Status.FAILURE:
                 return _failure_text(self._condition)
             self._paused = reason
