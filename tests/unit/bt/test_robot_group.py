@@ -13,12 +13,14 @@ from tree_files import mission_of
 from skillwing.bt_missions.checking.mission_check import check_mission_on, offline_contexts
 from skillwing.bt_missions.leaves.conditions import ResourceIs
 from skillwing.bt_missions.leaves.context import MissionContext, MissionNotes
+from skillwing.bt_missions.leaves.may_start import MayStart
 from skillwing.bt_missions.leaves.robot_group import GroupTime, MissingRobotError, RobotGroup
 from skillwing.bt_missions.leaves.skill_action import SkillAction
 from skillwing.bt_missions.mission.robots import RobotModel
 from skillwing.bt_missions.subtrees.parallel_all import ParallelAll
 from skillwing.dsl import parse
 from skillwing.dsl.model import UnknownNameError
+from skillwing.services.protocol import Terminal
 from skillwing.services.rescue_goal import RescueGoal
 
 CRANE = parse(
@@ -153,6 +155,16 @@ def test_the_failure_of_a_branch_does_not_leave_the_other_robot_away_in_a_parall
 # --- contexts --------------------------------------------------------------------------------------------------------
 
 
+class AlwaysClosed:
+    """A gate that holds everything."""
+
+    def blocks(self, skill: str) -> str | None:
+        return "for a test"
+
+    def explains(self, skill: str, terminal: Terminal) -> bool:
+        return False
+
+
 class TwoRobots:
     """A group of two fake robots, with the records that it writes."""
 
@@ -218,6 +230,24 @@ def test_a_robot_that_cannot_be_reached_is_a_failure_of_its_leaves() -> None:
         *(Status.FAILURE, Status.FAILURE),
     ]
     assert two.fakes["left"].goals[0].interrupts == 1
+
+
+def test_leaves_that_wait_for_a_robot_fail_when_it_is_lost_though_its_time_stands_still() -> None:
+    two = TwoRobots()
+    left = two.group.of("left")
+    state = ResourceIs("camera?", two.group, "camera", "FAILED", wait=10.0, robot="left")
+    start = MayStart("may turn?", two.group, "turn", wait=10.0, robot="left")
+    held = SkillAction("go", two.group, "go", robot="left")
+    held.follow(AlwaysClosed())
+    for leaf in (state, start, held):
+        leaf.tick_once()
+        assert leaf.status is Status.RUNNING
+    left.absence = "it is away"
+    for leaf in (state, start, held):
+        leaf.tick_once()
+        assert leaf.status is Status.FAILURE
+    assert start.feedback_message == "turn may not start: it is away"
+    assert held.feedback_message == "go was held: it is away"
 
 
 def test_a_leaf_has_to_name_one_of_the_robots() -> None:

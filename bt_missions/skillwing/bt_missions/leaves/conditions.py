@@ -64,7 +64,7 @@ class ResourceIs(Behaviour):
         self.feedback_message = f"{self.resource} is {state or 'not known'}"
         if state in self.states:
             return Status.SUCCESS
-        if self._context.now() - self._waits_since < self.wait:
+        if not self._context.absence and self._context.now() - self._waits_since < self.wait:
             return Status.RUNNING
         if not self.question:
             wanted = " or ".join(self.states)

@@ -74,12 +74,13 @@ class MayStart(Behaviour):
         elif ready is not None:
             self.feedback_message = f"{self.skill} may not start: {ready}"
         patience = self.wait if ready is not None else max(self.wait, ANSWER_PATIENCE)
-        if not final and self._context.now() - self._asked_since < patience:
+        if not (final or self._context.absence) and self._context.now() - self._asked_since < patience:
             if self._answer is not None:
                 self._ask()
             return Status.RUNNING
         if ready is None:
-            self.feedback_message = f"{self.skill} may not start: the resource manager does not answer"
+            reason = self._context.absence or "the resource manager does not answer"
+            self.feedback_message = f"{self.skill} may not start: {reason}"
         if not self.question:
             self._context.observe(self.feedback_message, self._record(ready), failed=True)
         return Status.FAILURE
@@ -101,7 +102,7 @@ class MayStart(Behaviour):
                 inputs = {name: value() if callable(value) else value for name, value in inputs.items()}
             self._problem = ""
             self._context.interface.ask_ready(self.skill, receive, inputs)
-        except (UnknownNameError, InvalidInputError, MissingValueError) as error:
+        except (UnknownNameError, InvalidInputError, MissingValueError, ProtocolError) as error:
             self._problem = str(error)
 
     def _ready(self) -> SkillReady | str | None:

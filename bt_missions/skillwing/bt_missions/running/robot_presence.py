@@ -16,13 +16,23 @@ LOST_AFTER = 5.0
 class RobotPresence:
     """Watch of one robot's processes. It sets the `absence` of the robot's context, and calls `on_change`.
 
-    A robot without its resource manager is there: what it has granted goes on for a while.
+    A robot without its resource manager is there: what it has granted goes on for a while. connected: False while the
+    mission itself hears nobody. Then it judges no robot, and has `LOST_AFTER` again after the return.
     """
 
-    def __init__(self, bus: Bus, keys: Keys, context: MissionContext, on_change: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        context: MissionContext,
+        on_change: Callable[[], None],
+        connected: Callable[[], bool],
+    ) -> None:
         self._bus = bus
         self._context = context
         self._on_change = on_change
+        self._connected = connected
+        self._hears_nobody = False
         self._prefix = keys.alive("")
         self._present: set[str] = set()
         self._timer: Handle | None = None
@@ -39,6 +49,7 @@ class RobotPresence:
         (self._present.add if alive else self._present.discard)(name)
         self._stop_timer()
         if not self._present:
+            self._hears_nobody = not self._connected()
             self._timer = self._bus.after(LOST_AFTER, self._lose, wall=True)
         elif self._context.absence:
             self._context.absence = ""
@@ -50,5 +61,9 @@ class RobotPresence:
             self._timer = None
 
     def _lose(self) -> None:
+        heard_nobody, self._hears_nobody = self._hears_nobody, not self._connected()
+        if heard_nobody or self._hears_nobody:
+            self._timer = self._bus.after(LOST_AFTER, self._lose, wall=True)
+            return
         self._context.absence = f"none of its processes is heard for {LOST_AFTER:g} s"
         self._on_change()

@@ -166,7 +166,7 @@ class MissionNode:
         }
         context = self._context(interfaces)
         trees, problems = draft_and_check(self.mission, context, self._options)
-        link = LinkWait(self._bus, self._owner_grace, lambda: any(bus.connected for bus in self._buses.values()))
+        link = LinkWait(self._bus, self._owner_grace, self._is_connected)
         self._run = MissionRun(tuple(buses.values()), self.mission, trees, context, self._publisher, self._wake, link)
         for name, bus in buses.items():
             self._run.cancel_at_end(*self._declared(name, bus, interfaces[name], context.robots[name]))
@@ -178,6 +178,10 @@ class MissionNode:
             listed = "".join(f"\n  {problem}" for problem in problems)
             self._run.give_up(f"The mission does not fit this robot:{listed}")
         self._wake()
+
+    def _is_connected(self) -> bool:
+        """False while none of the robots can be heard, as without the router that they share."""
+        return any(bus.connected for bus in self._buses.values())
 
     def _context(self, interfaces: Mapping[str, SkillsetInterface]) -> MissionContext:
         notes = MissionNotes()
@@ -199,7 +203,7 @@ class MissionNode:
         self, name: str, bus: Bus, interface: SkillsetInterface, context: MissionContext
     ) -> tuple[Handle, ...]:
         """Declarations and timers at one robot, until the end of the run."""
-        presence = (RobotPresence(bus, self._keys[name], context, self._wake),) if name else ()
+        presence = (RobotPresence(bus, self._keys[name], context, self._wake, self._is_connected),) if name else ()
         return (
             # A timer in robot time fires only once that time is known.
             bus.after(0.0, lambda: self._run.time_is_known(name)),
