@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
@@ -135,6 +136,13 @@ class ShortHop(Mission):
         failed = SuccessIsFailure("landed, but not done", land_where_it_is(context))
         tree = first_that_works("hop or land", flight, failed) if self.whole is None else self.whole(context)
         return MissionTrees(tree, rescue, Progress)
+
+
+class WithoutProgress(ShortHop):
+    """Mission whose function `progress` has a programming error."""
+
+    def build(self, context: MissionContext, options: Any) -> MissionTrees:
+        return replace(super().build(context, options), progress=lambda: Progress(waypoints=1 // 0))
 
 
 class FromTheAir(ShortHop):
@@ -507,6 +515,24 @@ def test_a_leaf_that_raises_fails_the_mission_and_the_drone_lands() -> None:
     assert flight.ends("land") == ["S_LANDED"]
     assert flight.idle
     assert flight.on_ground
+
+
+def test_a_progress_that_raises_changes_nothing_of_the_flight(caplog: pytest.LogCaptureFixture) -> None:
+    flight = Flight(mission=WithoutProgress())
+    status = flight.fly()
+    assert (status.phase, status.text) == ("SUCCEEDED", "done")
+    assert flight.on_ground
+    assert [record.message for record in caplog.records if "progress" in record.message] == [
+        "The function `progress` of the mission raised; its latest result is published."
+    ]
+
+
+def test_a_process_that_is_stopped_during_the_rescue_keeps_the_reason_of_the_failure() -> None:
+    flight = hop(raising)
+    flight.until(lambda: "land" in flight.started)
+    flight.node.detach()
+    assert flight.node.status.phase == "FAILED"
+    assert flight.node.status.text.startswith("the mission's process was stopped; before that: `raises` raised")
 
 
 def test_a_rescue_that_raises_as_well_still_ends_the_mission() -> None:

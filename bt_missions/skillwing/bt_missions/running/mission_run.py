@@ -200,7 +200,7 @@ class MissionRun:
     def _tick_root(self) -> None:
         status = self._tick_tree(self._trees.root)
         if status is Status.SUCCESS:
-            self._tree_ended(MissionPhase.SUCCEEDED, self._trees.progress().text or "done")
+            self._tree_ended(MissionPhase.SUCCEEDED, self._publisher.progress.text or "done")
         elif status is Status.FAILURE:
             self._tree_ended(MissionPhase.FAILED, self._failure_text())
 
@@ -282,19 +282,31 @@ class MissionRun:
     def _give_up_for_clock(self) -> None:
         if self._stage in (RunStage.RUNNING, RunStage.CHECKING, RunStage.RESCUING):
             text = f"robot time stands still for {CLOCK_TIMEOUT:g} s"
-            self.give_up(_joined(self._failure_text(), f"then {text}") if self._context.failure else text)
+            if self._stage is RunStage.RUNNING and self._context.failure:
+                text = _joined(self._failure_text(), f"then {text}")
+            self._end(*self._cut_short(MissionPhase.FAILED, text), rescue=False)
+            self._wake()
 
     def _give_up_for_link(self) -> None:
         """End at once, when the link was away for the whole grace: nothing can be interrupted or heard."""
         self._system_is_there = False
-        self._stop_tree(MissionPhase.FAILED, f"the link to the robot was away for {self._link.grace:g} s")
+        text = f"the link to the robot was away for {self._link.grace:g} s"
+        self._stop_tree(*self._cut_short(MissionPhase.FAILED, text))
         self._conclude(*self._outcome)
 
     def stop(self) -> None:
         """Interrupt what still runs and publish the end of the mission, without waiting for replies."""
         if self._stage is not RunStage.OVER:
-            self._end(MissionPhase.ABORTED, self._abort_reason or "the mission's process was stopped", rescue=False)
+            phase, text = self._cut_short(MissionPhase.ABORTED, "the mission's process was stopped")
+            self._end(phase, self._abort_reason or text, rescue=False)
             self._finish()
+
+    def _cut_short(self, phase: MissionPhase, text: str) -> tuple[MissionPhase, str]:
+        """Outcome of a run that is cut short: a failure or an abort before it stays what it is, and every reason."""
+        ended, before = self._outcome
+        if ended in (MissionPhase.FAILED, MissionPhase.ABORTED):
+            phase = ended
+        return phase, f"{text}; before that: {before}" if before else text
 
     def system_stopped(self) -> None:
         """End at once: the system was stopped, so that nothing can be interrupted."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
@@ -14,6 +15,8 @@ from skillwing.bt_missions.running.tree_snapshot import SnapshotBuilder
 from skillwing.services.bus import Bus
 from skillwing.services.protocol import Keys, MissionPhase, MissionStatus, RecordKind, TreeSnapshot, encode
 from skillwing.services.timeline import Timeline
+
+_log = logging.getLogger(__name__)
 
 
 class MissionPublisher:
@@ -40,6 +43,8 @@ class MissionPublisher:
         self._keys = dict(keys)
         self._occupied = tuple(occupied)
         self._on_status = on_status
+        self._latest_progress = Progress()
+        self._progress_fails = False
 
     def attach(self, buses: Mapping[str, Bus]) -> None:
         self._buses = dict(buses)
@@ -53,6 +58,18 @@ class MissionPublisher:
         """Publish this tree and this progress from now on."""
         self._tree = SnapshotBuilder(tree)
         self._progress = progress
+
+    @property
+    def progress(self) -> Progress:
+        """Progress as the mission tells it; the latest one if its function raises, which is logged once."""
+        try:
+            self._latest_progress = self._progress()
+        except Exception as error:  # noqa: BLE001 - a wrong text must not end a running mission
+            if not self._progress_fails:
+                words = "The function `progress` of the mission raised; its latest result is published."
+                _log.error(words, exc_info=error)
+            self._progress_fails = True
+        return self._latest_progress
 
     def records(
         self, subject: str, before: str | None, after: str, text: str, causes: Mapping[str, str | None]
@@ -83,7 +100,7 @@ class MissionPublisher:
         return records
 
     def publish(self, phase: MissionPhase, text: str) -> None:
-        progress = self._progress()
+        progress = self.progress
         self.status = MissionStatus(
             mission=self.status.mission,
             phase=phase,
@@ -101,7 +118,7 @@ class MissionPublisher:
 
     def publish_if_changed(self, phase: MissionPhase, text: str) -> None:
         """Publish the text and progress of a phase if they differ from the latest status."""
-        progress = self._progress()
+        progress = self.progress
         if (text, progress.waypoint, progress.goal) != (self.status.text, self.status.waypoint, self.status.goal):
             self.publish(phase, text)
 
