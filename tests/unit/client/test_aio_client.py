@@ -11,12 +11,13 @@ import pytest
 from lift_robot import MockedLift
 
 from skillwing.dsl.model import UnknownNameError
-from skillwing.services.bus import Handle, RunnableBus, Sample
+from skillwing.services.bus import Bus, Handle, RunnableBus, Sample
+from skillwing.services.client import interface as interface_module
 from skillwing.services.client.aio import Client
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.errors import InvalidInputError, RefusedError, SkillwingError
 from skillwing.services.mocking import MockRun, MockScript
-from skillwing.services.protocol import Ending, Keys
+from skillwing.services.protocol import MAX_MESSAGE_BYTES, Ending, ErrorCode, Keys, ProtocolError
 
 Generated = Callable[[str], Any]
 Scenario = Callable[[Any, Any], Coroutine[Any, Any, None]]
@@ -46,6 +47,22 @@ def test_awaiting_a_goal_gives_its_outcome(generated: Generated) -> None:
         outcome = await lift.go(place=types.Place(floor=3))
         assert outcome.succeeded and outcome.result == "ARRIVED"
         assert isinstance(outcome.output, types.GoOutputs)
+
+    play(generated, scenario)
+
+
+def test_keys_without_the_right_fail_the_goal_and_not_the_connection(
+    generated: Generated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(bus: Bus, key: str) -> None:
+        raise RefusedError(ErrorCode.DENIED, "`alice` is a viewer, who may not start skills.")
+
+    async def scenario(lift: Any, types: Any) -> None:
+        with monkeypatch.context() as patched:
+            patched.setattr(interface_module, "require_allowed", refuse)
+            with pytest.raises(RefusedError, match="may not start skills"):
+                await lift.go(place=types.Place(floor=3))
+        assert (await lift.go(place=types.Place(floor=3))).succeeded
 
     play(generated, scenario)
 
@@ -266,3 +283,10 @@ def test_no_task_sees_a_goals_end_before_the_states_of_its_step(generated: Gener
         assert {motor for done, motor in seen if done} == {"FREE"}
 
     asyncio.run(main())
+
+
+def test_a_start_that_no_message_can_hold_leaves_nothing_behind() -> None:
+    system = MockedLift(MockScript())
+    with pytest.raises(ProtocolError):
+        system.interface.start("shine", goal_id="g" * MAX_MESSAGE_BYTES)
+    assert not system.interface._trackers

@@ -23,7 +23,7 @@ from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.network_thread import NetworkThread
 from skillwing.services.client.outcome import Outcome, Reading, Signature, known, typed_reading
 from skillwing.services.client.retry import accepted
-from skillwing.services.errors import SkillwingError
+from skillwing.services.errors import RefusedError, SkillwingError
 from skillwing.services.ids import new_goal_id
 from skillwing.services.protocol import (
     DataReading,
@@ -118,7 +118,7 @@ class Client:
         def begin() -> None:
             try:
                 goal.begin(self.interface.start(signature.skill, fitted, goal_id=goal.id, cause=cause))
-            except ProtocolError as error:  # inputs that no message can hold
+            except (ProtocolError, RefusedError) as error:  # inputs that no message can hold, or keys without the right
                 goal.fail(error)
 
         self.bus.post(begin)
@@ -320,7 +320,10 @@ class Goal(Generic[R, O, F]):
 
     def _interrupt(self) -> None:
         if self._handle is not None:
-            self._client.interface.interrupt(self._handle)
+            try:
+                self._client.interface.interrupt(self._handle)
+            except RefusedError as error:  # keys without the right
+                self.fail(error)
 
     def _copy(self, handle: GoalHandle) -> None:
         state, terminal, progress = handle.state, handle.terminal, handle.progress

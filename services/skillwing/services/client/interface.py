@@ -128,24 +128,31 @@ class SkillsetInterface:
 
         inputs: by name; structures as mappings or typed structs. cause: the timeline record that led to this start.
         Raises UnknownNameError for a skill or input that the skillset does not know, InvalidInputError for a value of
-        a wrong type or a missing one. Raises RefusedError for a certificate whose role may not start skills. The
-        manager checks ranges: such a goal ends NV. The error names them as well.
+        a wrong type or a missing one. Raises RefusedError for a certificate whose role may not start skills, and
+        ProtocolError for inputs too large to be sent. The manager checks ranges: such a goal ends NV. The error names
+        them as well.
         """
         fitted = self.fitted(skill, inputs)
         require_allowed(self._bus, self._keys.start(skill))
-        tracker = self._track(skill, goal_id or self._new_goal_id())
-        tracker.start(
-            StartGoal(
-                goal_id=tracker.handle.goal_id,
-                inputs=fitted,
-                client=self.client,
-                schema=self.skillset.schema_hash,
-                deadline=self._bus.now() + START_WITHIN,
-                cause=cause,
-                owner=self._owner,
-                owner_grace=self._owner_grace,
-            )
+        goal_id = goal_id or self._new_goal_id()
+        message = StartGoal(
+            goal_id=goal_id,
+            inputs=fitted,
+            client=self.client,
+            schema=self.skillset.schema_hash,
+            deadline=self._bus.now() + START_WITHIN,
+            cause=cause,
+            owner=self._owner,
+            owner_grace=self._owner_grace,
         )
+        known = goal_id in self._trackers
+        tracker = self._track(skill, goal_id)
+        try:
+            tracker.start(message)
+        except ProtocolError:
+            if not known:
+                del self._trackers[goal_id]
+            raise
         return tracker.handle
 
     def fitted(self, skill: str, inputs: Mapping[str, Any] | None) -> dict[str, Any]:
