@@ -89,6 +89,15 @@ def test_a_system_whose_file_is_gone_makes_itself_known_again() -> None:
     assert read_run_state("m600") is None
 
 
+def test_a_runtime_folder_that_is_gone_ends_no_system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder of a user may be removed after the last login session, while a system runs on."""
+    announcement = Announcement(state())
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "file"))
+    announcement.update(())
+    announcement.end()
+
+
 def test_a_broken_file_counts_for_nothing() -> None:
     (runtime_dir() / "m600.json").write_text('{"robot": 5}', encoding="utf-8")
     assert read_run_state("m600") is None

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import threading
+from errno import ENOMEM
 from pathlib import Path
 
 import pytest
 
+from skillwing.services.processes import launcher as launcher_module
 from skillwing.services.processes.child import Child, ProcessExit
+from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.restart_policy import EXITS_IN_A_ROW
 
 
@@ -82,3 +86,37 @@ def test_a_long_log_is_moved_aside_and_the_process_goes_on_in_the_same_file(
         file.write(b"again")
     assert log.read_bytes() == b"again"
     assert (tmp_path / "x.log.1").read_bytes() == b"short and long"
+
+
+def test_the_exit_by_a_signal_without_a_name_has_a_sentence() -> None:
+    assert str(ProcessExit("skill/refill", 7, None, 40, ())) == "skill/refill was killed by signal 40."
+
+
+def test_a_process_for_which_the_machine_has_no_room_is_started_again_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(launcher_module, "LONGEST_PAUSE", 0.01)
+    seen: list[str] = []
+    launcher = Launcher(
+        "tank", "tank", tmp_path, restarts=True, on_change=lambda: seen.append(child.state().last_words)
+    )
+    child = Child("skill/refill", ["this"], tmp_path / "refill.log", restart="always")
+    child.start(0.0)
+    begin, again, tries = child.start, threading.Event(), list[float]()
+
+    def start(now: float) -> None:
+        tries.append(now)
+        if len(tries) == 1:
+            raise OSError(ENOMEM, "Cannot allocate memory")
+        begin(now)
+        again.set()
+
+    monkeypatch.setattr(child, "start", start)
+    launcher._watch(child)
+    (watch,) = [thread for thread in threading.enumerate() if thread.name == "watch skill/refill"]
+    started_again = again.wait(60.0)
+    launcher.stop()
+    watch.join(60.0)
+    child.kill()
+    assert started_again
+    assert [words for words in seen if "cannot be started now: Cannot allocate memory." in words]

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from io import FileIO
 from pathlib import Path
@@ -57,7 +57,7 @@ class ProcessExit:
 
     def __str__(self) -> str:
         if self.signal is not None:
-            return f"{self.process} was killed by {signal.Signals(self.signal).name}."
+            return f"{self.process} was killed by {_signal_name(self.signal)}."
         return f"{self.process} ended with exit code {self.exit_code}."
 
 
@@ -147,6 +147,12 @@ class Child:
         self._last_exit = ProcessExit(self.name, self.process.pid, exit_code, number, log, pause, outlook)
         return self._last_exit
 
+    def not_started(self, error: OSError, pause: float) -> None:
+        """Note that the machine had no room for the next life, which is tried again after `pause` seconds."""
+        if self._last_exit is not None:
+            outlook = f"It cannot be started now: {error.strerror or error}. That is tried again in {pause:g} s."
+            self._last_exit = replace(self._last_exit, outlook=outlook)
+
     def _outlook(self, pause: float | None, hopeless: bool, log: Sequence[str]) -> str:
         if pause is not None:
             return f"It is started again in {pause:g} s."
@@ -192,6 +198,13 @@ class Child:
         for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
                 pipe.close()
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # most of the real-time signals
+        return f"signal {number}"
 
 
 def _last_line(log: Sequence[str]) -> str:

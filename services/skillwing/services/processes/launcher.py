@@ -26,6 +26,7 @@ from skillwing.services.processes.checked_skillsets import pack_skillsets
 from skillwing.services.processes.child import Child, ProcessExit
 from skillwing.services.processes.colocation import ProcessGroup, process_groups
 from skillwing.services.processes.process_state import ProcessState
+from skillwing.services.processes.restart_policy import LONGEST_PAUSE
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.stop_signal import CHECK_PERIOD, StopSignal
 from skillwing.services.protocol import Keys
@@ -323,13 +324,26 @@ class Launcher:
             self._wake()
             self._on_exit(exit_)
             self.on_change()
-            if exit_.pause is None or self._stopping.wait(exit_.pause):
+            if exit_.pause is None or not self._start_again(child, exit_.pause):
                 return
+
+    def _start_again(self, child: Child, pause: float) -> bool:
+        """Begin the next life after a pause, as soon as the machine has room for it. False if the system stops."""
+        while not self._stopping.wait(pause):
             with self._lock:
                 if self._stopping.is_set():
-                    return
-                child.start(time.monotonic())
+                    return False
+                try:
+                    child.start(time.monotonic())
+                except OSError as error:  # no memory, or too many processes or open files
+                    pause = LONGEST_PAUSE
+                    child.not_started(error, pause)
+                else:
+                    pause = 0.0
             self.on_change()
+            if not pause:
+                return True
+        return False
 
     def _start_error(self, missing: Iterable[str], exits: Iterable[ProcessExit]) -> StartError:
         names = tuple(missing)

@@ -125,15 +125,16 @@ class Announcement:
         """Announce the state of the processes and the active work; a missing file is written again."""
         with self._lock:
             state = msgspec.structs.replace(self._state, processes=tuple(processes), active_work=active_work)
-            if not self._over and (self._state != state or not _path(state.robot).exists()):
-                self._state = state
-                with contextlib.suppress(OSError):  # a full disk must not end the system
+            with contextlib.suppress(OSError):  # neither a full disk nor a folder that is gone may end the system
+                if not self._over and (self._state != state or not _path(state.robot).exists()):
+                    self._state = state
                     write_run_state(self._state)
 
     def end(self) -> None:
         with self._lock:
             self._over = True
-            remove_run_state(self._state.robot)
+            with contextlib.suppress(OSError):
+                remove_run_state(self._state.robot)
 
 
 @contextmanager
