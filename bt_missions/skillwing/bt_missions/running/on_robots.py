@@ -81,7 +81,10 @@ class MissionOnRobots:
             self._bus.post(self._bus.close)
 
     def _require_usable(self, found: Mapping[str, FoundRobot]) -> None:
-        """Raise InvalidOptionError for a robot that is missing, or has another mission."""
+        """Raise InvalidOptionError for a robot that is missing, does not describe itself, or has another mission."""
+        if self._search is not None and self._search.objections:
+            name, reason = next(iter(self._search.objections.items()))
+            raise InvalidOptionError("robot", f"`{name}` cannot take part. {reason}")
         if missing := [name for name in self._names.values() if name not in found]:
             text = f"Within {TIMEOUT:g} s nothing is heard of the resource manager of {listed(missing)}."
             raise InvalidOptionError("robot", f"{text} All robots of a mission on board share one router. {ACCESS}")

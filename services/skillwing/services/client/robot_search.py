@@ -9,16 +9,18 @@ from typing import Protocol, runtime_checkable
 
 import msgspec
 
-from skillwing.dsl import parse
+from skillwing.dsl import SkillsetError, parse
 from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Answered, Bus, MultiRobotBus, Refused
 from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.names import MISSION, RESOURCE_MANAGER
-from skillwing.services.protocol import Keys, QueryRobot, RobotDescription, decode, encode
+from skillwing.services.protocol import Keys, ProtocolError, QueryRobot, RobotDescription, decode, encode
 from skillwing.services.rescue_goal import RescueGoal
 
 TIMEOUT = 10.0
 """Seconds of wall time until a robot counts as missing."""
+
+SAME_VERSION = "Run the same version of Skillwing on all robots."
 
 
 @runtime_checkable
@@ -39,11 +41,15 @@ class FoundRobot:
 
 
 class RobotSearch:
-    """Search for robots by name. It calls `on_end` once, with all that were found within `TIMEOUT`."""
+    """Search for robots by name. It calls `on_end` once, with all that were found within `TIMEOUT`.
+
+    objections: reason and remedy for each robot that answered and did not describe itself, as one of another version.
+    """
 
     def __init__(self, bus: SearchBus, robots: Iterable[str], on_end: Callable[[dict[str, FoundRobot]], None]) -> None:
         self._bus = bus
         self._on_end = on_end
+        self.objections: dict[str, str] = {}
         self._found: dict[str, FoundRobot] = {}
         self._missions: set[str] = set()
         self._asked: set[str] = set()
@@ -84,18 +90,30 @@ class RobotSearch:
         )
 
     def _take(self, robot: str, answer: Answered | Refused) -> None:
-        if not self._views or isinstance(answer, Refused):
+        if not self._views:
             return
-        told = decode(answer.payload, RobotDescription)
-        self._found[robot] = FoundRobot(
+        if isinstance(answer, Refused):
+            self.objections[robot] = f"{answer.error.message} {answer.error.help or SAME_VERSION}"
+            return
+        try:
+            self._found[robot] = self._described(robot, answer.payload)
+        except (ProtocolError, SkillsetError, msgspec.ValidationError) as error:
+            self.objections[robot] = (
+                f"Its description is not understood: {str(error).removesuffix('.')}. {SAME_VERSION}"
+            )
+            return
+        if len(self._found) == len(self._views):
+            self._end()
+
+    def _described(self, robot: str, description: bytes) -> FoundRobot:
+        told = decode(description, RobotDescription)
+        return FoundRobot(
             parse(told.source, f"{robot}.skillset"),
             told.clock == "robot",
             msgspec.convert(told.rescue_goal, RescueGoal | None),
             robot in self._missions,
             told.shared,
         )
-        if len(self._found) == len(self._views):
-            self._end()
 
     def _end(self) -> None:
         self.cancel()
