@@ -87,7 +87,8 @@ def print_if_open(console: Console | None, text: RenderableType) -> None:
 def print_link(console: Console | None, sentence: str) -> None:
     """Print a sentence about the link to the robot, beside JSON on standard error."""
     if console is None:
-        typer.echo(sentence, err=True)
+        with suppress(OSError):  # a terminal that is gone must not end the rescue
+            typer.echo(sentence, err=True)
     else:
         print_if_open(console, Text(sentence, "bold red"))
 

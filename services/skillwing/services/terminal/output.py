@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TextIO, cast
 
@@ -24,7 +25,10 @@ DOES_NOT_ANSWER = "its manager does not answer: one of its hooks blocks it, or i
 
 
 class LossyOutput:
-    """Output that loses what a full disk does not take. A system must not end because of its log."""
+    """Output that loses what its stream does not take. A system must not end because of its log.
+
+    A full disk may have room again. After a reader or a terminal that is gone, everything later goes nowhere.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -40,26 +44,27 @@ class LossyOutput:
         return self._stream.fileno()
 
     def write(self, text: str) -> int:
-        with _lossy():
+        with self._lossy():
             self._stream.write(text)
         return len(text)
 
     def flush(self) -> None:
-        with _lossy():
+        with self._lossy():
             self._stream.flush()
 
-
-@contextmanager
-def _lossy() -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        if error.errno not in FULL:
-            raise
+    @contextmanager
+    def _lossy(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            if error.errno not in FULL:
+                with Path(os.devnull).open("wb") as nowhere, suppress(OSError):
+                    os.dup2(nowhere.fileno(), self._stream.fileno())
 
 
 def make_console(*, lossy: bool = False) -> Console:
-    """Standard output; in a pipe without colours and line breaks of our own. lossy: it survives a full disk.
+    """Standard output; in a pipe without colours and line breaks of our own. lossy: it survives a full disk,
+    and a reader or terminal that is gone.
 
     Emoji codes stay text: `:100:` is a place in a file.
     """
