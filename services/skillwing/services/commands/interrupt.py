@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from skillwing.services.bus import RunnableBus
+from skillwing.services.client.interface import GoalHandle
 from skillwing.services.errors import SkillwingError
 from skillwing.services.protocol import Ending
 from skillwing.services.terminal.completion import skills
@@ -15,7 +17,7 @@ from skillwing.services.terminal.find_goal import find_goal
 from skillwing.services.terminal.output import end_text, make_console, print_json
 
 MARGIN = 5.0
-"""Seconds after the skill's interrupt timeout until the manager counts as silent."""
+"""Seconds of robot time after the skill's interrupt timeout until the manager counts as silent."""
 
 
 def interrupt(
@@ -36,7 +38,7 @@ def interrupt(
         goal = interface.follow(status.skill, status.goal_id)
         interface.interrupt(goal)
         patience = system.skillset.skill(status.skill).interrupt.timeout + MARGIN
-        system.bus.run_until(lambda: goal.done, patience)
+        wait_for_end(system.bus, goal, patience)
     if goal.terminal is None:
         raise SkillwingError(f"{goal.skill} has not ended in {patience:g} s. Look at `skillwing status`.")
     if as_json:
@@ -44,3 +46,13 @@ def interrupt(
     else:
         make_console().print(end_text(goal.terminal))
     raise typer.Exit(OK if goal.terminal.ending is Ending.INTERRUPTED else FAILED)
+
+
+def wait_for_end(bus: RunnableBus, goal: GoalHandle, patience: float) -> None:
+    """Wait until a goal has ended, or `patience` seconds of robot time have passed, or robot time stands still for as
+    long in wall time."""
+    deadline = bus.now() + patience
+    while not goal.done and (before := bus.now()) < deadline:
+        bus.run_until(lambda: goal.done or bus.now() >= deadline, patience)
+        if bus.now() == before:
+            return
