@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ssl
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import timedelta
+from errno import ENOSPC
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ from typer.testing import CliRunner
 
 from skillwing.services.access import key_store
 from skillwing.services.access.certificate_facts import utc_now
-from skillwing.services.access.certificates import facts, issue, new_authority
+from skillwing.services.access.certificates import facts, fits, issue, new_authority
 from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
@@ -235,3 +237,42 @@ def test_a_damaged_folder_is_one_sentence(store: KeyStore) -> None:
     (store.folder / "names.json").write_text("{", encoding="utf-8")
     with pytest.raises(KeysError, match="cannot be read"):
         store.site()
+
+
+@pytest.mark.parametrize("host", ["müller.local", "192.168.1.7:7447", "tls/robot.local", "", "a b"])
+def test_what_is_no_host_is_refused_before_anything_is_written(tmp_path: Path, host: str) -> None:
+    with pytest.raises(InvalidOptionError, match="is no name or address of a machine"):
+        KeyStore.init(tmp_path / "keys", [host])
+    assert not (tmp_path / "keys").exists()
+
+
+@pytest.mark.parametrize("damage", ["certificate.pem", "key.pem", "authority.pem", "another key"])
+def test_a_folder_that_an_interrupted_command_left_is_made_whole(store: KeyStore, damage: str) -> None:
+    folder = store.folder / "robots" / "rover" / "skill.drive"
+    if damage == "another key":
+        (folder / "key.pem").write_bytes((store.router_folder / "key.pem").read_bytes())
+    else:
+        (folder / damage).unlink()
+    store.add_robot(ROVER)
+    certificate, key = ((folder / name).read_bytes() for name in ("certificate.pem", "key.pem"))
+    assert fits(certificate, key)
+    assert (folder / "authority.pem").exists()
+
+
+def test_a_removal_on_a_full_disk_keeps_the_name_and_its_keys(store: KeyStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: KeyStore, names: object) -> None:
+        raise OSError(ENOSPC, "No space left on device")
+
+    folder = store.add_person("alice", Role.CLIENT)
+    with monkeypatch.context() as patched, pytest.raises(OSError, match="No space"):
+        patched.setattr(KeyStore, "_save", fail)
+        store.remove("alice")
+    assert folder.exists()
+    assert [holder.name for holder in store.holders() if holder.name == "alice"] == ["alice"]
+
+
+def test_two_commands_at_once_lose_no_name(store: KeyStore) -> None:
+    names = [f"person{number}" for number in range(8)]
+    with ThreadPoolExecutor(len(names)) as pool:
+        list(pool.map(lambda name: KeyStore(store.folder).add_person(name, Role.CLIENT), names))
+    assert sorted(store.names().people) == names

@@ -74,6 +74,12 @@ def facts(certificate: bytes) -> CertificateFacts:
     return CertificateFacts(name, role, read.not_valid_after_utc, hosts)
 
 
+def fits(certificate: bytes, key: bytes) -> bool:
+    """True if a key, in PEM format as the certificate, is the one of the certificate. Raises ValueError for others."""
+    public = x509.load_pem_x509_certificate(certificate).public_key()
+    return public == load_pem_private_key(key, None).public_key()
+
+
 def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:
     return next((str(each.value) for each in certificate.subject.get_attributes_for_oid(oid)), "")
 

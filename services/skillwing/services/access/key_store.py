@@ -10,8 +10,11 @@ The router reads names.json at its start. A name that is missing there is denied
 
 from __future__ import annotations
 
+import fcntl
+import os
 import shutil
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -20,7 +23,7 @@ import msgspec
 
 from skillwing.services.access.certificate_facts import ROUTER_NAME, CertificateFacts, Issued, utc_now
 from skillwing.services.access.policy import RobotAccess, SiteAccess, certificate_name
-from skillwing.services.access.site_names import DAYS, Names
+from skillwing.services.access.site_names import DAYS, Names, require_hosts
 from skillwing.services.bus.identity import AUTHORITY_FILE, CERTIFICATE_FILE, KEY_FILE
 from skillwing.services.errors import KeysError
 from skillwing.services.wire.channel import Role
@@ -51,10 +54,12 @@ class KeyStore:
 
     @classmethod
     def init(cls, folder: Path, hosts: Iterable[str], days: int = DAYS) -> KeyStore:
-        """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already."""
+        """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already, and
+        InvalidOptionError for a malformed host."""
         from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `read_facts`
 
-        store = cls(folder)
+        store, hosts = cls(folder), tuple(hosts)
+        require_hosts(hosts)
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         if (folder / NAMES_FILE).exists():
             raise KeysError(f"{folder} holds keys already. Use `skillwing keys add-robot` or `add`, or another folder.")
@@ -114,12 +119,16 @@ class KeyStore:
         return self.names().site()
 
     def add_hosts(self, hosts: Iterable[str]) -> None:
-        """Name further hosts at which the router is reached. Its certificate is issued again if one of them is new."""
-        names = self.names()
-        every = tuple(dict.fromkeys((*names.hosts, *hosts)))
-        if every != names.hosts:
-            self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, every)
-            self._save(msgspec.structs.replace(names, hosts=every))
+        """Name further hosts at which the router is reached. Its certificate is issued again if one of them is new.
+
+        Raises InvalidOptionError for a malformed one.
+        """
+        with self._changing() as names:
+            every = tuple(dict.fromkeys((*names.hosts, *hosts)))
+            if every != names.hosts:
+                require_hosts(every)
+                self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, every)
+                self._save(msgspec.structs.replace(names, hosts=every))
 
     def add_robot(self, robot: RobotAccess) -> None:
         """Issue a certificate for each process of a robot that lacks a lasting one, and take in its present processes.
@@ -127,27 +136,27 @@ class KeyStore:
         The robots at which it works are added to those that are known. The router's certificate is renewed as well, if
         it ends soon. Raises InvalidOptionError for the name of a person, or one that was removed.
         """
-        names = self.names()
-        named = names.with_robot(robot)
-        for process, role in robot.processes.items():
-            name = certificate_name(robot.name, process)
-            place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
-            if not self._lasts(place):
-                self._issue(place, name, str(role), names.days)
-        if not self._lasts(ROUTER):
-            self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
-        self._save(named)
+        with self._changing() as names:
+            named = names.with_robot(robot)
+            for process, role in robot.processes.items():
+                name = certificate_name(robot.name, process)
+                place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
+                if not self._lasts(place):
+                    self._issue(place, name, str(role), names.days)
+            if not self._lasts(ROUTER):
+                self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
+            self._save(named)
 
     def add_person(self, name: str, role: Role, days: int | None = None) -> Path:
         """Issue a certificate for a person or station, again for a known name; returns the folder to hand over.
 
         Raises InvalidOptionError for a name that cannot be one, that of a robot, or one that was removed.
         """
-        names = self.names()
-        named = names.with_person(name, role)
         place = f"{PEOPLE_FOLDER}/{name}"
-        self._issue(place, name, str(role), days or names.days)
-        self._save(named)
+        with self._changing() as names:
+            named = names.with_person(name, role)
+            self._issue(place, name, str(role), days or names.days)
+            self._save(named)
         return self.folder / place
 
     def remove(self, name: str) -> None:
@@ -155,13 +164,24 @@ class KeyStore:
 
         Raises KeysError for an unknown name.
         """
-        names = self.names()
-        if name not in names.people and name not in names.robots:
-            known = ", ".join((*names.people, *names.robots)) or "nobody"
-            raise KeysError(f"`{name}` is not known in {self.folder}. Known: {known}.")
-        for place in (PEOPLE_FOLDER, ROBOTS):
-            shutil.rmtree(self.folder / place / name, ignore_errors=True)
-        self._save(names.without(name))
+        with self._changing() as names:
+            if name not in names.people and name not in names.robots:
+                known = ", ".join((*names.people, *names.robots)) or "nobody"
+                raise KeysError(f"`{name}` is not known in {self.folder}. Known: {known}.")
+            self._save(names.without(name))
+            for place in (PEOPLE_FOLDER, ROBOTS):
+                shutil.rmtree(self.folder / place / name, ignore_errors=True)
+
+    @contextmanager
+    def _changing(self) -> Iterator[Names]:
+        """The names, which nobody else changes meanwhile: a lost change could let in somebody who was removed."""
+        self.names()  # a folder without keys has its own message
+        folder = os.open(self.folder, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX)
+            yield self.names()
+        finally:
+            os.close(folder)
 
     def holders(self) -> Iterator[KeyHolder]:
         """Every certificate that was issued and is known, with the end of its validity."""
@@ -175,9 +195,18 @@ class KeyStore:
             yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
 
     def _lasts(self, place: str) -> bool:
-        """True for a certificate of this authority that is there, and valid for longer than `RENEWAL`."""
+        """True for a whole folder with a certificate of this authority, and valid for longer than `RENEWAL`.
+
+        A command that was killed, or a full disk, may leave a certificate beside the key of another one.
+        """
+        from skillwing.services.access.certificates import fits  # noqa: PLC0415 - as in `read_facts`
+
         folder = self.folder / place
-        if not (folder / CERTIFICATE_FILE).exists() or read_facts(folder).expires - utc_now() <= RENEWAL:
+        if any(not (folder / file).exists() for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)):
+            return False
+        if read_facts(folder).expires - utc_now() <= RENEWAL:
+            return False
+        if not fits((folder / CERTIFICATE_FILE).read_bytes(), (folder / KEY_FILE).read_bytes()):
             return False
         # A folder can outlive its authority where they are separate volumes.
         authority = self.folder / AUTHORITY / CERTIFICATE_FILE

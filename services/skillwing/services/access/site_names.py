@@ -7,7 +7,8 @@ is not given again: its old certificates would be let in with the new ones.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from ipaddress import ip_address
 
 import msgspec
 
@@ -18,6 +19,7 @@ from skillwing.services.wire.channel import PEOPLE, Channel, Kind, Role
 
 DAYS = 365
 """Validity of certificates, unless said otherwise."""
+HOST = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 PERSON = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 
 
@@ -106,3 +108,19 @@ def _topic(row: Channel) -> Topic:
 
 def _row(topic: Topic) -> Channel:
     return Channel(topic.key, topic.kind, topic.offered_by, topic.used_by)
+
+
+def require_hosts(hosts: Iterable[str]) -> None:
+    """Raise InvalidOptionError for what is neither a name nor an address of a machine."""
+    for host in hosts:
+        if HOST.fullmatch(host) is None and not _is_ip_address(host):
+            text = f"`{host}` is no name or address of a machine. Write it as in `robot.local` or `192.168.1.7`."
+            raise InvalidOptionError("host", f"{text} A port does not belong to it.")
+
+
+def _is_ip_address(host: str) -> bool:
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True
