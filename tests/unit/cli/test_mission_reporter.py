@@ -20,12 +20,12 @@ from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.commands import report as report_command
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines
 from skillwing.services.history.history import History
-from skillwing.services.history.report import make_report, read_report
+from skillwing.services.history.report import REPORT_FILE, OperatorFacts, make_report, read_report
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
 from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, read_facts, write_facts
 from skillwing.services.report.rendering import write_report
-from skillwing.services.report.run_reports import write_reports
+from skillwing.services.report.run_reports import _earlier_facts, write_reports
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import OK, USAGE
 from skillwing.services.terminal.mission_reporter import LAST_WORDS, LOOK_FOR_ROOM, MissionReporter
@@ -360,3 +360,9 @@ def test_a_report_that_does_not_fit_on_the_disk_is_written_when_there_is_room(
     system.wait_for_report()
     assert system.told[-1].startswith("Mission patrol: success.")
     assert system.results() == {"1-patrol": ("success", 5.0, pytest.approx(5.0, abs=0.5))}
+
+
+@pytest.mark.parametrize("content", [b"", b'{"mission": 5}'], ids=["emptied by a power cut", "of another version"])
+def test_a_report_that_cannot_be_read_does_not_prevent_the_next_one(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / REPORT_FILE).write_bytes(content)
+    assert _earlier_facts(tmp_path, 0.0) == OperatorFacts()

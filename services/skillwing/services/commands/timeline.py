@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -65,12 +65,23 @@ def timeline(
     late = set() if as_json else {record.id for record in records} - {record.id for record in history.timeline}
     shown = [record for record in _chosen(records, about or [], kinds or []) if record.id not in late]
     if causes:
-        wanted = {each.id for record in shown for each in history.chain(record.id)}
+        wanted = _with_causes(shown, known)
         shown = [record for record in records if record.id in wanted]
     if as_json:
         print_json(shown)
     else:
         print_records(make_console(), shown, known)
+
+
+def _with_causes(shown: Iterable[Record], known: Mapping[str, Record]) -> set[str]:
+    """Ids of these records and of all their causes. Chains join, and each record is looked at once."""
+    wanted: set[str] = set()
+    for record in shown:
+        each: Record | None = record
+        while each is not None and each.id not in wanted:
+            wanted.add(each.id)
+            each = known.get(each.cause or "")
+    return wanted
 
 
 def _history_of(run: Path, skillset: Skillset | None) -> History:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from msgspec import DecodeError
 from msgspec.structs import replace as replaced
 
 from skillwing.dsl import load
@@ -120,9 +121,10 @@ def _add_lost_end(history: History, mission: MissionInterval, end: MissionStatus
 
 def _earlier_facts(folder: Path, begin: float) -> OperatorFacts:
     """The facts of an earlier report that the files of the run may not hold. begin: its zero of time."""
-    if not (folder / REPORT_FILE).exists():
+    try:
+        earlier = read_report(folder)
+    except (FileNotFoundError, DecodeError):  # one of another version, or damaged, has nothing to tell
         return OperatorFacts()
-    earlier = read_report(folder)
     phase = next((MissionPhase(phase) for phase, result in RESULTS.items() if result == earlier.result), None)
     end = begin + earlier.sim_time_s + ROUNDED_OFF
     status = None if phase is None else MissionStatus(mission=earlier.mission, phase=phase, t=end, text="")
