@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from synthetic_mission import SKILLSET, tell
 
 from skillwing.services.history.history import History
-from skillwing.services.history.recent_history import NEAR_CAUSES, SUBJECTS_KEPT, RecentHistory
+from skillwing.services.history.recent_history import NEAR_CAUSES, STATUSES_KEPT, SUBJECTS_KEPT, RecentHistory
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
 
 DONE = Terminal(ending=Ending.SUCCEEDED, reason="arrived", result="ARRIVED", success=True)
@@ -92,3 +92,18 @@ def test_a_head_is_enough_for_the_states_and_the_latest_goals() -> None:
         name: spans[-1].state for name, spans in recent.lanes.items()
     }
     assert {bar.goal_id for bar in again.bars} == {"g297", "g298", "g299"}
+
+
+@given(st.lists(st.sampled_from([State.VALIDATING, State.DISPATCHING, State.RUNNING, None]), max_size=300))
+@settings(max_examples=60)
+def test_a_goal_that_is_modified_for_hours_has_the_bar_of_all_its_statuses(told: list[State | None]) -> None:
+    recent, whole = RecentHistory(SKILLSET), History(SKILLSET)
+    for number, state in enumerate(told):
+        terminal = None if state else DONE
+        each = status(0, state or State.TERMINATED, float(number), terminal=terminal)
+        recent.add_status(each)
+        whole.add_status(each)
+        told_early = State.RUNNING in told[: STATUSES_KEPT // 2]
+        if told_early or number < STATUSES_KEPT:
+            assert recent.bar("g0") == whole.bar("g0")
+    assert len(recent.lasting_statuses) <= STATUSES_KEPT

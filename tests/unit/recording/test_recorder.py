@@ -25,7 +25,7 @@ from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.errors import BadRecordingError
 from skillwing.services.history.files import GOALS_FILE, TIMELINE_FILE, JsonLines, read_goals, read_records
 from skillwing.services.history.history import PHASES, History
-from skillwing.services.history.mission_intervals import read_phases
+from skillwing.services.history.mission_intervals import mission_intervals, read_phases
 from skillwing.services.history.parts import part_paths
 from skillwing.services.history.recent_history import RecentHistory
 from skillwing.services.history.recording_state import read_state
@@ -420,6 +420,41 @@ def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: 
     assert {name: spans[-1].state for name, spans in lanes.items()} == {
         name: spans[-1].state for name, spans in whole.items()
     }, "states that changed meanwhile are known again"
+
+
+def test_a_mission_that_begins_on_a_full_disk_is_known_afterwards(tmp_path: Path) -> None:
+    story, room = tell(), [False]
+    write = os.write
+
+    def full_at_times(file: int, data: bytes) -> int:
+        if not room[0] and data:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data)
+
+    network = InProcessNetwork()
+    recorder = Recorder(RecorderOptions(run_dir=str(tmp_path), skillset="m600.skillset"), SKILLSET)
+    with (
+        patch("skillwing.services.history.parts.os.write", full_at_times),
+        patch("skillwing.services.recording.recorder.has_room", lambda folder: room[0]),
+    ):
+        network.attach(recorder)
+        network.attach(Teller(story))
+        for seconds, has_room in ((10.0, False), (5.0, True), (5.0, False), (20.0, True)):
+            room[0] = has_room
+            network.run_for(seconds)
+        recorder.detach()
+    (mission,) = mission_intervals(read_phases(tmp_path).records)
+    assert (mission.begin, mission.end, mission.phase) == (1.0, 36.1, MissionPhase.SUCCEEDED)
+
+
+def test_a_recorder_begins_beside_a_damaged_timeline(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    record(tell(), tmp_path / "run")
+    file = tmp_path / "run" / TIMELINE_FILE
+    file.write_bytes(b"".join(b"\0\n" if n == 2 else line for n, line in enumerate(file.open("rb"))))
+    with pytest.raises(BadRecordingError, match=rf"Line 3 of {file} is damaged: .*\. Remove that line from a copy"):
+        read_records(tmp_path / "run")
+    record(tell(), tmp_path / "run")
+    assert "What was recorded before is not shown. Line 3 of" in caplog.text
 
 
 def test_the_memory_of_a_recorder_does_not_grow_with_the_run(tmp_path: Path) -> None:

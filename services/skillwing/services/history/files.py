@@ -41,6 +41,12 @@ class Timed(msgspec.Struct):
     t: float
 
 
+class Versioned(msgspec.Struct):
+    """The protocol version of a line."""
+
+    v: int
+
+
 def _nothing() -> Iterable[Message]:
     return ()
 
@@ -105,7 +111,7 @@ def iterate(run_dir: Path, name: str, kind: type[M], begin: float = -math.inf, e
     """The messages of a file of a run, read line by line. Messages of heads come more than once.
 
     begin, end: robot times. Parts that hold nothing of that interval are left out; others are read whole. Raises
-    BadRecordingError for messages of another protocol version.
+    BadRecordingError for a damaged line, and for messages of another protocol version.
     """
     parts = part_paths(run_dir, name)
     bounded = begin > -math.inf or end < math.inf
@@ -127,7 +133,7 @@ def last_parts(run_dir: Path, name: str, kind: type[M], parts: int = 2) -> list[
 def read_lines(path: Path, kind: type[M]) -> list[M]:
     """All messages of the file at that path, and of its further parts, without incomplete lines.
 
-    Raises BadRecordingError for messages of another protocol version.
+    Raises BadRecordingError for a damaged line, and for messages of another protocol version.
     """
     return list(iterate(path.parent, path.name, kind))
 
@@ -135,7 +141,7 @@ def read_lines(path: Path, kind: type[M]) -> list[M]:
 def iterate_lines(path: Path, kind: type[M]) -> Iterator[M]:
     """The messages of one file, without an incomplete last line. A file that was deleted meanwhile has none.
 
-    Raises BadRecordingError for messages of another protocol version.
+    Raises BadRecordingError for a damaged line, and for messages of another protocol version.
     """
     decoder = msgspec.json.Decoder(kind)
     try:
@@ -143,17 +149,32 @@ def iterate_lines(path: Path, kind: type[M]) -> Iterator[M]:
     except FileNotFoundError:
         return
     with file:
-        for line in file:
+        for number, line in enumerate(file, 1):
             try:
                 message = decoder.decode(line)
-            except msgspec.DecodeError:
-                if line.endswith(b"\n"):
-                    raise
-                return
-            if message.v != PROTOCOL_VERSION:
-                text = f"{path} was recorded with protocol {message.v}, and this Skillwing reads protocol"
-                raise BadRecordingError(f"{text} {PROTOCOL_VERSION}. Read it with the version that recorded it.")
+            except msgspec.DecodeError as error:
+                if not line.endswith(b"\n"):
+                    return
+                _check_version(path, _version_of(line))
+                text = f"Line {number} of {path} is damaged: {str(error).rstrip('.')}."
+                raise BadRecordingError(
+                    f"{text} Remove that line from a copy of the run, and read the copy."
+                ) from error
+            _check_version(path, message.v)
             yield message
+
+
+def _check_version(path: Path, version: int) -> None:
+    if version != PROTOCOL_VERSION:
+        text = f"{path} was recorded with protocol {version}, and this Skillwing reads protocol {PROTOCOL_VERSION}."
+        raise BadRecordingError(f"{text} Read it with the version that recorded it.")
+
+
+def _version_of(line: bytes) -> int:
+    """Version of a line that cannot be decoded; the present one if it has none."""
+    with suppress(msgspec.DecodeError):
+        return msgspec.json.decode(line, type=Versioned).v
+    return PROTOCOL_VERSION
 
 
 def last_time(path: Path) -> float | None:

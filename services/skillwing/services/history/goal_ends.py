@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-import msgspec
-
 from skillwing.services.errors import BadRecordingError
 from skillwing.services.history.files import GOALS_FILE, last_parts
 from skillwing.services.protocol import Ending, GoalStatus, Record, RecordKind, State, Terminal
@@ -48,5 +46,5 @@ def recorded_goals(run_dir: Path | None) -> dict[str, GoalStatus]:
     """
     try:
         return {} if run_dir is None else latest_goals(last_parts(run_dir, GOALS_FILE, GoalStatus))
-    except (OSError, BadRecordingError, msgspec.DecodeError):
+    except (OSError, BadRecordingError):
         return {}

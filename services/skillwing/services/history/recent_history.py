@@ -14,6 +14,8 @@ RECORDS_KEPT = 20_000
 """Records that a recorder remembers: two minutes at 20 starts a second."""
 GOALS_KEPT = 2_000
 """Goals that a recorder remembers."""
+STATUSES_KEPT = 50
+"""Statuses of a goal that a recorder remembers: the first ones and the latest. Each modification of inputs adds one."""
 LONGEST_CHAIN = 200
 """Records of a chain of causes that are shown live. Chains of missions grow with each step."""
 NEAR_CAUSES = 16
@@ -28,7 +30,8 @@ class RecentHistory(History):
     """A history that forgets the oldest records and goals.
 
     It keeps what is still true: the latest change of each resource and each mission with its nearest causes, and the
-    latest goal of each skill. `forgotten_until` is the time of the last goal that was forgotten; None without one.
+    latest goal of each skill. Of a goal with many statuses it keeps the first and the latest ones. `forgotten_until` is
+    the time of the last goal that was forgotten; None without one.
     """
 
     def __init__(
@@ -62,6 +65,9 @@ class RecentHistory(History):
     def add_status(self, status: GoalStatus) -> bool:
         if not super().add_status(status):
             return False
+        if len(known := self._statuses[status.goal_id]) > STATUSES_KEPT:
+            middle = range(STATUSES_KEPT // 2, STATUSES_KEPT)
+            del known[next((each for each in middle if known[each].terminal is None), middle.start)]
         self._latest_goal[status.skill] = status.goal_id
         self._note_goal(status.goal_id)
         return True
@@ -73,7 +79,7 @@ class RecentHistory(History):
 
     @property
     def lasting_statuses(self) -> tuple[GoalStatus, ...]:
-        """All statuses of the goals that run, and of each skill's latest goal: a new file begins with them."""
+        """The statuses of the goals that run, and of each skill's latest goal: a new file begins with them."""
         lasting = set(self._latest_goal.values())
         goals = [goal_id for goal_id in self._statuses if goal_id in lasting or self._runs(goal_id)]
         return tuple(status for goal_id in goals for status in self._statuses[goal_id])

@@ -13,6 +13,7 @@ from __future__ import annotations
 import logging
 import os
 import time
+from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -22,12 +23,14 @@ from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.disk import has_room
+from skillwing.services.errors import BadRecordingError
 from skillwing.services.history.files import (
     GOALS_FILE,
     MISSIONS_FILE,
     TIMELINE_FILE,
     UNBOUNDED,
     JsonLines,
+    M,
     last_parts,
 )
 from skillwing.services.history.goal_ends import status_of_loss
@@ -57,6 +60,8 @@ CHECK_PERIOD = 1.0
 """Wall seconds between two checks of the files."""
 RETENTION_CHECKS = 10
 """Checks between two deletions of old parts."""
+PHASES_KEPT = 1000
+"""Phases of missions for the next part of their file, of those that a full disk took."""
 RERUN_ENVIRONMENT = {"RUST_LOG": "warn,re_log_encoding=error", "MIMALLOC_PURGE_DELAY": "0"}
 """Settings of Rerun, unless the user has others. It warns of each file without an index, which is intended. Its
 allocator would keep the pages of peaks in use: 12 bytes for each message, without an end in sight."""
@@ -100,7 +105,10 @@ class Recorder:
         self._goals = JsonLines[GoalStatus](
             self._run_dir / GOALS_FILE, part_bytes=size, head=lambda: self.history.lasting_statuses
         )
-        self._missions = JsonLines[Record](self._run_dir / MISSIONS_FILE, part_bytes=UNBOUNDED)
+        self._unwritten_phases: deque[Record] = deque(maxlen=PHASES_KEPT)
+        self._missions = JsonLines[Record](
+            self._run_dir / MISSIONS_FILE, part_bytes=UNBOUNDED, head=lambda: self._unwritten_phases
+        )
         self._collectors: list[Collector] = [part(name)(self._run_dir, size) for name in options.collectors]
         self._recording: Recording | None = None
         self._lock = RecordingLock(self._run_dir)
@@ -173,13 +181,20 @@ class Recorder:
         self._timeline.record(RecordKind.PROCESS, self.name, before, after, text=gap_sentence(gap))
 
     def _show_earlier(self) -> None:
-        """Show the latest messages that an earlier recorder of this run has written."""
-        for record in sorted(last_parts(self._run_dir, TIMELINE_FILE, Record), key=lambda record: record.t):
+        """Show the latest messages that an earlier recorder of this run has written. Damaged files are left out."""
+        for record in sorted(self._earlier(TIMELINE_FILE, Record), key=lambda record: record.t):
             if self.history.add_record(record):
                 self._show_record(record)
-        for status in last_parts(self._run_dir, GOALS_FILE, GoalStatus):
+        for status in self._earlier(GOALS_FILE, GoalStatus):
             if self.history.add_status(status):
                 self._show_goal(status)
+
+    def _earlier(self, name: str, kind: type[M]) -> list[M]:
+        try:
+            return last_parts(self._run_dir, name, kind)
+        except BadRecordingError as error:
+            log.warning("What was recorded before is not shown. %s", error)
+            return []
 
     # --- messages ----------------------------------------------------------------------------------------------------
 
@@ -190,7 +205,8 @@ class Recorder:
             return
         self._records.write(record)
         if record.kind is RecordKind.MISSION and record.after in PHASES:
-            self._missions.write(record)
+            if not self._missions.write(record):
+                self._unwritten_phases.append(record)
             over = MissionPhase(record.after).over
             (self._upkeep.mission_is_over if over else self._upkeep.mission_runs)(time.time())
         self._show_record(record)

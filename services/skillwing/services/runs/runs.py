@@ -99,7 +99,7 @@ def _begun(path: Path) -> float:
 def _missions(path: Path, *, alone: bool) -> Iterator[MissionEnd]:
     try:
         missions = mission_intervals(read_phases(path).records)
-    except (BadRecordingError, OSError, msgspec.DecodeError):
+    except (OSError, BadRecordingError):
         return
     for each in missions:
         yield MissionEnd(mission=each.mission, result=_result(path if alone else path / each.name, each))
