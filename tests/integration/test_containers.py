@@ -265,8 +265,10 @@ def refuse_strangers(stack: Stack, foreign: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def refused(stack: Stack, protocol: str, kind: type[SkillwingError]) -> None:
-    target = find_target(endpoint=endpoint(stack, protocol), table=MOCKS.name)
-    with pytest.raises(kind), open_connection(target, client="stranger"):
+    with (
+        pytest.raises(kind),
+        open_connection(find_target(endpoint=endpoint(stack, protocol), table=MOCKS.name), client="stranger"),
+    ):
         pass
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +133,20 @@ def test_both_clients_of_a_mocked_system(robot: Robot, tmp_path: Path) -> None:
             goal.interrupt()
             assert goal.wait(timeout=20.0).ending is Ending.INTERRUPTED
         asyncio.run(fly())
+
+
+def test_a_client_finds_a_robot_of_another_name_by_its_skillset(robot: Robot, tmp_path: Path) -> None:
+    interface, _ = clients()
+    with (
+        running(replace(robot, name="second"), tmp_path / "run", mock=True) as endpoint,
+        pytest.MonkeyPatch.context() as elsewhere,
+    ):
+        elsewhere.setenv("XDG_RUNTIME_DIR", str(tmp_path))  # as on another machine
+        with interface.connect(endpoint=endpoint) as winch:
+            assert winch.pull(length=2.0).wait(timeout=20.0).require_success().result == "DONE"
+        elsewhere.setenv("SKILLWING_CONNECT", endpoint)
+        with interface.connect() as winch:
+            assert winch.resources.drum.state == "FREE"
 
 
 def test_where_nothing_runs_both_say_so(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -77,7 +77,8 @@ def test_a_mission_gets_the_place_that_up_has_left(tmp_path: Path) -> None:
 def test_a_mission_gets_the_same_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in ENVIRONMENT.items():
         monkeypatch.setenv(name, value)
+    monkeypatch.setenv("SKILLWING_ROBOT", "m600")
     assert (
-        mission_context(find_target(table="m600"), "inspection")
+        mission_context(find_target(), "inspection")
         == ROBOT.mission_options({"world": "inspection", "seed": 7})["inspection"]
     )

@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from skillwing.dsl import load
 from skillwing.m600.robot import SKILLSET
+from skillwing.services.client import target
 from skillwing.services.client.connection import find_target, open_connection
 from skillwing.services.errors import NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes import run_state
@@ -155,3 +156,15 @@ def test_a_robot_is_run_by_one_process_at_a_time() -> None:
             pass
     with reserved("m600"):
         pass
+
+
+def test_of_several_robots_at_a_router_a_generated_client_means_the_one_with_its_skillset(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    present = {"rover": "rover", "second": "m600"}
+    monkeypatch.setattr(target, "find_robots", lambda endpoint, robot: present)
+    monkeypatch.setattr(target, "_told_target", lambda *found: found)
+    assert target.find_target_at("tcp/x:1", table="m600") == ("tcp/x:1", "second", "m600")
+    present["third"] = "m600"
+    with pytest.raises(SeveralSystemsError, match="are at tcp/x:1: `second` and `third`"):
+        target.find_target_at("tcp/x:1", table="m600")

@@ -28,9 +28,10 @@ def find_target(
 ) -> Target:
     """The system at an endpoint, else at SKILLWING_CONNECT, else the one that runs here.
 
-    robot: its name. It may be missing if one system runs there, or one with the skillset of the hash `schema`. A robot
-    elsewhere tells its skillset itself. table: robot whose table is used instead, as `find_robot` takes it; by default
-    SKILLWING_ROBOT, if no name is given. Raises NoSystemError, SeveralSystemsError, InvalidOptionError for a malformed
+    robot: its name, or a reference of its table. It may be missing if one system runs there, or one with the skillset
+    of the hash `schema`; at an endpoint, one with the skillset of `table`. Without a name SKILLWING_ROBOT counts as the
+    table. A robot elsewhere tells its skillset itself. table: of the robot that is meant, as `find_robot` takes it; it
+    is used if the robot does not answer. Raises NoSystemError, SeveralSystemsError, InvalidOptionError for a malformed
     address, and as `find_robot` does.
     """
     source = "endpoint" if endpoint else CONNECT

@@ -67,27 +67,28 @@ class Target:
 def find_target_at(endpoint: str, robot: str | None = None, table: str | None = None) -> Target:
     """The system of a robot at an endpoint; robot and table as for `find_target`.
 
-    A robot whose resource manager is away is known by the table of SKILLWING_ROBOT, or by that of its name. Raises
-    NoSystemError, at once for a router that does not answer, SeveralSystemsError, and as `find_robot` does.
+    A robot whose resource manager is away is known by the table of SKILLWING_ROBOT, by `table`, or by that of its name.
+    Raises NoSystemError, at once for a router that does not answer, SeveralSystemsError, and as `find_robot` does.
     """
-    if robot is not None and not ROBOT_NAME.fullmatch(robot):
-        robot, table = None, table or robot
     known = os.environ.get(TABLE)
-    if table is not None or (robot is None and known):
-        return _target_of_table(endpoint, robot, table or known or DEFAULT_ROBOT)
+    if robot is not None and not ROBOT_NAME.fullmatch(robot):
+        return target_of_table(endpoint, None, robot)
+    if robot is None and known:
+        return target_of_table(endpoint, None, known)
     try:
-        name, skillset = _chosen(endpoint, robot)
+        name, skillset = _chosen(endpoint, robot, table)
         return _told_target(endpoint, name, skillset)
     except (NoSystemError, NoReplyError) as error:
         if isinstance(error, SeveralSystemsError) or (isinstance(error, NoSystemError) and error.endpoint is not None):
             raise
         try:
-            return _target_of_table(endpoint, robot, known or robot or DEFAULT_ROBOT)
+            return target_of_table(endpoint, robot, known or table or robot or DEFAULT_ROBOT)
         except UnknownNameError:
             raise error from None
 
 
-def _target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
+def target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
+    """The system that should be at an endpoint, by a table alone. robot: its name, else that of the table."""
     known = find_robot(table)
     return Target(
         *(robot or known.name, endpoint, known.skillset, known.clock),
@@ -98,11 +99,15 @@ def _target_of_table(endpoint: str, robot: str | None, table: str) -> Target:
     )
 
 
-def _chosen(endpoint: str, robot: str | None) -> tuple[str, str]:
+def _chosen(endpoint: str, robot: str | None, table: str | None) -> tuple[str, str]:
     """Name and skillset's name of the robot at a router that is meant."""
     present = find_robots(endpoint, robot)
+    if robot is None and table is not None and len(present) > 1:
+        skillset = find_robot(table).load_skillset().name
+        present = {name: each for name, each in present.items() if each == skillset} or present
     if robot is None and len(present) > 1:
-        choice = f"Choose one: `--robot {next(iter(present))}`."
+        first = next(iter(present))
+        choice = f'Choose one: `--robot {first}` in a command, `connect("{first}", ...)` in a script.'
         raise SeveralSystemsError(f"Several robots are at {endpoint}: {listed(present)}. {choice}")
     name = robot or next(iter(present), "")
     if name not in present:

@@ -25,7 +25,7 @@ from skillwing.services.access.key_store import KeyStore, read_facts
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
 from skillwing.services.client.connection import find_target
-from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, find_target_at
+from skillwing.services.client.target import DEFAULT_ROBOT, TABLE, Target, target_of_table
 from skillwing.services.diagnosis.evidence import Disk, Examination, Probe, SystemSeen
 from skillwing.services.diagnosis.probing import ProbeRequest, alive, ask_all, watch_clock
 from skillwing.services.diagnosis.unattended import unattended_state
@@ -92,7 +92,7 @@ def examine(robot: str | None = None) -> Examination:
 def _expected_target(endpoint: str, robot: str | None) -> Target | None:
     """The system that should be at a router which does not answer; None without a table of that robot."""
     try:
-        return find_target_at(endpoint, robot, os.environ.get(TABLE) or robot or DEFAULT_ROBOT)
+        return target_of_table(endpoint, robot, os.environ.get(TABLE) or robot or DEFAULT_ROBOT)
     except UnknownNameError:
         return None
 
