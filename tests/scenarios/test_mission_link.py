@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import cast
 
 import pytest
-from flights import Flight
+from flights import AWAY, BACK, Flight
 from hypothesis import given
 from hypothesis import strategies as st
 
 from faulty_network import FaultyNetwork
 from law_settings import examples
 from skillwing.bt_missions.running.link_wait import RECOVERY, Link, LinkPatience
+from skillwing.bt_missions.running.mission_run import SETTLE_TIMEOUT
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import MissionPhase
@@ -24,9 +25,9 @@ CRUISE = 8.0
 class CutFlight:
     """A flight whose mission is cut off at a time, for so many seconds or for good."""
 
-    def __init__(self, grace: float, at: float, seconds: float | None = None, seed: int = 0) -> None:
+    def __init__(self, grace: float, at: float, seconds: float | None = None, seed: int = 0, **options: float) -> None:
         network = FaultyNetwork(seed)
-        self.flight = Flight(owner_grace=grace, network=network)
+        self.flight = Flight(owner_grace=grace, network=network, **options)
         mission = cast(InProcessBus, self.flight.buses[MISSION])
         self.flight.at(at, lambda: network.cut(mission))
         if seconds is not None:
@@ -57,6 +58,27 @@ def test_goals_end_when_the_grace_is_over_and_the_mission_says_why() -> None:
     assert all(goal.terminal is not None for goal in flight.goals.values())
     [reason] = {goal.terminal.reason for goal in flight.goals.values() if goal.terminal and goal.terminal.label == "IT"}
     assert reason.endswith("is gone, and has not come back within 5 s.")
+
+
+def test_a_drone_that_the_pilot_gives_back_during_a_cut_is_landed() -> None:
+    patience = 5.0
+    cut = CutFlight(30.0, CRUISE + patience + 0.5, SETTLE_TIMEOUT + 5.0, pilot_patience=patience)
+    flight = cut.flight
+    flight.at(CRUISE, lambda: flight.drone.freeze("lidar_mapping"))
+    flight.at(CRUISE, lambda: flight.drone.set(*AWAY))
+    flight.at(CRUISE + patience + 2.0, lambda: flight.drone.set(*BACK))
+    assert flight.fly().phase is MissionPhase.FAILED
+    assert flight.on_ground, flight.node.status.text
+
+
+def test_goals_have_their_time_to_stop_after_a_cut_too() -> None:
+    cut = CutFlight(30.0, CRUISE + 1.0, SETTLE_TIMEOUT + 5.0)
+    flight = cut.flight
+    flight.at(CRUISE, lambda: flight.drone.freeze("lidar_mapping"))
+    flight.at(CRUISE + 0.9, lambda: flight.node.abort("a test"))
+    status = flight.fly()
+    assert status.phase is MissionPhase.ABORTED
+    assert "did not stop" not in status.text
 
 
 @given(at=st.floats(2.0, 30.0), seconds=st.floats(0.1, GRACE - 1.0), seed=st.integers(0, 999))

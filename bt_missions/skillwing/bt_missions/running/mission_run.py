@@ -83,6 +83,7 @@ class MissionRun:
         self._looks_again = False
         """True if a robot that becomes the mission's to rescue again, before the end, is rescued."""
         self._settle_timer: Handle | None = None
+        self._settling_is_overdue = False
         self._at_end: list[Handle] = []
         publisher.rescue = self.rescue_action or ""
         self._show(trees.root)
@@ -374,20 +375,35 @@ class MissionRun:
 
     def _settle(self) -> None:
         self._stage = RunStage.STOPPING
-        self._settle_timer = self._buses[0].after(SETTLE_TIMEOUT, self._finish, wall=True)
+        self._settling_is_overdue = False
+        self._start_settle_timer()
+
+    def _start_settle_timer(self) -> None:
+        self._settle_timer = self._buses[0].after(SETTLE_TIMEOUT, self._note_overdue_settling, wall=True)
         self._at_end.append(self._settle_timer)
 
+    def _note_overdue_settling(self) -> None:
+        """While the link is away nothing is heard of goals and robots. They get their time again."""
+        if self._link.is_away:
+            self._start_settle_timer()
+        else:
+            self._settling_is_overdue = True
+            self._wake()
+
     def _finish_when_stopped(self) -> None:
-        """Finish when every goal has stopped. If a person gives the robot back meanwhile, rescue it first."""
+        """Finish when every goal has stopped, or its time to stop is over.
+
+        If a person gives the robot back meanwhile, rescue it first.
+        """
         due = self._robots.due
         if self._looks_again and due:
             self._looks_again = False
             self._rescue_after_all(due)
-        elif not self._context.unfinished:
+        elif self._settling_is_overdue or not self._context.unfinished:
             self._finish()
 
     def _finish(self) -> None:
-        """Finish when every goal has stopped, or its time to stop is over."""
+        """Finish, whatever still runs."""
         if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome
