@@ -41,7 +41,7 @@ class Managers:
         self.number = 7
         self.asked = 0
         self.silent = not answers
-        self.refusing = False
+        self.refusing = self.unreadable = False
         self.resources = resources
         self.resources.serve(KEYS.resource_states, self._answer)
 
@@ -50,6 +50,8 @@ class Managers:
         self.asked += 1
         if self.refusing:
             request.refuse(ErrorReply(code=ErrorCode.INTERNAL, message="A test refuses.", help=""))
+        elif self.unreadable:
+            request.reply(b"{}")
         elif not self.silent:
             request.reply(encode(ResourceStates(step=self.number, states={"power": "ON"}, t=0.0)))
 
@@ -181,6 +183,21 @@ def test_a_refused_question_is_asked_again() -> None:
     managers.refusing = False
     managers.wait()
     assert seen == ["RUNNING"]
+
+
+def test_states_that_cannot_be_read_are_asked_for_again_and_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    managers = Managers()
+    called: list[str] = []
+    managers.unreadable = True
+    feed = CausalFeed(managers.network.bus("client"), KEYS)
+    feed.after_step(7, called.append)
+    managers.wait()
+    assert not feed.view.ready
+    assert called == [NO_ANSWER]
+    managers.unreadable = False
+    managers.wait()
+    assert feed.view.ready
+    assert len([line for line in caplog.messages if line.startswith("Left out the states of resource_manager")]) == 1
 
 
 def test_what_waits_for_a_step_is_called_when_its_states_are_known() -> None:

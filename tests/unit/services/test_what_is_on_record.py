@@ -242,3 +242,27 @@ def test_of_several_data_the_one_that_is_stale_is_to_blame(two: Bench) -> None:
     two.perform(two.core.step(TimePassed(), two.now))
     [verdict] = two.of(Violated)
     assert verdict.subject == "load"
+
+
+def test_an_invariant_that_is_false_from_the_start_has_no_cause() -> None:
+    bench = Bench(
+        parse(
+            """
+            skillset s {
+                resource valve { initial SHUT  OPEN -> SHUT  SHUT -> OPEN }
+                resource log { initial EMPTY  EMPTY -> FULL  FULL -> EMPTY }
+                skill pour {
+                    effect { note: log -> FULL  clear: log -> EMPTY }
+                    invariant { open: resource=(valve == OPEN) violation=note }
+                    result { DONE: apply=clear }
+                    interrupt { apply=clear }
+                }
+                skill open { effect { open: valve -> OPEN }  result { OPEN: apply=open } }
+            }
+            """,
+            "s.skillset",
+        )
+    )
+    bench.begin("pour", "g", cause="skill/pour#1")
+    [violated] = bench.of(Violated)
+    assert record_of(bench, violated.record).cause is None, "not the start of its own goal"

@@ -64,6 +64,8 @@ class CausalFeed:
         self._timer: Handle | None = None
         self._asking = False
         self._silent = False
+        self._unreadable = ""
+        """The error in the latest states that could not be read, which is logged once."""
         self._reported: int | None = None
         """Number of the step whose states were last reported."""
         self.view = CausalView()
@@ -85,13 +87,17 @@ class CausalFeed:
         """Note a request whose reply holds the states, and return its number for `take_states`."""
         return self.view.note_question()
 
-    def take_states(self, payload: bytes, question: int) -> None:
-        """Take encoded states that came as the reply to a request; any other reply is ignored."""
+    def take_states(self, payload: bytes, question: int) -> bool:
+        """Take encoded states that came as the reply to a request. Any other reply is left out, and gives False."""
         try:
             states = decode(payload, ResourceStates)
-        except ProtocolError:
-            return
+        except ProtocolError as error:
+            if str(error) != self._unreadable:
+                self._unreadable = str(error)
+                log.warning("Left out the states of %s: %s", RESOURCE_MANAGER, error)
+            return False
         self._deliver(self.view.take_states(states, question))
+        return True
 
     def after_step(self, step: int, then: Callable[[str], None]) -> None:
         """Call `then` once the states after a step are known, or if the resource manager does not answer.
@@ -182,8 +188,7 @@ class CausalFeed:
 
         def answered(answer: Answered | Refused, question: int) -> None:
             self._asking = self._silent = False
-            if isinstance(answer, Answered):
-                self.take_states(answer.payload, question)
+            if isinstance(answer, Answered) and self.take_states(answer.payload, question):
                 tell("")
             else:
                 self._deliver(())

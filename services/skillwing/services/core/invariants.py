@@ -82,10 +82,12 @@ def _end_violated(state: ManagerState, violation: Violation, data_records: dict[
     state.outbox.add(violated)
 
 
-def _cause_of(state: ManagerState, violation: Violation, data_records: dict[str, str], now: float) -> tuple[str, str]:
-    """The resource or datum that broke the invariant, and the record of its change."""
+def _cause_of(
+    state: ManagerState, violation: Violation, data_records: dict[str, str], now: float
+) -> tuple[str, str | None]:
+    """The resource or datum that broke the invariant, and the record of its change; None if it never changed."""
     expression = violation.invariant.expression
     if data := names_used(expression, "data"):
         return record_datum(state, data, violation.reason, data_records, now)
     change = state.table.latest_change(names_used(expression, "resource"))
-    return change or (violation.invariant.name, violation.grant.granted.record)
+    return change or (violation.invariant.name, None)
