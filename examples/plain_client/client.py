@@ -41,13 +41,16 @@ UNKNOWN_GOAL = "UNKNOWN_GOAL"
 """Code of the refusal by a manager that does not know the goal: it was replaced, and the goal is lost."""
 LOST = {"ending": "LOST", "result": None, "success": False}
 PAUSE = 0.5
-"""Time before that [s], and between two questions whether a lost goal is released."""
+"""Time between two questions whether a lost goal is released [s]."""
 PATIENCE = 2.0
 """Time without a message after which the client asks for the goal's state [s]."""
 ORDER = ("VALIDATING", "DISPATCHING", "RUNNING", "INTERRUPTING", "TERMINATED")
 """States of a goal in their order. Replies and events come on different ways: an older state is no news."""
-ATTEMPTS = 5
-"""Consecutive requests without a reply after which the robot counts as gone."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.05, 1.0
+"""Time from a silence to the next request [s]. It doubles with each silence. A question that nobody serves ends at
+once."""
+SILENCE = 10.0
+"""Time without a reply after which the robot counts as gone [s]. A manager that is started again needs some of it."""
 HELD = 20
 """Replies that a lost goal still holds its resources, after which it is printed as lost all the same."""
 
@@ -88,7 +91,8 @@ def open_session(endpoint: str, robot: str) -> zenoh.Session:
 def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, Any]:
     """Ask until a reply comes, and return it. Repetition is safe because the goal id stays the same."""
     asked = f"{key}/by/{KEYS.name}" if KEYS.name else key
-    for _ in range(ATTEMPTS):
+    pause, end = FIRST_PAUSE, time.monotonic() + SILENCE
+    while time.monotonic() < end:
         for reply in session.get(asked, payload=msgpack.encode(request), timeout=PATIENCE):
             if reply.ok is not None:
                 return msgpack.decode(reply.ok.payload.to_bytes())
@@ -96,7 +100,8 @@ def ask(session: zenoh.Session, key: str, request: dict[str, Any]) -> dict[str, 
                 refusal = RefusedError(msgpack.decode(reply.err.payload.to_bytes()))
                 if refusal.code != UNAVAILABLE:
                     raise refusal
-                time.sleep(PAUSE)
+        time.sleep(pause)
+        pause = min(2 * pause, LONGEST_PAUSE)
     raise SilenceError(f"Nobody answers on `{key}`. Does the robot run, and has its skillset this skill?")
 
 

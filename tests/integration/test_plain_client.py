@@ -92,6 +92,21 @@ def test_it_interrupts_its_goal(rover: SkillsetProcesses) -> None:
     rover.assert_states(wheels="PARKED")
 
 
+def test_a_goal_whose_manager_is_started_again_is_lost(rover: SkillsetProcesses) -> None:
+    direct(rover, "drive_to", forever=True)
+    client = start(rover, "drive_to", TARGET, rover.skillset.schema_hash)
+    rover.assert_states(wheels="DRIVING", within=WITHIN)
+    rover.kill("skill/drive_to")
+    questions: list[str] = []
+    absent = rover.bus.serve(Keys("rover").goal("drive_to"), lambda request: questions.append(request.key))
+    rover.run_until(lambda: bool(questions), WITHIN, "a question that nobody answers")
+    absent.cancel()
+    rover.restart("skill/drive_to")
+    code, news, complaint = finish(rover, client)
+    assert (code, complaint) == (1, "")
+    assert (news[-1]["terminal"]["ending"], "knows of no goal" in news[-1]["terminal"]["reason"]) == ("LOST", True)
+
+
 def test_a_goal_that_may_not_start_says_why(rover: SkillsetProcesses) -> None:
     rover.set_states(emergency_stop="PRESSED")
     code, news, _ = finish(rover, start(rover, "drive_to", TARGET, rover.skillset.schema_hash))

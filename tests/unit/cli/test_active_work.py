@@ -8,6 +8,7 @@ import pytest
 
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.names import RESOURCE_MANAGER
 from skillwing.services.processes.run_state import announced, read_run_state
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind, State, encode
 from skillwing.services.terminal.active_work import REAL, SIMULATED, ActiveWork
@@ -32,7 +33,9 @@ class System:
 
     def flight(self, state: str, t: float) -> str:
         kind = RecordKind.RESOURCE
-        record = Record(id=f"r#{t}", t=t, source="r", kind=kind, subject="flight_status", before=None, after=state)
+        record = Record(
+            id=f"r#{t}", t=t, source=RESOURCE_MANAGER, kind=kind, subject="flight_status", before=None, after=state
+        )
         return self.tell(KEYS.timeline, record)
 
     def mission(self, phase: str) -> str:

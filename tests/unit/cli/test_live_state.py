@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import Any
 
+import msgspec
 import pytest
 
 from skillwing.services.protocol import (
@@ -13,7 +14,6 @@ from skillwing.services.protocol import (
     GoalStatus,
     Record,
     RecordKind,
-    ResourceStates,
     State,
     Terminal,
 )
@@ -113,6 +113,16 @@ def test_a_goal_whose_manager_died_is_lost(record_first: bool) -> None:
     assert (now.last.ending, now.last.reason) == (Ending.LOST, "Its manager is gone.")
 
 
+@pytest.mark.parametrize("kind", [RecordKind.GOAL, RecordKind.RESOURCE])
+def test_what_a_client_says_of_a_loss_or_a_change_is_left_to_the_resource_manager(kind: RecordKind) -> None:
+    present = LiveState()
+    present.add_status(status("a", State.RUNNING, 1.0))
+    said = record("alice~1#2", kind, "hover", "LOST", 2.0, goal_id="a")
+    present.add_record(msgspec.structs.replace(said, source="alice"))
+    assert present.skill("hover").state == State.RUNNING
+    assert present.resources({"hover": "LOST"}) == [ResourceNow("hover", "LOST")]
+
+
 def test_a_lost_goal_is_known_without_any_status_of_its_manager() -> None:
     """A viewer that connects later does not get them: they were in the memory of that process."""
     present = LiveState()
@@ -191,8 +201,7 @@ def test_resources_tell_since_when_and_by_whom() -> None:
     present = LiveState()
     present.add_record(record("c", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0, cause="c"))
-    states = ResourceStates(step=1, states={"axes": "USED", "link": "GOOD"}, t=2.0)
-    assert present.resources(states) == [
+    assert present.resources({"axes": "USED", "link": "GOOD"}) == [
         ResourceNow("axes", "USED", 1.0, "takeoff RUNNING"),
         ResourceNow("link", "GOOD"),
     ]
@@ -201,8 +210,7 @@ def test_resources_tell_since_when_and_by_whom() -> None:
 def test_a_state_that_nobody_has_explained_has_no_age() -> None:
     present = LiveState()
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 1.0))
-    states = ResourceStates(step=2, states={"axes": "AVAILABLE"}, t=2.0)
-    assert present.resources(states) == [ResourceNow("axes", "AVAILABLE")]
+    assert present.resources({"axes": "AVAILABLE"}) == [ResourceNow("axes", "AVAILABLE")]
 
 
 def test_memory_is_bounded() -> None:
@@ -211,5 +219,5 @@ def test_memory_is_bounded() -> None:
     for number in range(RECORDS_REMEMBERED):
         present.add_record(record(f"n{number}", RecordKind.GOAL, "takeoff", "RUNNING", 1.0))
     present.add_record(record("r", RecordKind.RESOURCE, "axes", "USED", 2.0, cause="first"))
-    (axes,) = present.resources(ResourceStates(step=1, states={"axes": "USED"}, t=2.0))
+    (axes,) = present.resources({"axes": "USED"})
     assert axes.by == "resource_manager"

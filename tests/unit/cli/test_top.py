@@ -11,18 +11,32 @@ from rich.console import Console
 
 from faulty_network import FaultyNetwork
 from skillwing.dsl import parse
+from skillwing.services.bus import Request
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.connection import Target
 from skillwing.services.commands.top import FEWEST, SystemTop, busiest
 from skillwing.services.processes.proc_files import Usage
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition, ProcessState
+from skillwing.services.protocol import (
+    Ending,
+    GoalStatus,
+    Keys,
+    Record,
+    RecordKind,
+    ResourceStates,
+    ResourceStep,
+    State,
+    Terminal,
+    encode,
+)
 from skillwing.services.terminal.connection import System
 from skillwing.services.terminal.process_table import duration, process_table
 
 if TYPE_CHECKING:
     from skillwing.services.bus.zenoh_bus import ZenohBus
 
+DONE = Terminal(ending=Ending.SUCCEEDED, reason="done", result="DONE", success=True)
 USED = Usage(cpu=1.0, memory=46 << 20, uptime=200.0, stopped=False)
 ENTRIES = [
     ProcessStatus(
@@ -93,3 +107,53 @@ def test_a_lost_link_is_shown_until_it_is_back() -> None:
     network.reconnect(bus)
     network.run_for(1.0)
     assert "has not answered" not in shown()
+
+
+def test_a_goal_is_shown_with_the_states_that_ended_it() -> None:
+    """In `top` the states of the answer before would be those from before the end."""
+    network = FaultyNetwork()
+    winch = parse(
+        """
+        skillset winch {
+            resource drum { initial FREE  FREE -> USED  USED -> FREE }
+            skill pull {
+                effect { take: drum -> USED  leave: drum -> FREE }
+                precondition { success take }
+                result { DONE: apply=leave }
+            }
+        }
+        """
+    )
+    keys = Keys("winch")
+    manager = network.join("resource_manager")
+    asked: list[Request] = []
+    manager.serve(keys.resource_states, asked.append)
+    steps, statuses = (manager.advertise(key, events=True) for key in (keys.resource_steps, keys.status("pull")))
+    target = Target("winch-of-a-test", "tcp/elsewhere:7447", Path("winch.skillset"), "wall")
+    top = SystemTop(System(target, cast("ZenohBus", network.join("cli")), winch))
+    top.update()
+    network.run_for(1.0)
+    for request in asked:
+        request.reply(encode(ResourceStates(step=1, states={"drum": "USED"}, t=0.0)))
+    network.run_for(0.5)
+    statuses.put(encode(GoalStatus(goal_id="g", skill="pull", state=State.RUNNING, t=0.5, after_step=1)))
+    network.run_for(0.5)
+    facts = top.facts()
+    assert (facts["skills"]["pull"]["state"], facts["resources"]["drum"].state) == ("RUNNING", "USED")
+    ended = GoalStatus(goal_id="g", skill="pull", state=State.TERMINATED, t=1.0, terminal=DONE, after_step=2)
+    statuses.put(encode(ended))
+    network.run_for(0.05)
+    assert top.facts()["skills"]["pull"]["state"] == "RUNNING"
+    change = Record(
+        id="rm#2",
+        t=1.0,
+        source="resource_manager",
+        kind=RecordKind.RESOURCE,
+        subject="drum",
+        before="USED",
+        after="FREE",
+    )
+    steps.put(encode(ResourceStep(number=2, t=1.0, records=(change,))))
+    network.run_for(0.05)
+    facts = top.facts()
+    assert (facts["skills"]["pull"]["state"], facts["resources"]["drum"].state) == ("IDLE", "FREE")

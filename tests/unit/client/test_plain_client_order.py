@@ -1,4 +1,4 @@
-"""The plain client prints a goal's status after the states of the step that it follows from."""
+"""The plain client prints a goal's status after the states of its step, and repeats requests after silences."""
 
 from __future__ import annotations
 
@@ -99,6 +99,72 @@ def test_a_state_that_is_older_than_the_last_one_is_not_printed(
     client.follow("g")
     told = [json.loads(line).get("state") for line in capsys.readouterr().out.splitlines()]
     assert told == [None, "RUNNING", "TERMINATED"]
+
+
+class Time:
+    """The time of a client that waits: it passes in its pauses and in its questions only."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+        self.pauses: list[float] = []
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+        self.pauses.append(seconds)
+
+
+class LateManager:
+    """A session whose question ends after `takes` seconds: by `silence`, and from `served_after` on by a reply."""
+
+    def __init__(self, time: Time, silence: list[SimpleNamespace], *, takes: float, served_after: float) -> None:
+        self._time, self._silence, self._takes = time, silence, takes
+        self._served_at = time.now + served_after
+
+    def get(self, key: str, **_: Any) -> list[SimpleNamespace]:
+        if self._time.now >= self._served_at:
+            return [SimpleNamespace(ok=payload({"asked": key}), err=None)]
+        self._time.now += self._takes
+        return self._silence
+
+
+def refused(code: str) -> SimpleNamespace:
+    message = payload({"code": code, "message": "It is not ready.", "help": ""})
+    message.encoding = plain_client.REFUSAL
+    return SimpleNamespace(ok=None, err=message)
+
+
+SILENCES = pytest.mark.parametrize(
+    ("silence", "takes"),
+    [([], 0.0), ([refused("UNAVAILABLE")], 0.0), ([], plain_client.PATIENCE)],
+    ids=["nobody serves the key", "unavailable", "hung"],
+)
+
+
+@SILENCES
+def test_a_manager_that_is_started_again_answers_the_same_request(
+    monkeypatch: pytest.MonkeyPatch, silence: list[SimpleNamespace], takes: float
+) -> None:
+    time = Time()
+    monkeypatch.setattr(plain_client, "time", time)
+    session = LateManager(time, silence, takes=takes, served_after=plain_client.SILENCE - 4.0)
+    assert plain_client.ask(session, "rover/skill/drive/goal", {}) == {"asked": "rover/skill/drive/goal"}
+    assert time.pauses[:3] == [0.05, 0.1, 0.2]
+    assert max(time.pauses) <= 1.0
+
+
+@SILENCES
+def test_a_robot_that_stays_silent_counts_as_gone(
+    monkeypatch: pytest.MonkeyPatch, silence: list[SimpleNamespace], takes: float
+) -> None:
+    time = Time()
+    monkeypatch.setattr(plain_client, "time", time)
+    begun = time.now
+    with pytest.raises(plain_client.SilenceError):
+        plain_client.ask(LateManager(time, silence, takes=takes, served_after=1000.0), "rover/skill/drive/goal", {})
+    assert plain_client.SILENCE <= time.now - begun < plain_client.SILENCE + 3.0
 
 
 @pytest.mark.parametrize("replies", [0, 2, 1000])

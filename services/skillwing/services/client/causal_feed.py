@@ -238,8 +238,8 @@ def follow_records(
     keys: Keys,
     on_record: Callable[[Record], object],
     on_status: Callable[[GoalStatus], object] = lambda status: None,
-) -> None:
-    """Follow all timeline records of a robot and the statuses of its goals.
+) -> CausalFeed:
+    """Follow all timeline records of a robot and the statuses of its goals. The feed has the states.
 
     Steps of the resource manager and statuses come in causal order, with their records; that of a status right before
     it. Other records, such as switches of missions, are handed on at once: they may come before their causes. Records
@@ -259,7 +259,7 @@ def follow_records(
         bus.subscribe(keys.timeline, message_reader(Record, on_record), events=True)
     else:
         bus.subscribe(signed(keys.timeline, "*"), lambda sample: _take_vouched(sample, on_record), events=True)
-    CausalFeed(bus, keys, on_step=take_step, on_status=take_status)
+    return CausalFeed(bus, keys, on_step=take_step, on_status=take_status)
 
 
 def _take_vouched(sample: Sample, on_record: Callable[[Record], object]) -> None:

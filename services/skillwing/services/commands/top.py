@@ -27,7 +27,6 @@ from skillwing.services.protocol import (
     ProtocolError,
     QueryGoal,
     QueryStates,
-    ResourceStates,
     decode,
     encode,
 )
@@ -102,7 +101,6 @@ class SystemTop:
     def __init__(self, system: System) -> None:
         self._system = system
         self._live_state = LiveState()
-        self._states: ResourceStates | None = None
         self._alive: set[str] = set()
         self._processes: list[ProcessStatus] = []
         self._cpu: dict[str, float] = {}
@@ -117,13 +115,15 @@ class SystemTop:
             (self._alive.add if alive else self._alive.discard)(key.removeprefix(prefix))
 
         bus.watch_alive(keys.alive("**"), note)
-        follow_records(bus, keys, live_state.add_record, live_state.add_status)
+        self._feed = follow_records(bus, keys, live_state.add_record, live_state.add_status)
         bus.subscribe(keys.progress("*"), message_reader(GoalProgress, live_state.add_progress), latest_only=True)
 
     def update(self) -> None:
         """Measure the processes, and ask all managers; their answers come while the bus runs."""
         system = self._system
-        system.bus.ask(system.keys.resource_states, encode(QueryStates()), self._on_states)
+        self._unheard += 1
+        on_states = partial(self._on_states, question=self._feed.note_question())
+        system.bus.ask(system.keys.resource_states, encode(QueryStates()), on_states)
         for skill in system.skillset.skills:
             on_answer = partial(self._on_goal, skill.name)
             self._unheard += 1
@@ -147,12 +147,10 @@ class SystemTop:
         """True if every query has its answer, or has timed out."""
         return self._unheard == 0
 
-    def _on_states(self, answer: Answer) -> None:
+    def _on_states(self, answer: Answer, question: int) -> None:
+        self._unheard -= 1
         if isinstance(answer, Answered):
-            try:
-                self._states = decode(answer.payload, ResourceStates)
-            except ProtocolError:
-                return  # `doctor` reports such processes
+            self._feed.take_states(answer.payload, question)
 
     def _on_goal(self, skill: str, answer: Answer) -> None:
         """Find silent managers, and goals that began before this subscription."""
@@ -161,7 +159,7 @@ class SystemTop:
         (self._silent.add if silent else self._silent.discard)(skill)
         if isinstance(answer, Answered):
             with suppress(ProtocolError):  # `doctor` reports such processes
-                self._live_state.add_status(decode(answer.payload, GoalStatus))
+                self._feed.take_status(decode(answer.payload, GoalStatus))
 
     def add_recorded(self) -> None:
         """Add the goals of the run's recording on which no living process has an answer."""
@@ -179,7 +177,7 @@ class SystemTop:
         return (self._live_state.skill(skill.name) for skill in self._system.skillset.skills)
 
     def _resources(self) -> Iterable[ResourceNow]:
-        return [] if self._states is None else self._live_state.resources(self._states)
+        return self._live_state.resources(self._feed.view.states)
 
     def picture(self, height: int | None = None) -> RenderableType:
         """Three tables, one above the other. A low screen leaves out idle skills and healthy processes."""

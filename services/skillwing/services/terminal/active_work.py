@@ -8,7 +8,7 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
-from skillwing.services.names import MISSION
+from skillwing.services.names import MISSION, RESOURCE_MANAGER
 from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind
 from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.terminal.live_state import LiveState
@@ -62,7 +62,9 @@ class ActiveWork:
     def _on_record(self, record: Record) -> None:
         self._live_state.add_record(record)
         known = self._changes.get(record.subject)
-        if record.kind is RecordKind.RESOURCE and (known is None or record.t >= known.t):
+        if (record.kind, record.source) == (RecordKind.RESOURCE, RESOURCE_MANAGER) and (
+            known is None or record.t >= known.t
+        ):
             self._changes[record.subject] = record
         self._notify()
 

@@ -19,7 +19,6 @@ from skillwing.services.protocol import (
     GoalStatus,
     Record,
     RecordKind,
-    ResourceStates,
     State,
     Terminal,
 )
@@ -102,13 +101,15 @@ class LiveState:
         self._progress[progress.skill] = progress
 
     def add_record(self, record: Record) -> None:
+        """Add a record. Grants, losses and changes count only from the resource manager: a client may be wrong."""
         self._records[record.id] = record
-        if record.kind is RecordKind.GOAL and record.goal_id is not None:
-            self._note_grant(record, record.goal_id)
-        if (lost := status_of_loss(record)) is not None:
-            self.add_status(lost)
-        if record.kind is RecordKind.RESOURCE:
-            _keep_latest(self._changes, record)
+        if record.source == RESOURCE_MANAGER:
+            if record.kind is RecordKind.GOAL and record.goal_id is not None:
+                self._note_grant(record, record.goal_id)
+            if (lost := status_of_loss(record)) is not None:
+                self.add_status(lost)
+            if record.kind is RecordKind.RESOURCE:
+                _keep_latest(self._changes, record)
         if record.kind is RecordKind.PROCESS and record.after == BLOCKED:
             _keep_latest(self._blocked, record)
 
@@ -169,9 +170,9 @@ class LiveState:
         is_news = latest is None or report.goal_id == latest.goal_id or report.t >= latest.t
         return report.text if is_news else ""
 
-    def resources(self, states: ResourceStates) -> list[ResourceNow]:
-        """All resources, in the order of the skillset."""
-        return [self._resource(name, state) for name, state in states.states.items()]
+    def resources(self, states: Mapping[str, str]) -> list[ResourceNow]:
+        """All resources, in the order of their states."""
+        return [self._resource(name, state) for name, state in states.items()]
 
     def _resource(self, name: str, state: str) -> ResourceNow:
         change = self._changes.get(name)

@@ -63,16 +63,20 @@ class SystemState:
 
 
 def system_state(system: System) -> SystemState:
-    """The present state of a system. Raises NoReplyError and RefusedError without states of the resources."""
-    states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
+    """The present state of a system. Raises NoReplyError and RefusedError without states of the resources.
+
+    The states are asked for last: they are those after the goals, so no goal seems to be over before its effects.
+    """
     alive = system.alive()
     unheard = _unheard(system)
+    running = running_skills(system, alive)
+    states = system.ask(system.keys.resource_states, QueryStates(), ResourceStates).states
     silent = len(unheard) == len(system.skillset.data)
     return SystemState(
         robot=system.target.robot,
         reporter=_reporter(system, alive, silent=silent),
         states=states,
-        running=running_skills(system, alive),
+        running=running,
         unheard=unheard,
         published_by=_published_by(system),
         reactions=reactions_known(system.target.skillset, system.skillset),
