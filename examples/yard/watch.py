@@ -54,13 +54,13 @@ class PlacesNode:
         """Leave without a word: the data become stale, and no place becomes free."""
 
     def _hear(self, robot: str, sample: Sample) -> None:
+        """Take a position. One that cannot be read counts as none: the robot may be anywhere."""
         try:
-            value = decode(sample.payload, DataSample).value
-        except ProtocolError:
+            at = cast(Mapping[str, Any], decode(sample.payload, DataSample).value)
+            x, y = float(at["x"]), float(at["y"])
+        except (ProtocolError, TypeError, KeyError, ValueError):
             return
-        if isinstance(value, Mapping):
-            at = cast(Mapping[str, Any], value)
-            self._core.hear(robot, float(at["x"]), float(at["y"]), self._bus.wall())
+        self._core.hear(robot, x, y, self._bus.wall())
 
     def _observe(self) -> None:
         t = self._bus.wall()

@@ -28,7 +28,7 @@ from skillwing.services.report.rendering import write_report
 from skillwing.services.report.run_reports import _earlier_facts, write_reports
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import OK, USAGE
-from skillwing.services.terminal.mission_reporter import LAST_WORDS, LOOK_FOR_ROOM, MissionReporter
+from skillwing.services.terminal.mission_reporter import FULL, LAST_WORDS, LOOK_FOR_ROOM, MissionReporter
 
 STATES = (ProcessState(name="router"), ProcessState(name="recorder", restarts=1, last_words="It was killed."))
 
@@ -360,6 +360,32 @@ def test_a_report_that_does_not_fit_on_the_disk_is_written_when_there_is_room(
     system.wait_for_report()
     assert system.told[-1].startswith("Mission patrol: success.")
     assert system.results() == {"1-patrol": ("success", 5.0, pytest.approx(5.0, abs=0.5))}
+
+
+def test_a_report_is_tried_again_where_the_disk_has_some_room_but_not_enough(
+    real_system: System, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = real_system
+    write, full = MissionReporter._write, [True, True]
+
+    def written(reporter: MissionReporter, facts: bytes, until: float) -> str:
+        text = write(reporter, facts, until)
+        reporter._failed = bool(full)
+        return f"There is no report of the mission. {full.pop() and FULL}" if full else text
+
+    monkeypatch.setattr(MissionReporter, "_write", written)
+    system.enter("IDLE", "RUNNING")
+    system.network.run_for(5.0)
+    system.enter("RUNNING", "SUCCEEDED")
+    system.network.run_for(LAST_WORDS + 1.0)
+    system.wait_for_report()
+    for _ in range(2):
+        system.network.run_for(LOOK_FOR_ROOM + 1.0)
+        system.wait_for_report()
+    assert [text.partition(".")[0] for text in system.told] == [
+        "There is no report of the mission",
+        "Mission patrol: success",
+    ]
 
 
 @pytest.mark.parametrize("content", [b"", b'{"mission": 5}'], ids=["emptied by a power cut", "of another version"])

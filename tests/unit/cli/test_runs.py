@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -159,6 +160,27 @@ def test_runs_are_deleted_by_number_but_not_one_that_is_recorded(
     lock.release()
     assert run_cli("prune", "--older-than", "1d")[0] == 0
     assert not folders[0].exists()
+
+
+def test_a_run_that_cannot_be_deleted_stays_a_run_and_keeps_no_other_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    folders = [make_run(tmp_path / "runs" / name, begun, phase(1.0, "RUNNING")) for begun, name in enumerate("ab", 1)]
+    unlink = Path.unlink
+
+    def refused(path: Path) -> None:
+        if path == Path("runs/a") / TIMELINE_FILE:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        unlink(path)
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    result = CliRunner().invoke(command, ["prune", "--count", "0"])
+    assert str(result.exception) == "`runs/a` cannot be deleted: Permission denied. Check its owner."
+    assert result.output.splitlines()[-1].startswith("1 run deleted")
+    assert not folders[1].exists()
+    assert [Path(run.path).name for run in find_runs(tmp_path / "runs")] == ["a"]
 
 
 def test_without_a_limit_nothing_is_deleted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -103,6 +103,18 @@ def test_missions_that_follow_one_another_keep_only_their_own_files(tmp_path: Pa
     assert len(list(tmp_path.glob("timeline*"))) <= 3
 
 
+def test_the_end_of_one_mission_keeps_the_files_of_another_at_a_shared_robot(tmp_path: Path) -> None:
+    upkeep = Upkeep(tmp_path, (), Retention(tmp_path, 0), lambda: True)
+    upkeep.mission_runs(10.0, "left")
+    upkeep.mission_runs(20.0, "right")
+    upkeep.mission_is_over(30.0, "left")
+    upkeep.delete_old_parts(31.0 + AFTER_MISSION)
+    assert upkeep.state.mission_since == 20.0
+    upkeep.mission_is_over(200.0)
+    upkeep.delete_old_parts(201.0 + AFTER_MISSION)
+    assert upkeep.state.mission_since is None
+
+
 def test_another_recorder_keeps_the_files_of_the_mission_that_the_first_one_saw_begin(tmp_path: Path) -> None:
     first = Upkeep(tmp_path, (), Retention(tmp_path, 100), lambda: True)
     first.mission_runs(20.0)

@@ -15,8 +15,10 @@ from rich.text import Text
 
 from skillwing.services.errors import InvalidOptionError, SkillwingError
 from skillwing.services.history.recording_state import STATE_FILE
+from skillwing.services.names import JOURNAL_FILE
 from skillwing.services.processes.run_state import running_systems
 from skillwing.services.recording.recording_lock import is_recorded
+from skillwing.services.recording.run_facts import RUN_FILE
 from skillwing.services.runs.pruning import RunLimits, runs_to_delete
 from skillwing.services.runs.runs import RUNS_FOLDER, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text
@@ -87,17 +89,17 @@ def prune(
         raise InvalidOptionError("keep", text)
     oldest = None if older_than is None else time.time() - older_than
     chosen = runs_to_delete(_runs(), RunLimits(size=keep, count=count, oldest=oldest))
-    if not dry_run:
-        for run in chosen:
-            _delete(Path(run.path))
+    failures = {} if dry_run else {run.path: failure for run in chosen if (failure := _delete(Path(run.path)))}
+    gone = [run for run in chosen if run.path not in failures]
     if as_json:
-        print_json({"deleted": not dry_run, "runs": chosen})
-        return
-    for run in chosen:
-        typer.echo(f"{run.path}  {size_text(run.size)}")
-    total = size_text(sum(run.size for run in chosen))
-    did = "would be deleted" if dry_run else "deleted"
-    typer.echo(f"{_counted(chosen)} {did}, {total}.")
+        print_json({"deleted": not dry_run, "runs": gone})
+    else:
+        for run in gone:
+            typer.echo(f"{run.path}  {size_text(run.size)}")
+        did = "would be deleted" if dry_run else "deleted"
+        typer.echo(f"{_counted(gone)} {did}, {size_text(sum(run.size for run in gone))}.")
+    if failures:
+        raise SkillwingError("\n".join(failures.values()))
 
 
 def _runs() -> list[Run]:
@@ -109,11 +111,18 @@ def _runs() -> list[Run]:
     return find_runs(folder, systems | recorded | claimed)
 
 
-def _delete(path: Path) -> None:
+def _delete(path: Path) -> str:
+    """Delete a run; returns a sentence if that is not possible. What makes the folder a run goes last."""
     try:
-        shutil.rmtree(path)
+        for entry in sorted(path.iterdir(), key=lambda each: each.name in (RUN_FILE, JOURNAL_FILE)):
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.rmtree(entry)
+            else:
+                entry.unlink()
+        path.rmdir()
     except OSError as error:
-        raise SkillwingError(f"`{path}` cannot be deleted: {error.strerror}. Check its owner.") from error
+        return f"`{path}` cannot be deleted: {error.strerror}. Check its owner."
+    return ""
 
 
 def _print(found: list[Run]) -> None:

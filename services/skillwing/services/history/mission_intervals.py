@@ -68,11 +68,11 @@ def _missions(phases: Iterable[Record]) -> list[list[Record]]:
 
 def _mission_of(record: Record, running: list[list[Record]]) -> list[Record] | None:
     """The running mission that a phase belongs to: that of its process, else the last one, if it has that name."""
-    own = [each for each in running if each[0].subject == record.subject and _writer(each[0]) == _writer(record)]
+    own = [each for each in running if each[0].subject == record.subject and writer_of(each[0]) == writer_of(record)]
     return next(iter(own[-1:] or [each for each in running[-1:] if each[0].subject == record.subject]), None)
 
 
-def _writer(record: Record) -> str:
+def writer_of(record: Record) -> str:
     """The node that wrote a record, another one after each start of its process."""
     return record.id.rpartition("#")[0]
 

@@ -35,6 +35,7 @@ from skillwing.services.history.files import (
 )
 from skillwing.services.history.goal_ends import status_of_loss
 from skillwing.services.history.history import PHASES
+from skillwing.services.history.mission_intervals import writer_of
 from skillwing.services.history.recent_history import RecentHistory
 from skillwing.services.history.recording_state import Gap, gap_sentence
 from skillwing.services.names import MISSION, RESOURCE_MANAGER
@@ -208,7 +209,7 @@ class Recorder:
             if not self._missions.write(record):
                 self._unwritten_phases.append(record)
             over = MissionPhase(record.after).over
-            (self._upkeep.mission_is_over if over else self._upkeep.mission_runs)(time.time())
+            (self._upkeep.mission_is_over if over else self._upkeep.mission_runs)(time.time(), writer_of(record))
         self._show_record(record)
 
     def _show_record(self, record: Record) -> None:

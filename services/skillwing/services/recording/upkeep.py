@@ -15,6 +15,9 @@ from skillwing.services.recording.retention import Retention
 AFTER_MISSION = 60.0
 """Seconds after a mission for which its files are kept: its report is made from them."""
 
+MOST_MISSIONS = 1000
+"""Missions that run beside one another at a shared robot, of which the files are kept."""
+
 
 class Writer(Protocol):
     """A writer of one file. failure: the reason why it cannot be written; empty while it can."""
@@ -32,9 +35,10 @@ class Writer(Protocol):
 
 @dataclass(slots=True)
 class _KeptMission:
-    """A mission whose files are kept. since: Unix time of its begin; until: None while it runs."""
+    """A mission whose files are kept. since: Unix time of its begin; until: None while it runs. name: its process."""
 
     since: float
+    name: str = ""
     until: float | None = None
 
 
@@ -89,16 +93,18 @@ class Upkeep:
         self.state = self._retention.apply(self.state)
         self._save()
 
-    def mission_runs(self, wall: float) -> None:
-        """Keep all files from now on, because a mission runs. wall: Unix time in seconds."""
-        if not self._missions or self._missions[-1].until is not None:
-            self._missions.append(_KeptMission(wall))
+    def mission_runs(self, wall: float, name: str = "") -> None:
+        """Keep all files from now on, because a mission runs. wall: Unix time in seconds. name: of its process."""
+        running = [each.name for each in self._missions if each.until is None]
+        if name not in running and len(running) < MOST_MISSIONS:
+            self._missions.append(_KeptMission(wall, name))
             self._note_missions()
 
-    def mission_is_over(self, wall: float) -> None:
-        """The mission has ended, or its process is gone."""
-        if self._missions and self._missions[-1].until is None:
-            self._missions[-1].until = wall + AFTER_MISSION
+    def mission_is_over(self, wall: float, name: str | None = None) -> None:
+        """A mission has ended. Without a name no mission has a process any more."""
+        for each in self._missions:
+            if each.until is None and name in (None, each.name):
+                each.until = wall + AFTER_MISSION
 
     def _note_missions(self) -> None:
         since = self._missions[0].since if self._missions else None

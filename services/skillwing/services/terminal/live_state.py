@@ -70,8 +70,8 @@ class LiveState:
         self._progress: dict[str, GoalProgress] = {}
         self._granted: dict[str, GoalStatus] = {}
         self._over: BoundedDict[str, None] = BoundedDict(GOALS_REMEMBERED)
-        self._changes: dict[str, Record] = {}
-        self._blocked: dict[str, Record] = {}
+        self._changes: BoundedDict[str, Record] = BoundedDict(GOALS_REMEMBERED)
+        self._blocked: BoundedDict[str, Record] = BoundedDict(GOALS_REMEMBERED)
         self._records: BoundedDict[str, Record] = BoundedDict(RECORDS_REMEMBERED)
 
     def add_status(self, status: GoalStatus) -> None:
@@ -195,7 +195,7 @@ def _keep_last(ends: dict[str, GoalStatus], status: GoalStatus) -> None:
         ends[status.skill] = status
 
 
-def _keep_latest(records: dict[str, Record], record: Record) -> None:
+def _keep_latest(records: BoundedDict[str, Record], record: Record) -> None:
     known = records.get(record.subject)
     if known is None or record.t >= known.t:
         records[record.subject] = record

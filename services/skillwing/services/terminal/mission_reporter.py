@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -26,6 +28,8 @@ LAST_WORDS = 5.0
 """Wall seconds in which the recorder receives the map and the last records."""
 LOOK_FOR_ROOM = 5.0
 """Wall seconds between two looks at a full disk on which a report is to be written."""
+FULL = os.strerror(errno.ENOSPC)
+"""Reason of the operating system for a report that does not fit. There may be room for a smaller one."""
 ABSENCE_PERIOD = 0.5
 """Wall seconds between two looks for a mission whose token is gone."""
 
@@ -70,6 +74,8 @@ class MissionReporter:
         self._writing: threading.Thread | None = None
         self._writer: subprocess.Popen[bytes] | None = None
         self._failed = False
+        self._told = ""
+        """Sentence on the last attempt: a disk that stays full is reported once."""
         """True if the latest report could not be written."""
 
     def attach(self, bus: Bus, print_: Print) -> None:
@@ -137,7 +143,7 @@ class MissionReporter:
         self._begun = None
 
     def _start(self) -> None:
-        self._waiting = None
+        self._waiting, self._told = None, ""
         self._report(self._facts(), self._over_at)
 
     def _report(self, facts: bytes, until: float) -> None:
@@ -148,9 +154,11 @@ class MissionReporter:
             if before is not None:
                 before.join()
             text = self._write(facts, until)
-            self._bus.post(lambda: self._print(text, ""))
-            if self._failed and not has_room(self._run_dir):
-                self._bus.post(lambda: self._report_later(facts, until))
+            if text != self._told:
+                self._bus.post(lambda: self._print(text, ""))
+            self._told = text
+            if self._failed and (FULL in text or not has_room(self._run_dir)):
+                self._bus.post(lambda: self._look_later(facts, until))
 
         self._writing = threading.Thread(target=write, name="report", daemon=True)
         self._writing.start()
@@ -159,7 +167,10 @@ class MissionReporter:
         if has_room(self._run_dir):
             self._report(facts, until)
         else:
-            self._bus.after(LOOK_FOR_ROOM, lambda: self._report_later(facts, until), wall=True)
+            self._look_later(facts, until)
+
+    def _look_later(self, facts: bytes, until: float) -> None:
+        self._bus.after(LOOK_FOR_ROOM, lambda: self._report_later(facts, until), wall=True)
 
     def _facts(self) -> bytes:
         processes = tuple(map(_entry, self._states()))
