@@ -70,6 +70,8 @@ def test_the_compose_file_gives_each_service_the_keys_that_it_needs() -> None:
     assert text["services"]["keys"]["network_mode"] == "none"
     assert volumes["router"] == ["site_keys:/home/skillwing/keys:ro"]
     assert volumes["skill_land"] == ["..:/robot/m600:ro", "robot_keys:/home/skillwing/keys/robots:ro"]
+    assert "--host=${HOST_ADDRESS:-127.0.0.1}" in text["services"]["keys"]["command"]
+    assert text["services"]["router"]["ports"] == ["${HOST_ADDRESS:-127.0.0.1}:${ZENOH_PORT:-7447}:7447"]
     used = {each.partition(":")[0] for given in volumes.values() for each in given} - {".."}
     assert used == text["volumes"].keys()
 

@@ -18,7 +18,8 @@ _FRAME = """\
 # 7447 for Zenoh, on loopback of the host. Valid for Compose v2 and for docker-compose 1.29.
 #
 # The service `keys` makes certificates for all of them in volumes, before the router starts. Nobody else reaches the
-# robot. For yourself: `... run --rm keys add NAME --role operator`, then restart the router.
+# robot. For yourself: `... run --rm keys add NAME --role operator`, then restart the router. HOST_ADDRESS opens an IPv4
+# address of the host, for other machines; by default it is loopback.
 
 x-process: &process
   init: true
@@ -60,7 +61,8 @@ services:
     <<: *process
     image: skillwing-manager
     entrypoint: ["skillwing", "keys"]
-    command: [prepare, --robot=/robot/{package}, --host=router, --host=127.0.0.1, --operator=cli]
+    command:
+      [prepare, --robot=/robot/{package}, --host=router, "--host=${{HOST_ADDRESS:-127.0.0.1}}", --operator=cli]
     network_mode: none
     restart: "no"
     healthcheck: {{disable: true}}
@@ -79,7 +81,7 @@ services:
     image: skillwing-manager
     entrypoint: ["python3", "-m", "skillwing.services.processes.router"]
     command: ["--listen", "tls/0.0.0.0:7447", "--keys", "/home/skillwing/keys"]
-    ports: ["127.0.0.1:${{ZENOH_PORT:-7447}}:7447"]
+    ports: ["${{HOST_ADDRESS:-127.0.0.1}}:${{ZENOH_PORT:-7447}}:7447"]
     environment: {{}}
     depends_on:
       keys: {{condition: service_completed_successfully}}
