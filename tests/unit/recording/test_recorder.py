@@ -37,13 +37,16 @@ from skillwing.services.protocol import (
     Keys,
     MissionPhase,
     MissionStatus,
+    NodeStatus,
     Record,
     RecordKind,
     State,
     Terminal,
+    TreeNode,
+    TreeSnapshot,
     encode,
 )
-from skillwing.services.recording.mission_view import causes_in_words, in_lines
+from skillwing.services.recording.mission_view import MissionView, causes_in_words, in_lines
 from skillwing.services.recording.options import RecorderOptions
 from skillwing.services.recording.recorder import RECORDING_FILE, Recorder
 from skillwing.services.recording.retention import KEEP
@@ -147,6 +150,26 @@ def test_each_phase_of_a_mission_is_logged_once_and_before_it_begins_what_it_wai
     for phase in ("RUNNING", "SUCCEEDED"):
         assert sum(text.startswith(f"{MISSION} {phase}") for text in texts) == 1
     assert sorted(text for text in texts if "waiting" in text) == [f"{MISSION} waiting: {x}" for x in ("GNSS", "home")]
+
+
+def test_the_tree_of_a_second_mission_begins_without_the_visits_of_the_first() -> None:
+    view, rows = MissionView(rr.RecordingStream("a-test"), SKILLSET), list[int]()
+
+    def show(status: NodeStatus) -> None:
+        nodes = (
+            TreeNode(index=0, parent=None, name="root", kind="Selector", status=NodeStatus.RUNNING),
+            TreeNode(index=1, parent=0, name="branch", kind="Sequence", status=status),
+            TreeNode(index=2, parent=1, name="leaf", kind="Skill", status=status),
+        )
+        view.show_tree(TreeSnapshot(mission="m", t=1.0, nodes=nodes))
+        rows.append(len(view._layout.boxes))
+
+    begin = Record(id="m#1", t=0.0, source="m", kind=RecordKind.MISSION, subject="m", before="IDLE", after="RUNNING")
+    for status in (NodeStatus.FAILURE, NodeStatus.INVALID):
+        show(status)
+    view.show_record(msgspec.structs.replace(begin, id="m#2"), History(SKILLSET))
+    show(NodeStatus.INVALID)
+    assert rows == [3, 3, 2]
 
 
 def test_of_a_long_chain_the_nearest_causes_and_the_root_are_shown() -> None:

@@ -191,6 +191,8 @@ class MissionView:
             self._begin = max(record.t - _LEAD, 0.0)
         if record.kind is RecordKind.RESOURCE:
             self._show_resource(record)
+        if record.kind is RecordKind.MISSION and record.before == _WAITING:
+            self._outline = Outline()  # the next mission's nodes have the same numbers
         level = _level(record)
         text = f"SWITCH {record.before} -> {record.after}" if is_switch(record) else brief(record)
         causes = [] if level == rr.TextLogLevel.INFO else headlines(history.chain(record.id))[:-1]
