@@ -110,7 +110,7 @@ def test_a_lost_link_is_shown_until_it_is_back() -> None:
 
 
 def test_a_goal_is_shown_with_the_states_that_ended_it() -> None:
-    """In `top` the states of the answer before would be those from before the end."""
+    """The answer before would have the states from before the end."""
     network = FaultyNetwork()
     winch = parse(
         """

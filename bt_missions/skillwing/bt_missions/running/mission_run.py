@@ -383,7 +383,7 @@ class MissionRun:
         self._at_end.append(self._settle_timer)
 
     def _note_overdue_settling(self) -> None:
-        """While the link is away nothing is heard of goals and robots. They get their time again."""
+        """Note the end of the wait. Goals and robots get their time again if the link is away: nothing is heard of them."""
         if self._link.is_away:
             self._start_settle_timer()
         else:
