@@ -383,7 +383,7 @@ class MissionRun:
         self._at_end.append(self._settle_timer)
 
     def _note_overdue_settling(self) -> None:
-        """Note the end of the wait. Goals and robots get their time again if the link is away: nothing is heard of them."""
+        """Note the end of the wait. It begins again if the link is away: nothing is heard of goals and robots."""
         if self._link.is_away:
             self._start_settle_timer()
         else:
