@@ -65,28 +65,37 @@ class Replayed:
 
 
 def replay_folder(folder: Path) -> Replayed:
-    """Replay all files of steps in a directory, up to the first answer that differs.
+    """Replay all files of steps in a directory, up to the first answer that differs. One file at a time is in memory.
 
     Raises BadRecordingError if there is nothing to replay, or if it cannot be replayed.
     """
-    files = [file for path in step_files(folder) if (file := read_steps(path)) is not None and file.lines]
-    if not files:
+    replayed: Replayed | None = None
+    for path in step_files(folder):
+        if (file := read_steps(path)) is not None and file.lines:
+            replayed = _continued(replayed, file)
+    if replayed is None:
         text = f"There are no steps of a resource manager in {folder}."
         raise BadRecordingError(f"{text} Name the directory of a run that `up`, `mock` or `demo` has made.")
-    steps, divergence = 0, None
-    for file in files:
+    return replayed
+
+
+def _continued(before: Replayed | None, file: StepFile) -> Replayed:
+    """The replay with one more file. After a divergence it is counted, and not replayed."""
+    known = before or Replayed(
+        file.head, files=0, steps=0, begin=file.lines[0].t, end=0.0, unfinished=(), divergence=None
+    )
+    steps, divergence = known.steps, known.divergence
+    if divergence is None:
         divergence = replay(file)
         taken = sum(isinstance(line, Taken) for line in file.lines)
         steps += taken if divergence is None else divergence.number
-        if divergence is not None:
-            break
     return Replayed(
-        head=files[0].head,
-        files=len(files),
+        known.head,
+        files=known.files + 1,
         steps=steps,
-        begin=files[0].lines[0].t,
-        end=files[-1].lines[-1].t,
-        unfinished=tuple(file.path for file in files if not file.finished),
+        begin=known.begin,
+        end=file.lines[-1].t,
+        unfinished=known.unfinished if file.finished else (*known.unfinished, file.path),
         divergence=divergence,
     )
 
