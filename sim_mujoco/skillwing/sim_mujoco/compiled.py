@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 F = TypeVar("F", bound=Callable[..., Any])
+Constant = int | float | str | tuple | np.generic
+"""Values that machine code keeps, and that can be imported from another file."""
 
 
 def compiled(function: F) -> F:
@@ -15,6 +20,10 @@ def compiled(function: F) -> F:
     infinity, as in NumPy. If neither folder can be written, each process compiles again. `NUMBA_CACHE_DIR` names a
     folder of its own.
 
+    Numba notices a change of the function's own file only. Constants may be imported from others, so the qualified
+    name, by which the machine code is found, gets their digest. They have to be defined above the function, and
+    compiled functions that it calls have to be in the same file.
+
     Without Numba the function raises ImportError when it is called. On-board processes read tables from the modules of
     sensors, and call none of their loops.
     """
@@ -22,10 +31,18 @@ def compiled(function: F) -> F:
         from numba import njit  # noqa: PLC0415
     except ModuleNotFoundError:
         return cast("F", _absent)
+    function.__qualname__ += f"_{constants_digest(function.__globals__)}"
     try:
         return njit(cache=True, error_model="numpy")(function)
     except RuntimeError:
         return njit(error_model="numpy")(function)
+
+
+def constants_digest(names: Mapping[str, object]) -> str:
+    """Twelve hexadecimal digits, equal for equal constants in the names of a module."""
+    constants = {name: repr(value) for name, value in names.items() if isinstance(value, Constant)}
+    found = sorted((name, value) for name, value in constants.items() if not name.startswith("__"))
+    return hashlib.sha256(repr(found).encode()).hexdigest()[:12]
 
 
 def _absent(*_: object) -> None:
