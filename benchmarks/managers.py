@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,15 @@ CPU_BUDGET, CPU_TARGET = 5.0, 3.0
 """Percent of one core, for all managers."""
 MEMORY_BUDGET = 60.0
 """Resident megabytes of a manager."""
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Seconds so far at one instant: real time, robot time, and processor time of each process that lives."""
+
+    real: float
+    robot: float
+    cpu: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -63,12 +73,6 @@ class Layout:
         return max(each.resident for each in self.managers.values())
 
 
-def _cpu(pids: dict[str, int]) -> dict[str, float]:
-    """Processor seconds so far of each process that lives."""
-    found = {name: usage(pid) for name, pid in pids.items()}
-    return {name: each.cpu for name, each in found.items() if each is not None}
-
-
 def _memory(pid: int) -> tuple[float, float]:
     """Resident megabytes of a process, and its share of them (`man 5 proc`, smaps_rollup)."""
     lines = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="ascii").splitlines()[1:]
@@ -76,12 +80,20 @@ def _memory(pid: int) -> tuple[float, float]:
     return kilobytes["Rss"] / 1024, kilobytes["Pss"] / 1024
 
 
-def _robot_time(launcher: Launcher) -> float:
+def _measure(endpoint: str, pids: dict[str, int], seconds: float) -> tuple[Instant, Instant]:
+    """Begin and end of an interval. The session opens before it: that takes time of its own."""
     clock = FollowedClock()
-    bus = ZenohBus("benchmark", ROBOT.name, launcher.endpoint, clock)
-    bus.run_until(clock.has_started, SETTLE)
-    bus.close()
-    return clock.now()
+
+    def now() -> Instant:
+        found = {name: usage(pid) for name, pid in pids.items()}
+        cpu = {name: each.cpu for name, each in found.items() if each is not None}
+        return Instant(time.monotonic(), clock.now(), cpu)
+
+    with closing(ZenohBus("benchmark", ROBOT.name, endpoint, clock)) as bus:
+        bus.run_until(clock.has_started, SETTLE)
+        begin = now()
+        bus.run_until(lambda: False, seconds)
+        return begin, now()
 
 
 def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topology = "router") -> Layout:
@@ -97,12 +109,11 @@ def watch(name: str, seconds: float, *, colocate: bool = False, topology: Topolo
             time.sleep(SETTLE)
             ours = {ROUTER, *(each.name for each in process_groups(specs))}
             pids = {process: pid for process, pid in launcher.pids.items() if process in ours}
-            before, robot_before, begun = _cpu(pids), _robot_time(launcher), time.monotonic()
-            time.sleep(seconds)
-            after, watched = _cpu(pids), time.monotonic() - begun
-            pace = (_robot_time(launcher) - robot_before) / watched
+            begin, end = _measure(launcher.endpoint, pids, seconds)
+            watched = end.real - begin.real
+            pace = (end.robot - begin.robot) / watched
             idle = {
-                process: Idle(100.0 * (after[process] - before[process]) / watched, *_memory(pid))
+                process: Idle(100.0 * (end.cpu[process] - begin.cpu[process]) / watched, *_memory(pid))
                 for process, pid in pids.items()
             }
     return Layout(name, started, watched, pace, idle.pop(ROUTER), idle)
