@@ -31,11 +31,15 @@ PUBLISHED = Channel("b", Kind.STREAM, "one", ("other",), Reading)
 UNUSED = Channel("c", Kind.STREAM, "one", (), Reading)
 
 
+def page_of(text: str, folder: Path) -> PageTemplate:
+    (folder / "page").write_text(text, encoding="utf-8")
+    with patch.object(template, "files", lambda package: folder):
+        return PageTemplate("package", "page", {"SECONDS": 0.5}, str.lower)
+
+
 @pytest.fixture
 def page(tmp_path: Path) -> PageTemplate:
-    (tmp_path / "page").write_text(TEXT, encoding="utf-8")
-    with patch.object(template, "files", lambda package: tmp_path):
-        return PageTemplate("package", "page", {"SECONDS": 0.5}, str.lower)
+    return page_of(TEXT, tmp_path)
 
 
 def test_figures_tables_and_facts_are_filled_in(page: PageTemplate) -> None:
@@ -68,3 +72,8 @@ def test_a_missing_table_or_key_is_an_error(page: PageTemplate) -> None:
         page.page([ASKED], {})
     with pytest.raises(KeyError):
         page.page([PUBLISHED], {"keys": []})
+
+
+def test_an_item_of_two_lines_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"The item `b` of page has a second line: '`token` tells it.'. Write each"):
+        page_of(f"{TEXT}- **`b`** (stream): Readings. The\n  `token` tells it.\n", tmp_path)

@@ -15,6 +15,7 @@ _KEY = re.compile(
     r"(?:^\n)?^- \*\*`(?P<key>[^`]+)`\*\* \((?P<kind>[^)]+)\): (?P<text>.*?)(?P<without> \*Without it:\* .*)?\n",
     re.MULTILINE,
 )
+_CONTINUED = re.compile(_KEY.pattern + r"[ \t]+(?P<line>\S.*)", re.MULTILINE)
 _SENTENCES = re.compile(r"(?<=\.) ")
 WITHOUT = " *Without it:* "
 UNUSED = "No effect on the robot."
@@ -32,7 +33,8 @@ class Meaning:
 class PageTemplate:
     """A template: Markdown with `$NAME` for figures and tables, and an item ``**`KEY`** (KIND): TEXT`` for each key.
 
-    Without an item, the first sentence of its message explains a key. code: Markdown of a refusal's code.
+    Without an item, the first sentence of its message explains a key. code: Markdown of a refusal's code. Raises
+    ValueError if an item goes on in a second line.
     """
 
     def __init__(
@@ -41,6 +43,9 @@ class PageTemplate:
         values = {each: f"{value:g}" if isinstance(value, float) else value for each, value in figures.items()}
         text = files(package).joinpath(name).read_text(encoding="utf-8")
         self._text = Template(text).safe_substitute(values)
+        if continued := _CONTINUED.search(self._text):
+            told = f"The item `{continued['key']}` of {name} has a second line: {continued['line']!r}."
+            raise ValueError(f"{told} Write each item in one line.")
         self._code = code
         self._meanings: dict[tuple[str, str], Meaning] = {
             (item["key"], item["kind"]): Meaning(item["text"], (item["without"] or "").removeprefix(WITHOUT))
