@@ -11,7 +11,7 @@ import pytest
 from skillwing.dsl import parse
 from skillwing.dsl.model import UnknownNameError
 from skillwing.services.bus import Answer, Answered, Refused
-from skillwing.services.bus.inprocess import InProcessNetwork
+from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork
 from skillwing.services.client.causal_feed import follow_records
 from skillwing.services.client.interface import GoalHandle, SkillsetInterface
 from skillwing.services.core.refusal import RefusedError
@@ -164,6 +164,31 @@ def test_success() -> None:
     terminal = system.run(goal)
     assert (terminal.label, terminal.success, terminal.output) == ("S_THERE", True, {"reached": 1.0, **UNTOLD})
     assert system.client.states["joints"] == "FREE"
+
+
+def test_feedback_reaches_only_the_clients_of_its_skill(monkeypatch: pytest.MonkeyPatch) -> None:
+    keys: list[tuple[str, str]] = []
+    subscribe = InProcessBus.subscribe
+
+    def record(bus: InProcessBus, key: str, *arguments: Any, **options: Any) -> Any:
+        keys.append((bus.name, key))
+        return subscribe(bus, key, *arguments, **options)
+
+    monkeypatch.setattr(InProcessBus, "subscribe", record)
+    system = System(*[MockRun(delay=3.0, result="THERE", output={"reached": 1.0}, progress={"left": 0.5})] * 2)
+    follower = SkillsetInterface(system.network.bus("follower"), ARM, client="follower")
+    system.load(1.0)
+    system.run(system.client.start("weigh"))
+    assert not [key for _, key in keys if key.endswith("/progress")]
+    for _ in range(2):
+        goal = system.client.start("reach", REACH)
+        system.until(goal, State.RUNNING)
+        followed = follower.follow("reach", goal.goal_id)
+        system.network.run_for(0.6)
+        assert goal.progress == followed.progress == {"left": 0.5, **UNTOLD}
+        system.run(goal)
+    heard = [(bus, key) for bus, key in keys if key.endswith("/progress")]
+    assert heard == [(system.bus.name, KEYS.progress("reach")), ("follower", KEYS.progress("reach"))]
 
 
 ENDINGS: list[tuple[str, MockRun, dict[str, Any], Callable[[System], Any] | None, str]] = [

@@ -89,6 +89,8 @@ class SkillsetInterface:
         self._trackers: dict[str, GoalTracker] = {}
         self._orphaned: dict[str, GoalHandle] = {}
         self._interrupting_orphaned: set[str] = set()
+        self._told_by: set[str] = set()
+        """Skills whose feedback is subscribed to."""
         self._listeners: list[Callable[[], None]] = []
         self._data_listeners: list[Callable[[DataReading], None]] = []
         self._probe_timer: Handle | None = None
@@ -101,7 +103,6 @@ class SkillsetInterface:
             bus, self._keys, on_step=self._on_step, on_status=self._on_status, on_change=self._changed
         )
         self._resources = self._feed.view
-        bus.subscribe(self._keys.progress("*"), self._on_progress, latest_only=True)
         bus.subscribe(self._keys.data("*"), self._on_data, latest_only=True)
         bus.watch_alive(self._keys.alive("**"), self._on_alive)
         for item in skillset.data:
@@ -321,6 +322,7 @@ class SkillsetInterface:
         known = self._trackers.get(goal_id)
         if known is not None:
             return known
+        self._hear_feedback(skill)
         tracker = self._trackers[goal_id] = GoalTracker(
             self._bus,
             self._keys,
@@ -336,6 +338,12 @@ class SkillsetInterface:
         if self._probe_timer is None:
             self._probe_timer = self._bus.after(PROBE_PERIOD, self._probe, wall=True)
         return tracker
+
+    def _hear_feedback(self, skill: str) -> None:
+        """Subscribe to the feedback of a skill, before its first goal of this client is started or followed."""
+        if skill not in self._told_by and self.skillset.skill(skill).progress_period is not None:
+            self._told_by.add(skill)
+            self._bus.subscribe(self._keys.progress(skill), self._on_progress, latest_only=True)
 
     def _probe(self) -> None:
         """Ask for the status of each goal: publications may be lost, and a hung manager sends none."""
