@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import ssl
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -143,9 +144,10 @@ def test_a_prepared_folder_is_renewed_at_the_next_start(tmp_path: Path, monkeypa
     store = KeyStore.prepare(tmp_path / "keys", [], [ROVER], ["cli"])
     later = utc_now() + timedelta(days=366)
     monkeypatch.setattr(key_store, "utc_now", lambda: later)
-    assert {holder.expires < later for holder in store.holders()} == {True}
+    assert {holder.expires is not None and holder.expires < later for holder in store.holders()} == {True}
     KeyStore.prepare(store.folder, [], [ROVER], ["cli"])
-    assert {holder.expires - later > timedelta(days=364) for holder in store.holders()} == {True}
+    ends = [holder.expires for holder in store.holders()]
+    assert {end is not None and end - later > timedelta(days=364) for end in ends} == {True}
 
 
 def test_keys_of_a_lost_authority_are_made_again(tmp_path: Path) -> None:
@@ -246,17 +248,59 @@ def test_what_is_no_host_is_refused_before_anything_is_written(tmp_path: Path, h
     assert not (tmp_path / "keys").exists()
 
 
-@pytest.mark.parametrize("damage", ["certificate.pem", "key.pem", "authority.pem", "another key"])
+FILES = ("certificate.pem", "key.pem", "authority.pem")
+
+
+@pytest.mark.parametrize("damage", [*FILES, "another key", *(f"empty {file}" for file in FILES)])
 def test_a_folder_that_an_interrupted_command_left_is_made_whole(store: KeyStore, damage: str) -> None:
     folder = store.folder / "robots" / "rover" / "skill.drive"
     if damage == "another key":
         (folder / "key.pem").write_bytes((store.router_folder / "key.pem").read_bytes())
+    elif damage.startswith("empty"):
+        (folder / damage.split()[1]).write_bytes(b"")
     else:
         (folder / damage).unlink()
     store.add_robot(ROVER)
     certificate, key = ((folder / name).read_bytes() for name in ("certificate.pem", "key.pem"))
     assert fits(certificate, key)
-    assert (folder / "authority.pem").exists()
+    assert (folder / "authority.pem").read_bytes() == (store.router_folder / "authority.pem").read_bytes()
+
+
+def test_files_are_on_the_disk_before_they_take_their_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A power cut after the replacement would leave an empty file otherwise."""
+    written: list[str] = []
+    fsync, replace_ = os.fsync, Path.replace
+
+    def note_write(descriptor: int) -> None:
+        fsync(descriptor)
+        written.append(Path(f"/proc/self/fd/{descriptor}").readlink().name)
+
+    def note_replacement(self: Path, target: Path) -> Path:
+        assert written[-1] == self.name
+        return replace_(self, target)
+
+    monkeypatch.setattr(os, "fsync", note_write)
+    monkeypatch.setattr(Path, "replace", note_replacement)
+    KeyStore.init(tmp_path / "keys", [])
+    assert written[-1] == "names.json.new"
+
+
+def test_a_damaged_certificate_hides_no_other_name(store: KeyStore) -> None:
+    (store.folder / "robots" / "rover" / "launcher" / "certificate.pem").write_bytes(b"")
+    ends = {holder.name: holder.expires for holder in store.holders()}
+    assert ends["rover.launcher"] is None
+    assert ends["rover.skill.drive"] is not None
+    listed = CliRunner().invoke(app, ["keys", "list", "--keys", str(store.folder)])
+    assert listed.exit_code == 0, listed.output
+    assert "damaged: make it again" in listed.output
+    assert "rover.skill.drive" in listed.output
+
+
+@pytest.mark.parametrize("file", ["certificate.pem", "key.pem"])
+def test_a_damaged_authority_is_one_sentence(store: KeyStore, file: str) -> None:
+    (store.folder / "authority" / file).write_bytes(b"")
+    with pytest.raises(KeysError, match=r"The authority in .* is damaged\. Restore its files from a copy, or"):
+        store.add_person("alice", Role.CLIENT)
 
 
 def test_a_removal_on_a_full_disk_keeps_the_name_and_its_keys(store: KeyStore, monkeypatch: pytest.MonkeyPatch) -> None:

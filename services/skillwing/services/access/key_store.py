@@ -38,11 +38,14 @@ ALWAYS = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True, slots=True)
 class KeyHolder:
-    """A certificate that was issued. what: `router`, a robot's process, or the role of a person."""
+    """A certificate that was issued. what: `router`, a robot's process, or the role of a person.
+
+    expires: None for a certificate that cannot be read.
+    """
 
     name: str
     what: str
-    expires: datetime
+    expires: datetime | None
     folder: Path
 
 
@@ -197,24 +200,30 @@ class KeyStore:
     def _lasts(self, place: str) -> bool:
         """True for a whole folder with a certificate of this authority, and valid for longer than `RENEWAL`.
 
-        A command that was killed, or a full disk, may leave a certificate beside the key of another one.
+        A command that was killed, a full disk or a power cut may leave files that are damaged, or of two certificates.
         """
         from skillwing.services.access.certificates import fits  # noqa: PLC0415 - as in `read_facts`
 
         folder = self.folder / place
-        if any(not (folder / file).exists() for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)):
-            return False
-        if read_facts(folder).expires - utc_now() <= RENEWAL:
-            return False
-        if not fits((folder / CERTIFICATE_FILE).read_bytes(), (folder / KEY_FILE).read_bytes()):
+        try:
+            certificate, key, issuer = (
+                (folder / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)
+            )
+            if read_facts(folder).expires - utc_now() <= RENEWAL or not fits(certificate, key):
+                return False
+        except (OSError, ValueError, KeysError):
             return False
         # A folder can outlive its authority where they are separate volumes.
         authority = self.folder / AUTHORITY / CERTIFICATE_FILE
-        return not authority.exists() or (folder / AUTHORITY_FILE).read_bytes() == authority.read_bytes()
+        return not authority.exists() or issuer == authority.read_bytes()
 
     def _holder(self, place: str, what: str, name: str) -> KeyHolder:
         folder = self.folder / place
-        return KeyHolder(name, what, read_facts(folder).expires, folder)
+        try:
+            expires = read_facts(folder).expires
+        except KeysError:  # one damaged certificate must not hide the others
+            expires = None
+        return KeyHolder(name, what, expires, folder)
 
     def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
         from skillwing.services.access.certificates import issue  # noqa: PLC0415 - as in `read_facts`
@@ -226,7 +235,12 @@ class KeyStore:
         except OSError as error:
             text = f"The authority in {self.folder} cannot be read: {error.strerror}. Use the folder where it was made."
             raise KeysError(text) from error
-        self._write(place, issue(authority, name, role, days, utc_now(), hosts), authority=authority.certificate)
+        try:
+            issued = issue(authority, name, role, days, utc_now(), hosts)
+        except ValueError as error:
+            text = f"The authority in {self.folder / AUTHORITY} is damaged. Restore its files from a copy,"
+            raise KeysError(f"{text} or make a new folder with `skillwing keys init`.") from error
+        self._write(place, issued, authority=authority.certificate)
 
     def _write(self, place: str, issued: Issued, authority: bytes | None) -> None:
         folder = self.folder / place
@@ -258,9 +272,12 @@ def read_facts(folder: Path) -> CertificateFacts:
 
 
 def _write_private(path: Path, content: bytes) -> None:
-    """Write a file that its owner alone can read; it is complete at every moment."""
+    """Write a file that its owner alone can read; it is complete at every moment, also after a power cut."""
     fresh = path.with_name(f"{path.name}.new")
     fresh.unlink(missing_ok=True)
     fresh.touch(mode=0o600)
-    fresh.write_bytes(content)
+    with fresh.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
     fresh.replace(path)

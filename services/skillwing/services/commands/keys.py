@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -182,16 +183,21 @@ def list_(
     Exit codes: 0 shown, 2 a folder without keys.
     """
     now = utc_now()
-    holders = list(KeyStore(folder).holders())
+    holders = [(each.name, each.what, each.expires) for each in KeyStore(folder).holders()]
     if as_json:
-        print_json([{"name": each.name, "role": each.what, "expires": each.expires.isoformat()} for each in holders])
+        ends = [(name, what, end and end.isoformat()) for name, what, end in holders]
+        print_json([{"name": name, "role": what, "expires": end} for name, what, end in ends])
         return
     table = Table("name", "role", "valid until")
-    for each in holders:
-        left = (each.expires - now).days
-        until = f"{each.expires:%Y-%m-%d} ({left} days)" if each.expires > now else f"expired {each.expires:%Y-%m-%d}"
-        table.add_row(each.name, each.what, until)
+    for name, what, end in holders:
+        table.add_row(name, what, _until(end, now))
     make_console().print(table)
+
+
+def _until(end: datetime | None, now: datetime) -> str:
+    if end is None:
+        return "damaged: make it again"
+    return f"{end:%Y-%m-%d} ({(end - now).days} days)" if end > now else f"expired {end:%Y-%m-%d}"
 
 
 def _others(table: Robot, names: list[str] | None) -> list[str]:

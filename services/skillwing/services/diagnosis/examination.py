@@ -230,7 +230,8 @@ def _validity(identity: SessionIdentity | None, target: Target) -> dict[str, dat
     found = {} if identity is None else {identity.name: read_facts(identity.folder).expires}
     if target.keys is not None:
         with suppress(KeysError):  # another user's folder, or that of one robot
-            found |= {holder.name: holder.expires for holder in KeyStore(target.keys).holders()}
+            holders = KeyStore(target.keys).holders()
+            found |= {each.name: each.expires for each in holders if each.expires is not None}
     return found
 
 
