@@ -11,10 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skillwing.services.access import key_store
-from skillwing.services.access.certificate_watch import CertificateWatch, Reminder
+from skillwing.services.access.certificate_watch import CertificateWatch, Reminder, RouterWatch
 from skillwing.services.access.certificates import facts
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, run_router
 from skillwing.services.wire.channel import Role
 
 ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launcher": Role.LAUNCHER})
@@ -94,3 +96,39 @@ def test_the_certificate_of_the_router_counts(store: KeyStore) -> None:
         (store.router_folder / file.name).write_bytes(file.read_bytes())
     watch = CertificateWatch(store.folder, "rover", ["skill/drive"])
     assert "The certificate `router` in use ends" in watch.reminder("router")
+
+
+def test_a_router_by_itself_reminds_of_the_end_of_its_certificate(
+    store: KeyStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    end = facts((store.router_folder / "certificate.pem").read_bytes()).expires
+    now = [end - 2 * DAY]
+    watch = RouterWatch(store.folder, lambda: now[0])
+    command = f"`skillwing keys add-robot ROBOT --keys {store.folder}`"
+    text = f"The certificate `router` in use ends on {end:%Y-%m-%d at %H:%M} UTC. Then nobody reaches any robot here."
+    assert watch.reminder() == f"{text} Renew it with {command}, then restart the router."
+    assert watch.reminder() == ""
+    now[0] = end + DAY
+    monkeypatch.setattr(key_store, "utc_now", lambda: now[0])
+    store.add_robot(ROVER)
+    assert watch.reminder() == f"{text} It is renewed: restart the router, which uses it from then on."
+
+
+def test_the_log_of_a_router_has_the_end_of_its_certificate(
+    store: KeyStore, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_router(LOOPBACK_WITH_KEYS, store.folder, lambda *_: None, insecure=False, lasting=True) == EXIT_OK
+    assert "The certificate `router` in use ends" in capsys.readouterr().err
+
+
+def test_a_router_is_not_begun_in_the_last_day_and_is_begun_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Robots that work need the router, whose supervisor starts it again."""
+    folder = KeyStore.init(tmp_path / "keys", [], days=1).folder
+    refused = run_router(LOOPBACK_WITH_KEYS, folder, lambda *_: None, insecure=False, lasting=True)
+    assert refused == EXIT_CONFIGURATION
+    said = capsys.readouterr().err
+    assert "The certificate `router` is valid until" in said
+    assert f"Renew it before a start: `skillwing keys add-robot ROBOT --keys {folder}`." in said
+    assert run_router(LOOPBACK_WITH_KEYS, folder, lambda *_: None, insecure=False) == EXIT_OK

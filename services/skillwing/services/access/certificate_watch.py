@@ -7,15 +7,24 @@ end together. A renewed certificate counts from the next start of the router on.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from datetime import datetime, timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
-from skillwing.services.access.identity_files import NEEDED, add_robot_command, robot_certificates, unknown_table
-from skillwing.services.access.key_store import RENEWAL
+from skillwing.services.access.identity_files import (
+    NEEDED,
+    add_robot_command,
+    renewal_command,
+    robot_certificates,
+    unknown_table,
+)
+from skillwing.services.access.key_store import RENEWAL, ROUTER, read_facts
 from skillwing.services.errors import KeysError
 
 HOUR, DAY = timedelta(hours=1), timedelta(days=1)
+RENEW = "Renew it with {command}, then restart the router."
+RENEWED = "It is renewed: restart the router, which uses it from then on."
 
 
 class Reminder:
@@ -63,22 +72,22 @@ class CertificateWatch:
             self._router, self._first = router, self._read() or self._first
         if self._first is None or not self._reminder.due(self._first.expires, self._now()):
             return ""
-        return f"{self._end(self._first)} Then nobody reaches `{self._robot}`. {self.remedy()}"
+        return f"{_end(self._first)} Then nobody reaches `{self._robot}`. {self.remedy()}"
 
     def objection(self) -> str:
         """The reason against the start of a mission, which may last long; empty without one."""
         if self._first is None or self._first.expires - self._now() >= NEEDED:
             return ""
-        return f"{self._end(self._first)} It might end during the mission, and nobody would reach `{self._robot}`."
+        return f"{_end(self._first)} It might end during the mission, and nobody would reach `{self._robot}`."
 
     def remedy(self) -> str:
         """The next step against such an end."""
         renewed = self._read()
         if renewed is not None and self._first is not None and renewed.expires > self._first.expires:
-            return "It is renewed: restart the router, which uses it from then on."
+            return RENEWED
         if self._folder is None:
             return ""
-        return f"Renew it with {add_robot_command(self._folder, self._robot, self._table)}, then restart the router."
+        return RENEW.format(command=add_robot_command(self._folder, self._robot, self._table))
 
     def _read(self) -> CertificateFacts | None:
         if self._folder is None:
@@ -89,6 +98,30 @@ class CertificateWatch:
             return None
         return min(found, key=lambda each: each.expires)
 
-    @staticmethod
-    def _end(certificate: CertificateFacts) -> str:
-        return f"The certificate `{certificate.name}` in use ends on {certificate.expires:%Y-%m-%d at %H:%M} UTC."
+
+class RouterWatch:
+    """The watch over the certificate of a router, which reads it at its start. folder: of its site. now: UTC.
+
+    Raises KeysError without a certificate.
+    """
+
+    def __init__(self, folder: Path, now: Callable[[], datetime] = utc_now) -> None:
+        self._folder, self._now = folder, now
+        self._in_use = read_facts(folder / ROUTER)
+        self._reminder = Reminder()
+
+    def reminder(self) -> str:
+        """A sentence if it is time for one, else empty."""
+        if not self._reminder.due(self._in_use.expires, self._now()):
+            return ""
+        return f"{_end(self._in_use)} Then nobody reaches any robot here. {self._remedy()}"
+
+    def _remedy(self) -> str:
+        with suppress(KeysError):  # files that are being replaced
+            if read_facts(self._folder / ROUTER).expires > self._in_use.expires:
+                return RENEWED
+        return RENEW.format(command=renewal_command(self._folder))
+
+
+def _end(certificate: CertificateFacts) -> str:
+    return f"The certificate `{certificate.name}` in use ends on {certificate.expires:%Y-%m-%d at %H:%M} UTC."

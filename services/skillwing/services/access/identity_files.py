@@ -9,7 +9,7 @@ from datetime import timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
-from skillwing.services.access.key_store import ROBOTS, ROUTER, process_folder, read_facts
+from skillwing.services.access.key_store import ROBOTS, ROUTER, KeyStore, process_folder, read_facts
 from skillwing.services.access.policy import denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, KEYS_VARIABLE, SessionIdentity, needs_identity
 from skillwing.services.errors import KeysError
@@ -82,9 +82,25 @@ def require_certificates(
     if not folder.is_dir():
         raise KeysError(f"There is no folder {folder}. Make keys with `skillwing keys init`, or name another folder.")
     for found in robot_certificates(folder, robot, processes, table):
-        if found.expires - utc_now() < NEEDED:
-            text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
-            raise KeysError(f"{text} Renew it before a start: {add_robot_command(folder, robot, table)}.")
+        _require_lasting(found, lambda: add_robot_command(folder, robot, table))
+
+
+def require_router_certificate(folder: Path) -> None:
+    """Raise KeysError if the certificate of the router in the folder of a site does not last for `NEEDED`."""
+    store = KeyStore(folder)
+    store.names()  # a folder without keys has its own message
+    _require_lasting(read_facts(store.router_folder), lambda: renewal_command(folder))
+
+
+def renewal_command(folder: Path) -> str:
+    """The command that renews the certificates of any robot of a site, and of its router."""
+    return add_robot_command(folder, unknown_table(), unknown_table)
+
+
+def _require_lasting(found: CertificateFacts, command: Callable[[], str]) -> None:
+    if found.expires - utc_now() < NEEDED:
+        text = f"The certificate `{found.name}` is valid until {found.expires:%Y-%m-%d %H:%M} UTC."
+        raise KeysError(f"{text} Renew it before a start: {command()}.")
 
 
 def ending_soon(identity: SessionIdentity | None) -> str:

@@ -39,7 +39,8 @@ def router(
     """Run a router until Ctrl-C, and print its address.
 
     Robots join it: `up --router tcp/HOST:PORT`, with keys `up --router tls/HOST:PORT --keys DIR`. It serves every robot
-    of the folder of keys. After a change of that folder, restart it: robots and stations find it again.
+    of the folder of keys. After a change of that folder, restart it: robots and stations find it again. It reminds of
+    the end of its certificate, and does not start in the last day.
 
     With --connect it is a branch of a tree: robots and stations at all its routers reach each other. See docs/fleet.md.
 
@@ -56,7 +57,7 @@ def router(
         def hold(session: zenoh.Session, endpoint: str) -> None:
             hold_router(session, endpoint, stop, branch=connect is not None)
 
-        failure = run_router(listen, keys, hold, insecure=insecure, upper=connect)
+        failure = run_router(listen, keys, hold, insecure=insecure, upper=connect, lasting=True)
     raise typer.Exit(FAILED if failure else OK)
 
 

@@ -13,7 +13,9 @@ import argparse
 import os
 import socket
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +36,8 @@ LOOPBACK = "tcp/127.0.0.1:0"
 LOOPBACK_WITH_KEYS = "tls/127.0.0.1:0"
 INSECURE_VARIABLE = "SKILLWING_INSECURE"
 ATTEMPTS = 20
+REMINDER_PERIOD = 60.0
+"""Seconds between two looks at the end of the certificate."""
 
 
 def start_router(
@@ -113,10 +117,16 @@ def run_router(
     *,
     insecure: bool,
     upper: str | None = None,
+    lasting: bool = False,
 ) -> int:
-    """Print the endpoint of a router and run it until `wait` returns, called with both; returns the exit code."""
+    """Print the endpoint of a router and run it until `wait` returns, called with both; returns the exit code.
+
+    lasting: refuse a certificate in its last day. A router that is started again while robots work must not.
+    """
     try:
         require_protected(listen, keys, insecure=insecure)
+        if keys is not None and lasting:
+            _require_lasting(keys)
         session, endpoint = start_router(listen, keys, upper)
     except (InvalidOptionError, KeysError) as error:
         sys.stderr.write(f"{error}\n")
@@ -132,8 +142,40 @@ def run_router(
             sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
         sys.stdout.write(f"{endpoint}\n")
         sys.stdout.flush()
-        wait(session, endpoint)
+        with nullcontext() if keys is None else _reminding(keys):
+            wait(session, endpoint)
     return EXIT_OK
+
+
+def _require_lasting(keys: Path) -> None:
+    from skillwing.services.access.identity_files import require_router_certificate  # noqa: PLC0415 - as in `_keys_in`
+
+    require_router_certificate(keys)
+
+
+@contextmanager
+def _reminding(keys: Path) -> Iterator[None]:
+    """Write reminders of the end of the router's certificate to standard error meanwhile."""
+    from skillwing.services.access.certificate_watch import RouterWatch  # noqa: PLC0415 - as in `_keys_in`
+
+    watch, over = RouterWatch(keys), threading.Event()
+
+    def remind() -> None:
+        if text := watch.reminder():
+            with suppress(OSError):  # the log may be on a full disk
+                sys.stderr.write(f"{text}\n")
+                sys.stderr.flush()
+
+    def follow() -> None:
+        while not over.wait(REMINDER_PERIOD):
+            remind()
+
+    remind()
+    threading.Thread(target=follow, name="certificate", daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
 
 
 if __name__ == "__main__":
