@@ -48,6 +48,21 @@ def test_its_last_words_name_the_line_and_the_log(
     assert outlook.endswith(f"Its log: {log}")
 
 
+@pytest.mark.parametrize("talks", [False, True])
+def test_a_router_that_is_ended_again_and_again_comes_back(tmp_path: Path, talks: bool) -> None:
+    """The router is ended after each new name. A node that ends by itself would never stop doing so."""
+    child = Child("any", ["this"], tmp_path / "log", restart="always", talks=talks)
+
+    def end() -> ProcessExit:
+        child.start(0.0)
+        child.process.wait()
+        return child.exited(0.0)
+
+    *_, last = (end() for _ in range(EXITS_IN_A_ROW))
+    child.kill()
+    assert last.final == talks
+
+
 def test_a_full_disk_keeps_nobody_from_being_started_again() -> None:
     """A file on which nothing fits, as the log."""
     child = Child("skill/refill", ["this"], Path("/dev/full"), restart="always")

@@ -44,6 +44,12 @@ def test_a_long_life_starts_a_new_row() -> None:
     assert pauses(RestartPolicy(), [1.0] * 4 + [LONG_LIFE, 1.0]) == pytest.approx([0.2, 0.4, 0.8, 1.6, 0.2, 0.4])
 
 
+def test_an_end_that_somebody_asked_for_starts_a_new_row() -> None:
+    policy = RestartPolicy()
+    assert [policy.exited(float(now), now - 1.0, told=True) for now in range(9)] == [FIRST_PAUSE] * 9
+    assert RestartPolicy("never").exited(1.0, 0.0, told=True) is None
+
+
 def test_what_must_not_be_restarted_is_given_up_at_once() -> None:
     assert pauses(RestartPolicy("never"), [100.0]) == [None]
 

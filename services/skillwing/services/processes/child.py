@@ -15,7 +15,7 @@ from datetime import datetime
 from io import FileIO
 from pathlib import Path
 
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.processes.restart_policy import RestartPolicy
 from skillwing.services.robot import Restart
@@ -140,7 +140,9 @@ class Child:
         """Record the end of a life; the process has ended already."""
         code = self.process.returncode
         hopeless = code == EXIT_CONFIGURATION
-        pause = self._policy.exited(now, self._started, hopeless=hopeless)
+        # A router, which has no token, never ends in good order by itself. Nodes may, again and again.
+        told = code == EXIT_OK and not self._talks
+        pause = self._policy.exited(now, self._started, hopeless=hopeless, told=told)
         exit_code, number = (code, None) if code >= 0 else (None, -code)
         log = self.last_lines()
         outlook = self._outlook(pause, hopeless, log)

@@ -33,12 +33,13 @@ class RestartPolicy:
         """Seconds from the first exit of the row to the last."""
         return self._row[-1] - self._row[0] if self._row else 0.0
 
-    def exited(self, now: float, started: float, *, hopeless: bool = False) -> float | None:
+    def exited(self, now: float, started: float, *, hopeless: bool = False, told: bool = False) -> float | None:
         """Record a exit; returns the pause before the next start, None if there is no next one.
 
         started: start of the run that has ended. hopeless: the exit code of the process says that it will fail again.
+        told: somebody has ended it in order, which is no sign of a fault and begins a new row.
         """
-        if now - started >= LONG_LIFE:
+        if told or now - started >= LONG_LIFE:
             self._row.clear()
         self._row.append(now)
         if hopeless or self.exits >= self._patience:
