@@ -89,8 +89,10 @@ def _confirm(query: zenoh.Query) -> None:
 
 
 @contextmanager
-def opened_by_file(robot: str, store: KeyStore, endpoint: str) -> Iterator[Site]:
+def opened_by_file(robot: str, store: KeyStore, endpoint: str, *, confirms: bool = True) -> Iterator[Site]:
     """A router of Zenoh's own, with the file of `skillwing access-control` and the settings that docs/keys.md names.
+
+    confirms: it answers who asks for its role, as no `zenohd` does.
 
     `zenohd` reads its file in the same way: by `Config.from_file`, for a session in the mode `router`.
     """
@@ -112,7 +114,8 @@ def opened_by_file(robot: str, store: KeyStore, endpoint: str) -> Iterator[Site]
     config.insert_json5("transport/link/tls", msgspec.json.encode(tls).decode())
     session = zenoh.open(config)
     # For the tests, which ask here whether the router has handled all that a session sent before.
-    session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
+    if confirms:
+        session.declare_queryable(f"robot/*/{WHO}/*", zenoh.handlers.Callback(_confirm, indirect=False))
     site = Site(robot, endpoint, session, store)
     try:
         yield site

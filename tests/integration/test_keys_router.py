@@ -12,9 +12,15 @@ from pathlib import Path
 
 import pytest
 from command_line import Command
+from keyed_site import free_port, make_store, opened_by_file, opened_site
 from shuttle import SHUTTLE
 
+from skillwing.services.access.policy import RobotAccess
+from skillwing.services.errors import NotKnownError
+from skillwing.services.names import LAUNCHER
+from skillwing.services.processes.launcher import Launcher
 from skillwing.services.terminal.exit_codes import OK, REFUSED, USAGE
+from skillwing.services.wire.channel import Role
 
 TIMEOUT = 30.0
 
@@ -90,3 +96,27 @@ def test_a_stranger_is_not_told_which_robots_there_are(
         assert refused.code == REFUSED
         assert f"You are not known at {elsewhere.endpoint}" in refused.error
         assert "first" not in refused.out
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_robot_that_a_router_does_not_know_does_not_start_there(tmp_path: Path, own: bool) -> None:
+    """A robot that was added after the start of the router. A zenohd says nobody's role, and knows the other one."""
+    first, second = (RobotAccess(name, "shuttle", {LAUNCHER: Role.LAUNCHER}) for name in ("first", "second"))
+    store = make_store(tmp_path / "keys", first)
+    opened = (
+        opened_site("first", store)
+        if own
+        else opened_by_file("first", store, f"tls/127.0.0.1:{free_port()}", confirms=False)
+    )
+    with opened as site:
+        store.add_robot(second)
+
+        def start(robot: str) -> None:
+            with Launcher(
+                robot, "shuttle", tmp_path, clock="wall", router=site.endpoint, keys=store.folder
+            ) as launcher:
+                launcher.start(())
+
+        start("first")
+        with pytest.raises(NotKnownError, match="restart the router"):
+            start("second")

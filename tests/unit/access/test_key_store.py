@@ -229,6 +229,18 @@ def test_identities_are_found_in_their_folders(store: KeyStore, monkeypatch: pyt
     assert found.refusal("rover/skill/drive/start") is not None
 
 
+@pytest.mark.parametrize("place", ["people/alice", "robots/second", "robots/second/launcher", "router"])
+def test_the_certificate_of_somebody_else_is_refused_with_its_name(store: KeyStore, place: str) -> None:
+    store.add_robot(replace(ROVER, name="second"))
+    store.add_person("alice", Role.OPERATOR)
+    name = place.partition("/")[2].removesuffix("/launcher") or place
+    other = f"{name}.launcher" if name == "second" else name
+    with pytest.raises(KeysError, match=f"is that of `{other}`, and `launcher` of `rover` needs `rover.launcher`"):
+        process_identity(store.folder / place, "rover", "launcher")
+    with pytest.raises(KeysError, match=r"Give the folder of the site, DIR, or that of the robot, DIR/robots/rover\."):
+        require_certificates(store.folder / place, "rover", [])
+
+
 def test_python_accepts_the_chain(store: KeyStore) -> None:
     context = ssl.create_default_context(cafile=str(store.router_folder / "authority.pem"))
     context.load_cert_chain(store.router_folder / "certificate.pem", store.router_folder / "key.pem")

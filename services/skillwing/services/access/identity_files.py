@@ -10,7 +10,7 @@ from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
 from skillwing.services.access.key_store import ROBOTS, ROUTER, KeyStore, process_folder, read_facts
-from skillwing.services.access.policy import denial, refusal
+from skillwing.services.access.policy import certificate_name, denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, KEYS_VARIABLE, SessionIdentity, needs_identity
 from skillwing.services.errors import KeysError
 from skillwing.services.names import LAUNCHER
@@ -43,15 +43,24 @@ def _refusals(role: Role | None, name: str) -> Callable[[str], ErrorReply | None
 def process_identity(
     folder: Path, robot: str, process: str, table: Callable[[], str] = unknown_table
 ) -> SessionIdentity:
-    """The identity of a process. folder: its own, or that of a whole site. table: as of `require_certificates`.
+    """The identity of a process. folder: its own, its robot's, or that of a whole site.
 
-    Raises KeysError.
+    table: as of `require_certificates`. Raises KeysError, also for the certificate of somebody else.
     """
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
-            return read_identity(place)
+            return _required(read_identity(place), robot, process)
     advice = f"Make one: {add_robot_command(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
+
+
+def _required(found: SessionIdentity, robot: str, process: str) -> SessionIdentity:
+    """An identity that has to be that of a process: under another name, the router would deny it all that it does."""
+    name = certificate_name(robot, process)
+    if found.name == name:
+        return found
+    text = f"The certificate in {found.folder} is that of `{found.name}`, and `{process}` of `{robot}` needs `{name}`."
+    raise KeysError(f"{text} Give the folder of the site, DIR, or that of the robot, DIR/{ROBOTS}/{robot}.")
 
 
 def add_robot_command(folder: Path, robot: str, table: Callable[[], str]) -> str:

@@ -14,12 +14,12 @@ from types import TracebackType
 from typing import IO, Self
 
 from skillwing.services.access.exposure import local_endpoint
-from skillwing.services.access.handshake import explained
+from skillwing.services.access.handshake import explained, unknown_name
 from skillwing.services.access.identity_files import process_identity
 from skillwing.services.bus import Topology
 from skillwing.services.bus.clock import FollowedClock, WallClock, unix_offset
 from skillwing.services.bus.zenoh_bus import ZenohBus
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
 from skillwing.services.errors import SkillwingError
 from skillwing.services.names import LAUNCHER
 from skillwing.services.processes.checked_skillsets import pack_skillsets
@@ -178,6 +178,20 @@ class Launcher:
                 raise
             raise (self._no_router() if reason is error else reason) from error
 
+    def _require_known(self, bus: ZenohBus) -> None:
+        """Raise NotKnownError if the router has no rules for this robot: nobody would hear its processes."""
+        if bus.is_known():
+            return
+        if not self.listens:
+            # A zenohd says no roles, and has no token before its first robot. It takes one of a known name alone.
+            with open_client(self.endpoint, self.robot, identity=bus.identity) as other:
+                token = other.liveliness().declare_token(self._keys.alive(LAUNCHER))
+                known = any(bus.is_known() for _ in range(2))  # the token may come after the first question
+                token.undeclare()
+            if known:
+                return
+        raise unknown_name(self.endpoint)
+
     def _no_router(self) -> RouterUnreachableError:
         """The error for a router of others that does not answer: this system was asked to join it."""
         keys = "" if self._key_folder is None else f" --keys {self._key_folder}"
@@ -188,7 +202,8 @@ class Launcher:
         """Start processes, all at once, and return when each of their nodes has its alive token.
 
         Nodes with the same host share a process. A missing router is started first. Raises StartError as soon as an
-        essential process or the router ends, or after `timeout` wall seconds; the caller then calls `stop`.
+        essential process or the router ends, or after `timeout` wall seconds; the caller then calls `stop`. Raises
+        NotKnownError for a router that does not know the robot.
         The start does not wait for any other process that ends: it is in `exits`.
         """
         if not self.endpoint:
@@ -197,6 +212,7 @@ class Launcher:
         bus = self.open_bus(LAUNCHER)
         self._wake = lambda: bus.post(_nothing)
         try:
+            self._require_known(bus)
 
             def note(key: str, alive: bool) -> None:
                 if alive:
