@@ -68,6 +68,8 @@ def _handshake(connection: socket.socket, host: str, identity: SessionIdentity) 
             link.recv(1)
     except ssl.SSLCertVerificationError as error:
         return f"the router's certificate is not trusted ({error.verify_message.rstrip('.')})"
+    except (ssl.SSLEOFError, ssl.SSLZeroReturnError):  # a tunnel or proxy that has no router behind it
+        return None
     except ssl.SSLError as error:
         alert = next((text for word, text in _ALERTS.items() if word in (error.reason or "")), None)
         return alert or f"no TLS is spoken there ({error.reason})"

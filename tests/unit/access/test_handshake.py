@@ -1,0 +1,58 @@
+"""Reasons for which a router does not let a certificate in."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from skillwing.services.access.handshake import explained
+from skillwing.services.access.identity_files import read_identity
+from skillwing.services.access.key_store import KeyStore
+from skillwing.services.bus.identity import SessionIdentity
+from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.errors import NotKnownError
+from skillwing.services.wire.channel import Role
+
+TIMEOUT = 30.0
+
+
+@pytest.fixture
+def alice(tmp_path: Path) -> SessionIdentity:
+    store = KeyStore.init(tmp_path / "keys", [])
+    return read_identity(store.add_person("alice", Role.CLIENT))
+
+
+@contextmanager
+def answering(answer: bytes) -> Iterator[RouterUnreachableError]:
+    """The error for an address at which one connection is accepted, answered and closed."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def serve() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(65536)
+                connection.sendall(answer)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        yield RouterUnreachableError(f"tls/127.0.0.1:{server.getsockname()[1]}")
+        thread.join(TIMEOUT)
+        assert not thread.is_alive()
+
+
+def test_a_tunnel_without_a_router_behind_it_is_no_objection(alice: SessionIdentity) -> None:
+    """`ssh -L` and the proxy of containers accept the connection, and close it."""
+    with answering(b"") as error:
+        assert explained(error, alice) is error
+
+
+def test_another_server_is_told_apart(alice: SessionIdentity) -> None:
+    with answering(b"HTTP/1.1 400 Bad Request\r\n\r\n") as error:
+        reason = explained(error, alice)
+    assert isinstance(reason, NotKnownError)
+    assert "no TLS is spoken there" in str(reason)
