@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import ssl
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import timedelta
 from errno import ENOSPC
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -26,6 +28,9 @@ from skillwing.services.terminal.cli import app
 from skillwing.services.wire.channel import Role
 
 ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launcher": Role.LAUNCHER})
+TIMEOUT = 30.0
+LOOK = 0.5
+"""Seconds that a command has to look into a folder in which another one works. With the lock, it looks later."""
 
 
 @pytest.fixture
@@ -332,3 +337,35 @@ def test_two_commands_at_once_lose_no_name(store: KeyStore) -> None:
     with ThreadPoolExecutor(len(names)) as pool:
         list(pool.map(lambda name: KeyStore(store.folder).add_person(name, Role.CLIENT), names))
     assert sorted(store.names().people) == names
+
+
+def test_two_commands_that_prepare_an_empty_folder_make_one_authority(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first one is in the middle of its work when the second one looks for keys."""
+    folder, begun, looked = tmp_path / "keys", threading.Event(), threading.Event()
+    issue_, exists = KeyStore._issue, Path.exists
+
+    def wait_for_the_other(self: KeyStore, *words: Any, **options: Any) -> None:
+        if not begun.is_set():
+            begun.set()
+            looked.wait(LOOK)
+        issue_(self, *words, **options)
+
+    def note_look(self: Path, **options: Any) -> bool:
+        found = exists(self, **options)
+        if begun.is_set() and self.name == "names.json":
+            looked.set()
+        return found
+
+    monkeypatch.setattr(KeyStore, "_issue", wait_for_the_other)
+    monkeypatch.setattr(Path, "exists", note_look)
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(KeyStore.prepare, folder, ["one"], [ROVER], [])
+        assert begun.wait(TIMEOUT)
+        second = pool.submit(KeyStore.prepare, folder, ["two"], [ROVER], [])
+        store = first.result(TIMEOUT)
+        second.result(TIMEOUT)
+    authority = (folder / "authority" / "certificate.pem").read_bytes()
+    assert {(holder.folder / "authority.pem").read_bytes() for holder in store.holders()} == {authority}
+    assert {"one", "two"} <= set(store.names().hosts)

@@ -59,17 +59,9 @@ class KeyStore:
     def init(cls, folder: Path, hosts: Iterable[str], days: int = DAYS) -> KeyStore:
         """Make an authority and a certificate for a router. Raises KeysError for a folder that has keys already, and
         InvalidOptionError for a malformed host."""
-        from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `read_facts`
-
-        store, hosts = cls(folder), tuple(hosts)
-        require_hosts(hosts)
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        if (folder / NAMES_FILE).exists():
+        store = cls(folder)
+        if not store._made(tuple(hosts), days):
             raise KeysError(f"{folder} holds keys already. Use `skillwing keys add-robot` or `add`, or another folder.")
-        store._write(AUTHORITY, new_authority(10 * days, utc_now()), authority=None)
-        names = Names(hosts=tuple(dict.fromkeys((*hosts, *ALWAYS))), days=days)
-        store._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
-        store._save(names)
         return store
 
     @classmethod
@@ -80,11 +72,9 @@ class KeyStore:
 
         Repeated calls change nothing else. Raises KeysError and InvalidOptionError as the other methods do.
         """
-        store = cls(folder)
-        if (folder / NAMES_FILE).exists():
+        store, hosts = cls(folder), tuple(hosts)
+        if not store._made(hosts, DAYS):
             store.add_hosts(hosts)
-        else:
-            store = cls.init(folder, hosts)
         for robot in robots:
             store.add_robot(robot)
         for name in operators:
@@ -175,14 +165,35 @@ class KeyStore:
             for place in (PEOPLE_FOLDER, ROBOTS):
                 shutil.rmtree(self.folder / place / name, ignore_errors=True)
 
+    def _made(self, hosts: tuple[str, ...], days: int) -> bool:
+        """Make the authority, the router's certificate and the names. Returns False for a folder that has keys."""
+        from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `read_facts`
+
+        require_hosts(hosts)
+        self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with self._locked():
+            if (self.folder / NAMES_FILE).exists():
+                return False
+            self._write(AUTHORITY, new_authority(10 * days, utc_now()), authority=None)
+            names = Names(hosts=tuple(dict.fromkeys((*hosts, *ALWAYS))), days=days)
+            self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
+            self._save(names)
+        return True
+
     @contextmanager
     def _changing(self) -> Iterator[Names]:
         """The names, which nobody else changes meanwhile: a lost change could let in somebody who was removed."""
         self.names()  # a folder without keys has its own message
+        with self._locked():
+            yield self.names()
+
+    @contextmanager
+    def _locked(self) -> Iterator[None]:
+        """The folder, in which no other command writes meanwhile."""
         folder = os.open(self.folder, os.O_RDONLY)
         try:
             fcntl.flock(folder, fcntl.LOCK_EX)
-            yield self.names()
+            yield
         finally:
             os.close(folder)
 
