@@ -135,6 +135,20 @@ def test_a_prepared_folder_has_what_was_named_and_is_left_alone_the_next_time(tm
     assert contents(store) == before
 
 
+def test_a_prepared_folder_leaves_a_person_the_role_that_it_has(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = KeyStore.prepare(tmp_path / "keys", [], [ROVER], ["cli"])
+    store.add_person("cli", Role.VIEWER)
+    before = contents(store)
+    KeyStore.prepare(store.folder, [], [ROVER], ["cli"])
+    assert contents(store) == before
+    monkeypatch.setattr(key_store, "utc_now", lambda: utc_now() + timedelta(days=366))
+    KeyStore.prepare(store.folder, [], [ROVER], ["cli"])
+    assert store.site().people == {"cli": Role.VIEWER}
+    assert facts((store.folder / "people" / "cli" / "certificate.pem").read_bytes()).role == "viewer"
+
+
 def test_a_prepared_folder_takes_in_a_new_host_and_changes_the_router_alone(tmp_path: Path) -> None:
     store = KeyStore.prepare(tmp_path / "keys", ["router"], [ROVER], ["cli"])
     before = contents(store)

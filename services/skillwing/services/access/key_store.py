@@ -70,6 +70,7 @@ class KeyStore:
     ) -> KeyStore:
         """The folder with all that is named: missing keys are made, and those that end soon are renewed.
 
+        operators: they become operators, unless they are known already, in any role.
         Repeated calls change nothing else. Raises KeysError and InvalidOptionError as the other methods do.
         """
         store, hosts = cls(folder), tuple(hosts)
@@ -78,9 +79,9 @@ class KeyStore:
         for robot in robots:
             store.add_robot(robot)
         for name in operators:
-            known = store.names().people.get(name) == Role.OPERATOR
-            if not known or not store._lasts(f"{PEOPLE_FOLDER}/{name}"):
-                store.add_person(name, Role.OPERATOR)
+            role = store.names().people.get(name)
+            if role is None or not store._lasts(f"{PEOPLE_FOLDER}/{name}"):
+                store.add_person(name, role or Role.OPERATOR)
         return store
 
     @property

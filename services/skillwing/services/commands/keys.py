@@ -96,7 +96,8 @@ def prepare(
         list[str] | None, typer.Option("--host", metavar="HOST", help="Name or address of the router; repeatable.")
     ] = None,
     operator: Annotated[
-        list[str] | None, typer.Option("--operator", metavar="NAME", help="Person or station; repeatable.")
+        list[str] | None,
+        typer.Option("--operator", metavar="NAME", help="Person or station; a known one keeps its role. Repeatable."),
     ] = None,
 ) -> None:
     """Make what is missing in a folder of keys, and renew what ends within 30 days.
