@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import ssl
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -22,6 +23,7 @@ from skillwing.services.access.identity_files import person_identity, process_id
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
 from skillwing.services.access.robots import table_words
+from skillwing.services.access.router_keys import read_router_keys
 from skillwing.services.errors import InvalidOptionError, KeysError, SkillwingError
 from skillwing.services.robot import Robot, find_robot
 from skillwing.services.terminal.cli import app
@@ -29,6 +31,7 @@ from skillwing.services.wire.channel import Role
 
 ROVER = RobotAccess("rover", "rover", {"skill/drive": Role.SKILL_MANAGER, "launcher": Role.LAUNCHER})
 TIMEOUT = 30.0
+FILES = ("certificate.pem", "key.pem", "authority.pem")
 LOOK = 0.5
 """Seconds that a command has to look into a folder in which another one works. With the lock, it looks later."""
 
@@ -260,6 +263,32 @@ def test_the_certificate_of_somebody_else_is_refused_with_its_name(store: KeySto
         require_certificates(store.folder / place, "rover", [])
 
 
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("damage", ["missing", "empty"])
+def test_a_folder_that_is_not_whole_names_the_file_and_the_remedy(
+    store: KeyStore, monkeypatch: pytest.MonkeyPatch, file: str, damage: str
+) -> None:
+    alice = store.add_person("alice", Role.CLIENT)
+    monkeypatch.setenv("SKILLWING_KEYS", str(alice))
+    own = store.folder / "robots" / "rover" / "launcher"
+    for folder in (alice, own, store.router_folder):
+        (folder / file).unlink()
+        if damage == "empty":
+            (folder / file).touch()
+    again = f"Make it again: `skillwing keys add-robot ROBOT --keys {store.folder}`."
+    reason = "The file is empty" if damage == "empty" else "No such file or directory"
+    with pytest.raises(KeysError, match=re.escape(f"{store.router_folder / file} cannot be read: {reason}. {again}")):
+        read_router_keys(store.folder)
+    if damage == "missing" and file == "certificate.pem":
+        return  # without a certificate, there is no folder of keys at all
+    with pytest.raises(KeysError, match=re.escape(f"{alice / file} cannot be read: {reason}. Ask for a new folder")):
+        person_identity("tls/10.0.0.5:7447")
+    with pytest.raises(KeysError, match=rf"{file} cannot be read: .* Make it again: `skillwing keys add-robot ROBOT "):
+        process_identity(store.folder, "rover", "launcher")
+    with pytest.raises(KeysError, match=rf"{file} cannot be read: .* Ask for a new folder of keys\."):
+        process_identity(store.folder / "robots" / "rover", "rover", "launcher")
+
+
 def test_python_accepts_the_chain(store: KeyStore) -> None:
     context = ssl.create_default_context(cafile=str(store.router_folder / "authority.pem"))
     context.load_cert_chain(store.router_folder / "certificate.pem", store.router_folder / "key.pem")
@@ -277,9 +306,6 @@ def test_what_is_no_host_is_refused_before_anything_is_written(tmp_path: Path, h
     with pytest.raises(InvalidOptionError, match="is no name or address of a machine"):
         KeyStore.init(tmp_path / "keys", [host])
     assert not (tmp_path / "keys").exists()
-
-
-FILES = ("certificate.pem", "key.pem", "authority.pem")
 
 
 @pytest.mark.parametrize("damage", [*FILES, "another key", *(f"empty {file}" for file in FILES)])

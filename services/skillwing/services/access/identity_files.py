@@ -9,7 +9,16 @@ from datetime import timedelta
 from pathlib import Path
 
 from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
-from skillwing.services.access.key_store import ROBOTS, ROUTER, KeyStore, process_folder, read_facts
+from skillwing.services.access.key_store import (
+    NAMES_FILE,
+    ROBOTS,
+    ROUTER,
+    KeyStore,
+    ask_for_keys,
+    process_folder,
+    read_facts,
+    read_whole,
+)
 from skillwing.services.access.policy import certificate_name, denial, refusal
 from skillwing.services.bus.identity import CERTIFICATE_FILE, KEYS_VARIABLE, SessionIdentity, needs_identity
 from skillwing.services.errors import KeysError
@@ -26,9 +35,9 @@ def unknown_table() -> str:
     return "ROBOT"
 
 
-def read_identity(folder: Path) -> SessionIdentity:
-    """The identity in a folder with one certificate. Raises KeysError."""
-    found = read_facts(folder)
+def read_identity(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> SessionIdentity:
+    """The identity in a folder with one certificate. remedy: as of `read_whole`. Raises KeysError."""
+    found = read_whole(folder, remedy)
     role = Role(found.role) if found.role in PEOPLE else None
     return SessionIdentity(found.name, folder.absolute(), _refusals(role, found.name))
 
@@ -47,9 +56,14 @@ def process_identity(
 
     table: as of `require_certificates`. Raises KeysError, also for the certificate of somebody else.
     """
+
+    def remedy() -> str:
+        is_site = (folder / NAMES_FILE).exists()
+        return f"Make it again: {add_robot_command(folder, robot, table)}." if is_site else ask_for_keys()
+
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
-            return _required(read_identity(place), robot, process)
+            return _required(read_identity(place, remedy), robot, process)
     advice = f"Make one: {add_robot_command(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
@@ -98,12 +112,17 @@ def require_router_certificate(folder: Path) -> None:
     """Raise KeysError if the certificate of the router in the folder of a site does not last for `NEEDED`."""
     store = KeyStore(folder)
     store.names()  # a folder without keys has its own message
-    _require_lasting(read_facts(store.router_folder), lambda: renewal_command(folder))
+    _require_lasting(read_whole(store.router_folder, lambda: remake(folder)), lambda: renewal_command(folder))
 
 
 def renewal_command(folder: Path) -> str:
     """The command that renews the certificates of any robot of a site, and of its router."""
     return add_robot_command(folder, unknown_table(), unknown_table)
+
+
+def remake(folder: Path) -> str:
+    """The remedy for files of the router that are missing in the folder of a site."""
+    return f"Make it again: {renewal_command(folder)}."
 
 
 def _require_lasting(found: CertificateFacts, command: Callable[[], str]) -> None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -271,8 +271,28 @@ def process_folder(process: str) -> str:
     return process.replace("/", ".")
 
 
-def read_facts(folder: Path) -> CertificateFacts:
-    """The content of the certificate in a folder. Raises KeysError."""
+def ask_for_keys() -> str:
+    """The remedy of somebody who was given a folder of keys."""
+    return "Ask for a new folder of keys."
+
+
+def read_whole(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> CertificateFacts:
+    """The content of the certificate in a folder with all three files. remedy: a sentence against a missing one.
+
+    Zenoh reports a missing file as an address at which it cannot connect or listen. Raises KeysError.
+    """
+    for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE):
+        try:
+            reason = "" if (folder / file).read_bytes() else "The file is empty"
+        except OSError as error:
+            reason = error.strerror or str(error)
+        if reason:
+            raise KeysError(f"{folder / file} cannot be read: {reason}. {remedy()}")
+    return read_facts(folder, remedy)
+
+
+def read_facts(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> CertificateFacts:
+    """The content of the certificate in a folder. remedy: as of `read_whole`. Raises KeysError."""
     # Every process of a robot imports this module. One without keys is spared the library of certificates.
     from skillwing.services.access.certificates import facts  # noqa: PLC0415
 
@@ -280,7 +300,7 @@ def read_facts(folder: Path) -> CertificateFacts:
     try:
         return facts(path.read_bytes())
     except (OSError, ValueError) as error:
-        raise KeysError(f"{path} is no certificate that can be read. Ask for a new folder of keys.") from error
+        raise KeysError(f"{path} is no certificate that can be read. {remedy()}") from error
 
 
 def _write_private(path: Path, content: bytes) -> None:

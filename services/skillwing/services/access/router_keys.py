@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skillwing.services.access.identity_files import read_identity
+from skillwing.services.access.identity_files import read_identity, remake
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import SiteAccess, role_at
 from skillwing.services.access.zenoh_rules import access_control
@@ -32,4 +32,4 @@ def read_router_keys(folder: Path) -> RouterKeys:
     store = KeyStore(folder)
     site = store.site()
     rules = access_control(site)
-    return RouterKeys(read_identity(store.router_folder), rules, site)
+    return RouterKeys(read_identity(store.router_folder, lambda: remake(folder)), rules, site)
