@@ -7,9 +7,11 @@ its rules. It listens, answers and asks everywhere.
 from __future__ import annotations
 
 import shutil
+import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +35,8 @@ from skillwing.services.bus.identity import SessionIdentity, owned_chunk, signed
 from skillwing.services.bus.keys import matches
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
+from skillwing.services.bus.zenoh_session import open_client
+from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.wire.channel import Role
 from skillwing.services.wire.channels import CHANNELS, keys_in
@@ -312,3 +316,78 @@ def test_a_role_that_the_router_took_back_meanwhile_is_told(tmp_path: Path, monk
     denied = next(each for each in answers if isinstance(each, Refused))
     assert denied.error.message == "`olga` is a viewer and may not change resources."
     assert NoReply(timed_out=False) in answers, "nobody answers there, and she may ask"
+
+
+class Tunnel:
+    """A tunnel to an address on loopback, which can be cut."""
+
+    def __init__(self, endpoint: str) -> None:
+        self._target = ("127.0.0.1", int(endpoint.rpartition(":")[2]))
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.endpoint = f"tls/127.0.0.1:{self._server.getsockname()[1]}"
+        self._open = True
+        self._links: list[socket.socket] = []
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def _serve(self) -> None:
+        with suppress(OSError):  # it was closed
+            while True:
+                near, _ = self._server.accept()
+                if not self._open:
+                    near.close()
+                    continue
+                far = socket.create_connection(self._target)
+                self._links += [near, far]
+                for ends in ((near, far), (far, near)):
+                    threading.Thread(target=self._forward, args=ends, daemon=True).start()
+
+    @staticmethod
+    def _forward(source: socket.socket, target: socket.socket) -> None:
+        with suppress(OSError):  # it was cut
+            while data := source.recv(65536):
+                target.sendall(data)
+
+    def cut(self) -> None:
+        """End all links, and let nobody through until `restore`."""
+        self._open = False
+        while self._links:
+            link = self._links.pop()
+            with suppress(OSError):
+                link.shutdown(socket.SHUT_RDWR)
+            link.close()
+
+    def restore(self) -> None:
+        self._open = True
+
+    def close(self) -> None:
+        self.cut()
+        self._server.shutdown(socket.SHUT_RDWR)
+        self._server.close()
+
+
+def test_an_event_that_was_lost_is_asked_for_again(site: Site) -> None:
+    """A listener without history, so that nothing but the publisher's heartbeats tells of the loss."""
+    key, heard = Keys("rover").status("turn"), list[bytes]()
+    note = zenoh.handlers.Callback(lambda sample: heard.append(sample.payload.to_bytes()), indirect=False)
+    recovery = zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+    with (
+        closing(Tunnel(site.endpoint)) as tunnel,
+        closing(
+            ZenohBus("skill/turn", PLAIN.name, site.endpoint, identity=site.identity("skill/turn", PLAIN.name))
+        ) as bus,
+        open_client(tunnel.endpoint, PLAIN.name, TIMEOUT, site.identity("vic")) as listener,
+    ):
+        status = bus.advertise(key, events=True)
+        zenoh.ext.declare_advanced_subscriber(listener, key, note, recovery=recovery)
+
+        def hears() -> bool:
+            status.put(b"early")
+            return bool(heard)
+
+        assert eventually(hears)
+        tunnel.cut()
+        status.put(b"lost")
+        assert b"lost" not in heard
+        tunnel.restore()
+        assert eventually(lambda: b"lost" in heard)
+    assert heard.count(b"lost") == 1
