@@ -21,6 +21,7 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.m600.robot import ROBOT
 from skillwing.services.bus import Answer, Answered, Bus, Node, NoReply, Publisher, Refused
 from skillwing.services.bus.inprocess import InProcessBus, InProcessNetwork, Namespace
+from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.mocking.script import MockScript, Reaction, When
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.mocking.world import MockWorld
@@ -55,13 +56,29 @@ class NoLauncher:
         del name
 
 
+class Follower:
+    """A client that follows a goal of each skill: only such a client hears feedback."""
+
+    name = "follower"
+    owns_clock = False
+
+    def attach(self, bus: Bus) -> None:
+        interface = SkillsetInterface(bus, SKILLSET, client=self.name)
+        for number, skill in enumerate(SKILLSET.skills, 1):
+            interface.follow(skill.name, f"goal-{number}")
+
+    def detach(self) -> None:
+        pass
+
+
 def nodes_of_the_m600(run_dir: Path) -> list[Node]:
     """All processes of a flying m600, with the recorder, a mission and observers."""
     options = {"run_dir": str(run_dir), "seed": 1}
     specs = (*ROBOT.functional_layer(options), *ROBOT.managers(), *ROBOT.observers(options))
     route = MISSION.read_options({"route": ROUTE})
     mission = MissionNode(MISSION, SKILLSET, route, rescue_goal=ROBOT.rescue_goal)
-    return [*(made(spec) for spec in specs), mission, LauncherNode(NoLauncher(run_dir), ROBOT, SKILLSET.name, {})]
+    launcher = LauncherNode(NoLauncher(run_dir), ROBOT, SKILLSET.name, {})
+    return [*(made(spec) for spec in specs), mission, launcher, Follower()]
 
 
 def nodes_of_the_mocked_m600() -> list[Node]:
