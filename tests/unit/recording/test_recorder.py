@@ -407,8 +407,9 @@ def test_a_recording_is_split_at_the_same_places_however_it_comes(tail: bytes, s
     assert b"".join(got) == stream
 
 
-def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: Path) -> None:
-    story, room = tell(), [True]
+def record_on_a_full_disk(story: Story, run_dir: Path, *parts: tuple[float, bool]) -> None:
+    """Record a story in parts, each with its seconds, and True for a disk that has room meanwhile."""
+    room = [parts[0][1]]
     write = os.write
 
     def full_at_times(file: int, data: bytes) -> int:
@@ -417,17 +418,22 @@ def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: 
         return write(file, data)
 
     network = InProcessNetwork()
-    recorder = Recorder(RecorderOptions(run_dir=str(tmp_path), skillset="m600.skillset"), SKILLSET)
+    recorder = Recorder(RecorderOptions(run_dir=str(run_dir), skillset="m600.skillset"), SKILLSET)
     with (
         patch("skillwing.services.history.parts.os.write", full_at_times),
         patch("skillwing.services.recording.recorder.has_room", lambda folder: room[0]),
     ):
         network.attach(recorder)
         network.attach(Teller(story))
-        for seconds, has_room in ((10.0, True), (10.0, False), (20.0, True)):
+        for seconds, has_room in parts:
             room[0] = has_room
             network.run_for(seconds)
         recorder.detach()
+
+
+def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: Path) -> None:
+    story = tell()
+    record_on_a_full_disk(story, tmp_path, (10.0, True), (10.0, False), (20.0, True))
     kept = read_records(tmp_path)
     own = [each for each in kept if each.subject == "recorder"]
     assert [(each.before, each.after) for each in own][-1] == ("FAILED", "RECORDING")
@@ -446,26 +452,7 @@ def test_a_full_disk_is_in_the_timeline_and_costs_what_came_meanwhile(tmp_path: 
 
 
 def test_a_mission_that_begins_on_a_full_disk_is_known_afterwards(tmp_path: Path) -> None:
-    story, room = tell(), [False]
-    write = os.write
-
-    def full_at_times(file: int, data: bytes) -> int:
-        if not room[0] and data:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return write(file, data)
-
-    network = InProcessNetwork()
-    recorder = Recorder(RecorderOptions(run_dir=str(tmp_path), skillset="m600.skillset"), SKILLSET)
-    with (
-        patch("skillwing.services.history.parts.os.write", full_at_times),
-        patch("skillwing.services.recording.recorder.has_room", lambda folder: room[0]),
-    ):
-        network.attach(recorder)
-        network.attach(Teller(story))
-        for seconds, has_room in ((10.0, False), (5.0, True), (5.0, False), (20.0, True)):
-            room[0] = has_room
-            network.run_for(seconds)
-        recorder.detach()
+    record_on_a_full_disk(tell(), tmp_path, (10.0, False), (5.0, True), (5.0, False), (20.0, True))
     (mission,) = mission_intervals(read_phases(tmp_path).records)
     assert (mission.begin, mission.end, mission.phase) == (1.0, 36.1, MissionPhase.SUCCEEDED)
 

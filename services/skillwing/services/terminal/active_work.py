@@ -8,8 +8,8 @@ from skillwing.dsl.model import Skillset
 from skillwing.services.bus import Bus
 from skillwing.services.bus.reading import message_reader
 from skillwing.services.client.causal_feed import follow_records
-from skillwing.services.names import MISSION, RESOURCE_MANAGER
-from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record, RecordKind
+from skillwing.services.names import MISSION
+from skillwing.services.protocol import GoalStatus, Keys, MissionPhase, MissionStatus, Record
 from skillwing.services.rescue_goal import RescueGoal
 from skillwing.services.terminal.live_state import LiveState
 
@@ -29,7 +29,6 @@ class ActiveWork:
         self._rescue_goal = rescue_goal
         self._fate = SIMULATED if simulated else REAL
         self._live_state = LiveState()
-        self._changes: dict[str, Record] = {}
         self._mission: str | None = None
         self._last_text = ""
         self._on_change: Callable[[], None] = lambda: None
@@ -56,16 +55,10 @@ class ActiveWork:
     def _where(self) -> str:
         """Words for the place of a robot that is away from its rescue goal; empty at the goal."""
         goal = self._rescue_goal
-        change = None if goal is None else self._changes.get(goal.resource)
-        return "" if goal is None or change is None else goal.away.get(change.after, "")
+        return "" if goal is None else goal.away.get(self._live_state.changed_to(goal.resource) or "", "")
 
     def _on_record(self, record: Record) -> None:
         self._live_state.add_record(record)
-        known = self._changes.get(record.subject)
-        if (record.kind, record.source) == (RecordKind.RESOURCE, RESOURCE_MANAGER) and (
-            known is None or record.t >= known.t
-        ):
-            self._changes[record.subject] = record
         self._notify()
 
     def _on_status(self, status: GoalStatus) -> None:

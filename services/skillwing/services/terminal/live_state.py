@@ -170,6 +170,11 @@ class LiveState:
         is_news = latest is None or report.goal_id == latest.goal_id or report.t >= latest.t
         return report.text if is_news else ""
 
+    def changed_to(self, resource: str) -> str | None:
+        """State to which a resource was last seen to change; None if no change was seen."""
+        change = self._changes.get(resource)
+        return None if change is None else change.after
+
     def resources(self, states: Mapping[str, str]) -> list[ResourceNow]:
         """All resources, in the order of their states."""
         return [self._resource(name, state) for name, state in states.items()]

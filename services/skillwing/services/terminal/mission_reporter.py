@@ -74,9 +74,9 @@ class MissionReporter:
         self._writing: threading.Thread | None = None
         self._writer: subprocess.Popen[bytes] | None = None
         self._failed = False
+        """True if the latest report could not be written."""
         self._told = ""
         """Sentence on the last attempt: a disk that stays full is reported once."""
-        """True if the latest report could not be written."""
 
     def attach(self, bus: Bus, print_: Print) -> None:
         self._bus, self._print = bus, print_
