@@ -26,6 +26,7 @@ class Said:
 
     @property
     def json(self) -> Any:
+        assert self.out, f"no output, exit code {self.code}: {self.error}"
         return json.loads(self.out)
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from command_line import Command
 from running_system import until
 
+from skillwing.services.terminal.exit_codes import OK
+
 YARD = Path(__file__).parents[2] / "examples" / "yard"
 ROBOTS = ("left", "right", "yard")
 PATIENCE = 60.0
@@ -38,6 +40,8 @@ def wait_until_free(skillwing: Command) -> None:
     """Wait until each place is free: the watch reads the positions of both drones, and the yard believes it."""
 
     def free() -> bool:
-        return set(skillwing("resources", "--robot", "yard", "--json").json["states"].values()) == {"FREE"}
+        said = skillwing("resources", "--robot", "yard", "--json")
+        # On a busy machine a process may be silent for longer than the command waits for it.
+        return said.code == OK and set(said.json["states"].values()) == {"FREE"}
 
     until(free, "each place to be free")

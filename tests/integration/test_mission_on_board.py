@@ -207,12 +207,13 @@ def test_a_mission_that_does_not_fit_is_refused_with_its_problems_and_starts_not
     assert here.code == USAGE
     assert "did you mean `hover`?" in here.error
     there = skillwing("mission", "run", "hops", "--on-board", "second=1")
-    assert there.code == REFUSED
+    assert there.code == USAGE
     assert "There is no option `second` of `hops`; did you mean `seconds`?" in there.error
     assert "Traceback" not in there.error
     unknown = skillwing("mission", "run", "nosuch", "--on-board")
-    assert unknown.code == REFUSED
+    assert unknown.code == USAGE
     assert "There is no mission `nosuch`." in unknown.error
+    assert "mission check" not in unknown.error
     news = read_records(run_dir)[before:]
     assert not [record for record in news if record.kind == "goal"]
 

@@ -13,7 +13,7 @@ from quick_yard import PATIENCE, ROBOTS, YARD, up_words, wait_until_free
 from running_system import shown_phase, until
 
 from skillwing.services.processes.run_state import read_run_state
-from skillwing.services.terminal.exit_codes import OK, REFUSED
+from skillwing.services.terminal.exit_codes import FAILED, OK, REFUSED
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
 
@@ -78,6 +78,9 @@ def test_missions_of_both_drones_run_on_board_side_by_side_and_wait_for_the_pad(
     ]
     until(lambda: all(shown_phase(yard, robot) == "RUNNING" for robot in ROBOTS[:2]), "both missions")
     assert shown_phase(yard, "yard") is None
+    said = yard("mission", "abort", "--robot", "yard")
+    assert said.code == FAILED
+    assert said.error == "No mission runs here. One runs at `left` and `right`: choose with `--robot left`.\n"
     assert yard("interrupt", "hold_pad", "--robot", "yard").code == OK
     assert [(mission.communicate(timeout=PATIENCE), mission.returncode)[1] for mission in missions] == [OK, OK]
 

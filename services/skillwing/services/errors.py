@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from skillwing.dsl.suggest import listed
 from skillwing.services.core.refusal import RefusedError
 
 __all__ = [
@@ -87,10 +88,14 @@ class NoGoalError(SkillwingError):
 
 
 class NoMissionError(SkillwingError):
-    """No running mission."""
+    """No running mission. elsewhere: other robots of the router with one."""
 
-    def __init__(self) -> None:
-        super().__init__("No mission runs here. Start one with `skillwing mission run`.")
+    def __init__(self, elsewhere: Sequence[str] = ()) -> None:
+        self.elsewhere = tuple(elsewhere)
+        remedy = "Start one with `skillwing mission run`."
+        if elsewhere:
+            remedy = f"One runs at {listed(elsewhere)}: choose with `--robot {elsewhere[0]}`."
+        super().__init__(f"No mission runs here. {remedy}")
 
 
 class BadRecordingError(SkillwingError):

@@ -15,7 +15,7 @@ from skillwing.services.access.certificate_watch import CertificateWatch, Remind
 from skillwing.services.access.certificates import facts
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_OK
+from skillwing.services.errors import KeysError
 from skillwing.services.processes.router import LOOPBACK_WITH_KEYS, run_router
 from skillwing.services.wire.channel import Role
 
@@ -117,18 +117,18 @@ def test_a_router_by_itself_reminds_of_the_end_of_its_certificate(
 def test_the_log_of_a_router_has_the_end_of_its_certificate(
     store: KeyStore, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_router(LOOPBACK_WITH_KEYS, store.folder, lambda *_: None, insecure=False, lasting=True) == EXIT_OK
+    run_router(LOOPBACK_WITH_KEYS, store.folder, lambda *_: None, insecure=False, lasting=True)
     assert "The certificate `router` in use ends" in capsys.readouterr().err
 
 
-def test_a_router_is_not_begun_in_the_last_day_and_is_begun_again(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_router_is_not_begun_in_the_last_day_and_is_begun_again(tmp_path: Path) -> None:
     """Robots that work need the router, whose supervisor starts it again."""
     folder = KeyStore.init(tmp_path / "keys", [], days=1).folder
-    refused = run_router(LOOPBACK_WITH_KEYS, folder, lambda *_: None, insecure=False, lasting=True)
-    assert refused == EXIT_CONFIGURATION
-    said = capsys.readouterr().err
-    assert "The certificate `router` is valid until" in said
-    assert f"Renew it before a start: `skillwing keys add-robot ROBOT --keys {folder}`." in said
-    assert run_router(LOOPBACK_WITH_KEYS, folder, lambda *_: None, insecure=False) == EXIT_OK
+    with pytest.raises(KeysError) as refused:
+        run_router(LOOPBACK_WITH_KEYS, folder, lambda *_: None, insecure=False, lasting=True)
+    said = str(refused.value)
+    assert said.startswith("The certificate `router` is valid until")
+    assert said.endswith(f"Renew it before a start: `skillwing keys add-robot ROBOT --keys {folder}`.")
+    endpoints: list[str] = []
+    run_router(LOOPBACK_WITH_KEYS, folder, lambda _, endpoint: endpoints.append(endpoint), insecure=False)
+    assert endpoints

@@ -15,7 +15,8 @@ from skillwing.services.access.identity_files import read_identity
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.bus.identity import SessionIdentity
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import NotKnownError
+from skillwing.services.errors import InvalidOptionError, NotKnownError
+from skillwing.services.processes.router import LOOPBACK, LOOPBACK_WITH_KEYS, start_router
 from skillwing.services.wire.channel import Role
 
 TIMEOUT = 30.0
@@ -56,3 +57,27 @@ def test_another_server_is_told_apart(alice: SessionIdentity) -> None:
         reason = explained(error, alice)
     assert isinstance(reason, NotKnownError)
     assert "no TLS is spoken there" in str(reason)
+
+
+def test_a_router_without_keys_is_told_apart(alice: SessionIdentity) -> None:
+    session, endpoint = start_router(LOOPBACK)
+    with session:
+        asked = endpoint.replace("tcp/", "tls/")
+        reason = explained(RouterUnreachableError(asked), alice)
+    assert isinstance(reason, InvalidOptionError)
+    assert str(reason) == f"The router at {asked} has no keys. Write {endpoint}."
+
+
+def test_a_router_with_keys_is_told_apart(alice: SessionIdentity) -> None:
+    session, endpoint = start_router(LOOPBACK_WITH_KEYS, alice.folder.parents[1])
+    with session:
+        asked = endpoint.replace("tls/", "tcp/")
+        reason = explained(RouterUnreachableError(asked), None)
+    assert isinstance(reason, InvalidOptionError)
+    assert str(reason) == f"The router at {asked} asks for keys. Write {endpoint}, with the folder of your keys."
+
+
+def test_an_address_at_which_something_else_listens_is_as_it_was() -> None:
+    with answering(b"HTTP/1.1 400 Bad Request\r\n\r\n") as error:
+        plain = RouterUnreachableError(error.endpoint.replace("tls/", "tcp/"))
+        assert explained(plain, None) is plain

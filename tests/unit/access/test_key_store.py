@@ -14,12 +14,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from cryptography.hazmat.primitives.serialization import (
+    BestAvailableEncryption,
+    Encoding,
+    PrivateFormat,
+    load_pem_private_key,
+)
 from typer.testing import CliRunner
 
 from skillwing.services.access import key_store
 from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.certificates import facts, fits, issue, new_authority
-from skillwing.services.access.identity_files import person_identity, process_identity, require_certificates
+from skillwing.services.access.identity_files import (
+    person_identity,
+    process_identity,
+    require_certificates,
+    require_router_certificate,
+)
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.access.policy import RobotAccess
 from skillwing.services.access.robots import table_words
@@ -261,6 +272,37 @@ def test_the_certificate_of_somebody_else_is_refused_with_its_name(store: KeySto
         process_identity(store.folder / place, "rover", "launcher")
     with pytest.raises(KeysError, match=r"Give the folder of the site, DIR, or that of the robot, DIR/robots/rover\."):
         require_certificates(store.folder / place, "rover", [])
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "objection"),
+    [
+        ("certificate.pem", "cut", "is no certificate that can be read"),
+        ("key.pem", "cut", "is no key that can be read"),
+        ("key.pem", "another", "is the key of another certificate"),
+        ("key.pem", "locked", "is no key that can be read"),
+        ("authority.pem", "cut", "is no certificate that can be read"),
+    ],
+)
+def test_a_damaged_file_is_named_before_anybody_is_asked(
+    store: KeyStore, monkeypatch: pytest.MonkeyPatch, file: str, content: str, objection: str
+) -> None:
+    """A copy may break off. Zenoh would report an address at which it cannot connect."""
+    alice, bob = (store.add_person(name, Role.CLIENT) for name in ("alice", "bob"))
+    monkeypatch.setenv("SKILLWING_KEYS", str(alice))
+    whole = (alice / file).read_bytes()
+    key = load_pem_private_key((alice / "key.pem").read_bytes(), None)
+    locked = key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, BestAvailableEncryption(b"secret"))
+    contents = {"cut": whole[: len(whole) // 2], "another": (bob / file).read_bytes(), "locked": locked}
+    (alice / file).write_bytes(contents[content])
+    text = f"{alice / file} {objection}. Ask for a new folder of keys."
+    with pytest.raises(KeysError, match=f"^{re.escape(text)}$"):
+        person_identity("tls/10.0.0.5:7447")
+    (store.router_folder / file).write_bytes(contents[content])
+    with pytest.raises(KeysError, match=f"{file} {objection}. Make it again: `skillwing keys add-robot"):
+        require_router_certificate(store.folder)
+    store.add_robot(ROVER)
+    require_router_certificate(store.folder)
 
 
 @pytest.mark.parametrize("file", FILES)

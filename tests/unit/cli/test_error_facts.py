@@ -6,10 +6,12 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from skillwing.bt_missions.cli import mission
 from skillwing.bt_missions.mission.problems import FaultyMissionError, MissionProblem
 from skillwing.dsl import SkillsetError, parse
 from skillwing.services.core.refusal import RefusedError
@@ -98,6 +100,7 @@ def facts(error: Exception) -> dict[str, Any]:
 class Silent:
     """A connection to a system in which nothing runs."""
 
+    target = SimpleNamespace(endpoint="tcp/127.0.0.1:1")
     skillset, keys = parse("skillset toy { skill lift { result { DONE } } }", "toy.skillset"), Keys("toy")
 
     def __enter__(self) -> Silent:
@@ -124,6 +127,7 @@ def test_what_does_not_run_has_a_kind_of_its_own(
     module: str, words: tuple[str, ...], kind: str, failed: Failed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(f"{module}.connect", lambda *_, **__: Silent())
+    monkeypatch.setattr(mission, "robots_with_missions", lambda _: [])
     ended, _, error = failed(*words, "--json")
     assert (ended, json.loads(error)["error"]["kind"]) == (FAILED, kind)
 

@@ -14,12 +14,13 @@ from skillwing.m600.robot import SKILLSET
 from skillwing.services.access.handshake import unknown_name
 from skillwing.services.access.key_store import KeyStore
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.client.connection import find_target
 from skillwing.services.commands import down as down_command
 from skillwing.services.commands.keys import PersonRole
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.diagnosis.examination import examine
 from skillwing.services.diagnosis.findings import diagnose
-from skillwing.services.errors import InvalidOptionError, KeysError
+from skillwing.services.errors import InvalidOptionError, KeysError, NoMissionError, NoSystemError
 from skillwing.services.processes import launcher as launcher_module
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.process_state import ProcessState
@@ -83,10 +84,23 @@ def test_the_end_of_a_router_names_every_system_to_stop_first(monkeypatch: pytes
 
 
 def test_a_malformed_address_of_a_router_comes_without_a_warning(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_router("7620", None, lambda *_: None, insecure=True) != 0
-    said = capsys.readouterr().err
-    assert "cannot listen at 7620" in said
-    assert "Everybody" not in said
+    with pytest.raises(InvalidOptionError, match="`7620`, given by `listen`, is no address of a router"):
+        run_router("7620", None, lambda *_: None, insecure=False)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_command_for_a_robot_that_does_not_run_names_its_start() -> None:
+    with pytest.raises(NoSystemError, match=r"`left` is running\. Start one with `skillwing up --robot-name left`\."):
+        find_target("left")
+    with pytest.raises(NoSystemError, match=r"Start one with `skillwing up --robot m600`\."):
+        find_target("m600")
+    with pytest.raises(NoSystemError, match=r"Start one with `skillwing up`\."):
+        find_target("./examples/yard")
+
+
+def test_a_request_to_a_mission_names_the_robots_that_have_one() -> None:
+    text = "No mission runs here. One runs at `left` and `right`: choose with `--robot left`."
+    assert str(NoMissionError(["left", "right"])) == text
 
 
 def test_people_are_offered_the_roles_of_people() -> None:

@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from skillwing.services.access.key_store import KeyStore
+from skillwing.services.access.robots import robot_access
 from skillwing.services.errors import InvalidOptionError
+from skillwing.services.robot import find_robot
 from skillwing.services.terminal import cli
 from skillwing.services.terminal.exit_codes import USAGE
 from skillwing.services.terminal.run_directory import claimed, make_run_dir
@@ -73,3 +76,25 @@ def test_a_directory_that_cannot_be_made_is_refused_with_the_reason(
         said = refusal(["up", "--mock", "--run-dir", folder], tmp_path, monkeypatch, capsys)
         assert "cannot be made: " in said
         assert "free" not in said
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["router", "--listen", "rubbish"], "`rubbish`, given by `listen`, is no address of a router."),
+        (["router", "--keys", "nokeys"], "nokeys holds no keys of a site."),
+        (["up", "--mock", "--listen", "rubbish"], "`rubbish`, given by `listen`, is no address of a router."),
+        (["up", "--mock", "--listen", "tls/127.0.0.1:0", "--keys", "nokeys"], "There is no folder nokeys."),
+        (["up", "--mock", "--keys", "keys"], "key.pem cannot be read: The file is empty."),
+        (["up", "--mock", "--detach", "--keys", "keys"], "key.pem cannot be read: The file is empty."),
+    ],
+)
+def test_a_wrong_address_or_key_is_refused_before_anything_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: list[str], sentence: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    store = KeyStore.init(tmp_path / "keys", [])
+    store.add_robot(robot_access(find_robot("m600")))
+    (store.router_folder / "key.pem").write_bytes(b"")
+    assert sentence in refusal(words, tmp_path / "runtime", monkeypatch, capsys)
+    assert not (tmp_path / "runs").exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,7 @@ from skillwing.services.protocol import Record, RecordKind
 from skillwing.services.recording.recording_lock import RecordingLock, is_recorded
 from skillwing.services.recording.run_facts import RUN_FILE, RunFacts, write_facts
 from skillwing.services.runs.pruning import RunLimits, runs_to_delete
-from skillwing.services.runs.runs import MissionEnd, Run, find_runs
+from skillwing.services.runs.runs import DAMAGED, MissionEnd, Run, find_runs
 from skillwing.services.sizes import read_age, read_size, size_text, size_words
 from skillwing.services.terminal.run_directory import claimed
 
@@ -121,6 +122,22 @@ def test_a_run_without_a_recording_is_found_by_its_journal(tmp_path: Path, monke
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
     assert run_cli("prune", "--count", "2")[0] == 0
     assert not folder.exists()
+
+
+def test_a_run_begins_at_the_time_in_the_name_of_its_folder(tmp_path: Path) -> None:
+    """A copy of a run has files of today."""
+    make_run(tmp_path / "20200101-120000-up", 2e9)
+    (only,) = find_runs(tmp_path)
+    assert datetime.fromtimestamp(only.begun).astimezone().strftime("%F %T") == "2020-01-01 12:00:00"
+    assert only.missing == ()
+
+
+def test_a_run_with_damaged_facts_is_listed_with_the_damage(tmp_path: Path) -> None:
+    run = make_run(tmp_path / "20200101-120000-up", 2e9)
+    (run / RUN_FILE).write_bytes(b'{"robot": "ro')
+    (only,) = find_runs(tmp_path)
+    assert (only.robot, only.missing) == ("", (DAMAGED,))
+    assert datetime.fromtimestamp(only.begun).astimezone().year == 2020
 
 
 def run_cli(*words: str) -> tuple[int, str]:

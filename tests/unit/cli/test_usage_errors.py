@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from typer.testing import CliRunner
 
@@ -25,7 +27,12 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
         ("up --viewer foo", "`--viewer` of `skillwing up` does not fit: `foo` is not one of `none`, `native`, `web`."),
         (
             "up --seed 4294967296",
-            "`--seed` of `skillwing up` does not fit: 4294967296 is not in the range 0<=x<=4294967295.",
+            "`--seed` of `skillwing up` does not fit: 4294967296 is not from 0 to 4294967295.",
+        ),
+        ("runs prune --count -1", "`--count` of `skillwing runs prune` does not fit: -1 is not at least 0."),
+        (
+            "mission run a --robot left --owner-grace 100",
+            "`--owner-grace` of `skillwing mission run` does not fit: 100 is not from 0 to 60.",
         ),
         ("replay a b", "`skillwing replay` does not fit: Got unexpected extra argument"),
         (
@@ -46,6 +53,19 @@ def test_it_is_a_sentence_and_a_way_out(line: str, sentence: str) -> None:
         CliRunner().invoke(cli.app, line.split(), prog_name="skillwing", catch_exceptions=False)
     assert str(caught.value).startswith(sentence)
     assert exit_code_of(caught.value) == USAGE
+
+
+def test_the_command_in_the_sentence_is_the_one_that_was_typed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Advised commands choose the robot that was named; this one is no advice."""
+    monkeypatch.setattr("sys.argv", ["skillwing", "mission", "run", "a", "--robot", "left", "--owner-grace", "100"])
+    monkeypatch.setattr(cli, "app", partial(cli.app, prog_name="skillwing"))
+    with pytest.raises(SystemExit):
+        cli.main()
+    said = capsys.readouterr().err
+    assert said.endswith("100 is not from 0 to 60. See `skillwing mission run -h`.\n")
+    assert "--robot left" not in said
 
 
 def test_an_apostrophe_is_no_quote() -> None:

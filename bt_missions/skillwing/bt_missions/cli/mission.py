@@ -42,6 +42,7 @@ from skillwing.dsl.suggest import listed
 from skillwing.dsl.whole_files import write_whole
 from skillwing.services.access.identity_files import ending_soon
 from skillwing.services.client.interface import require_allowed
+from skillwing.services.client.joining import robots_with_missions
 from skillwing.services.errors import (
     InvalidOptionError,
     NoMissionError,
@@ -405,7 +406,7 @@ def _send(
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
         except NoReplyError as error:
-            raise NoMissionError from error
+            raise NoMissionError(robots_with_missions(system.target.endpoint)) from error
     if as_json:
         print_json(status)
     else:

@@ -89,8 +89,8 @@ def make_request(
 def run_on_board(system: System, request: StartMission, console: Console | None) -> int:
     """Start a mission on board and show its progress until it is over; returns the exit code.
 
-    Raises NoLauncherError, MissionForgottenError, and RefusedError for a mission that does not fit, or while another
-    one runs.
+    Raises NoLauncherError, MissionForgottenError, InvalidOptionError for a mission that does not fit, and RefusedError
+    while another one runs.
     """
 
     def show(status: MissionStatus) -> None:
@@ -166,6 +166,8 @@ class OnBoardWatch:
                 if silences >= SILENCES:
                     raise NoLauncherError from None
             except RefusedError as refusal:
+                if refusal.code is ErrorCode.BAD_REQUEST:
+                    raise InvalidOptionError("mission", str(refusal)) from refusal
                 if refusal.code is not ErrorCode.UNAVAILABLE:
                     raise
                 silences = 0

@@ -11,6 +11,7 @@ from datetime import datetime, timedelta
 from ipaddress import ip_address
 
 from cryptography import x509
+from cryptography.exceptions import UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import (
@@ -75,9 +76,15 @@ def facts(certificate: bytes) -> CertificateFacts:
 
 
 def fits(certificate: bytes, key: bytes) -> bool:
-    """True if a key, in PEM format as the certificate, is the one of the certificate. Raises ValueError for others."""
+    """True if a key, in PEM format as the certificate, is the one of the certificate.
+
+    Raises ValueError for a file that is damaged, or a key with a password.
+    """
     public = x509.load_pem_x509_certificate(certificate).public_key()
-    return public == load_pem_private_key(key, None).public_key()
+    try:
+        return public == load_pem_private_key(key, None).public_key()
+    except (TypeError, UnsupportedAlgorithm) as error:
+        raise ValueError(str(error)) from error
 
 
 def _attribute(certificate: x509.Certificate, oid: x509.ObjectIdentifier) -> str:

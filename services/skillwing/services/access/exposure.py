@@ -44,8 +44,9 @@ def local_endpoint(endpoint: str) -> str:
 def require_protected(listen: str, keys: Path | None, *, insecure: bool) -> None:
     """Raise InvalidOptionError for an address that strangers can reach without keys, unless `insecure`.
 
-    An address without a host is left to the router, which cannot listen there.
+    The same for a malformed address.
     """
+    require_address(listen, "listen")
     tls = listen.startswith("tls/")
     if keys is not None and not tls:
         text = f"With --keys the router listens at tls/HOST:PORT, not at {listen}. Write --listen tls/HOST:PORT."
@@ -55,7 +56,7 @@ def require_protected(listen: str, keys: Path | None, *, insecure: bool) -> None
             f"The address {listen} needs keys. Make some with `skillwing keys init`, and give their folder by --keys."
         )
         raise InvalidOptionError("keys", text)
-    if keys is None and not insecure and host_of(listen) and not is_loopback(listen):
+    if keys is None and not insecure and not is_loopback(listen):
         text = f"Everybody who reaches {listen} could command the robot. Give --keys DIR (docs/keys.md), or --insecure."
         raise InvalidOptionError("listen", text)
 

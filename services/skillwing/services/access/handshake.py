@@ -1,4 +1,4 @@
-"""Reasons for which a router with keys does not let a certificate in. Zenoh itself reports none."""
+"""Reasons for which a router does not let a session in. Zenoh itself reports none."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from skillwing.services.access.certificate_facts import utc_now
 from skillwing.services.access.exposure import host_of
 from skillwing.services.access.key_store import read_facts
 from skillwing.services.bus.identity import SessionIdentity
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import NotKnownError, SkillwingError
+from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client
+from skillwing.services.errors import InvalidOptionError, NotKnownError, SkillwingError
 
 CONNECT_TIMEOUT = 0.5
 """Seconds for a connection. Zenoh has tried for longer before, so a router that is there answers soon."""
@@ -37,9 +37,66 @@ def unknown_name(endpoint: str) -> NotKnownError:
 
 
 def explained(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:
-    """The error, or NotKnownError with the reason if a router is there and rejects the certificate, or is not ours."""
-    reason = None if identity is None else _objection(error.endpoint, identity)
-    return error if reason is None else NotKnownError(error.endpoint, reason)
+    """The error, or what is known better of a router that is there.
+
+    NotKnownError with the reason if it rejects the certificate, or is not ours. InvalidOptionError if it asks for keys
+    at an address without, or the reverse.
+    """
+    endpoint = error.endpoint
+    address = endpoint.partition("/")[2]
+    if identity is None:
+        if not _speaks_tls(endpoint):
+            return error
+        text = f"The router at {endpoint} asks for keys. Write tls/{address}, with the folder of your keys."
+        return InvalidOptionError("endpoint", text)
+    reason = _objection(endpoint, identity)
+    if reason is not None:
+        return NotKnownError(endpoint, reason)
+    if _is_plain(endpoint):
+        return InvalidOptionError("endpoint", f"The router at {endpoint} has no keys. Write tcp/{address}.")
+    return error
+
+
+def _connection(endpoint: str) -> socket.socket | None:
+    """A connection to an address; None if nothing listens there."""
+    host, port = host_of(endpoint), endpoint.rpartition(":")[2]
+    try:
+        connection = socket.create_connection((host, int(port)), CONNECT_TIMEOUT)
+    except (OSError, ValueError):
+        return None
+    connection.settimeout(TIMEOUT)
+    return connection
+
+
+def _is_plain(endpoint: str) -> bool:
+    """True for the address of a router without keys."""
+    connection = _connection(endpoint)
+    if connection is None:
+        return False
+    connection.close()
+    with contextlib.suppress(RouterUnreachableError):
+        open_client(f"tcp/{endpoint.partition('/')[2]}", None, CONNECT_TIMEOUT).close()
+        return True
+    return False
+
+
+def _speaks_tls(endpoint: str) -> bool:
+    """True for an address at which somebody speaks TLS."""
+    import ssl  # noqa: PLC0415 - needed after an error only
+
+    connection = _connection(endpoint)
+    if connection is None:
+        return False
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE  # no message follows
+    with connection:
+        try:
+            context.wrap_socket(connection).close()
+        except ssl.SSLError as error:
+            return "ALERT" in (error.reason or "")
+        except OSError:
+            return False
+    return True
 
 
 def _objection(endpoint: str, identity: SessionIdentity) -> str | None:
@@ -47,22 +104,20 @@ def _objection(endpoint: str, identity: SessionIdentity) -> str | None:
     expires = read_facts(identity.folder).expires
     if expires <= utc_now():
         return f"your certificate `{identity.name}` expired on {expires:%Y-%m-%d}"
-    host, port = host_of(endpoint), endpoint.rpartition(":")[2]
-    try:
-        connection = socket.create_connection((host, int(port)), CONNECT_TIMEOUT)
-    except (OSError, ValueError):
+    connection = _connection(endpoint)
+    if connection is None:
         return None
     with connection:
-        connection.settimeout(TIMEOUT)
-        return _handshake(connection, host, identity)
+        return _handshake(connection, host_of(endpoint), identity)
 
 
 def _handshake(connection: socket.socket, host: str, identity: SessionIdentity) -> str | None:
     import ssl  # noqa: PLC0415 - needed after an error only
 
+    # Each of the three files was read when the identity was made: what fails now is the other side's.
+    context = ssl.create_default_context(cafile=str(identity.authority))
+    context.load_cert_chain(identity.certificate, identity.key)
     try:
-        context = ssl.create_default_context(cafile=str(identity.authority))
-        context.load_cert_chain(identity.certificate, identity.key)
         with context.wrap_socket(connection, server_hostname=host) as link, contextlib.suppress(TimeoutError):
             # A router that objects to a certificate says so after the handshake. One that does not waits for Zenoh.
             link.recv(1)

@@ -279,16 +279,31 @@ def ask_for_keys() -> str:
 def read_whole(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> CertificateFacts:
     """The content of the certificate in a folder with all three files. remedy: a sentence against a missing one.
 
-    Zenoh reports a missing file as an address at which it cannot connect or listen. Raises KeysError.
+    Zenoh reports a missing or damaged file as an address at which it cannot connect or listen. Raises KeysError, also
+    for the key of another certificate.
     """
+    from skillwing.services.access.certificates import facts, fits  # noqa: PLC0415 - as in `read_facts`
+
+    content: dict[str, bytes] = {}
     for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE):
         try:
-            reason = "" if (folder / file).read_bytes() else "The file is empty"
+            content[file] = (folder / file).read_bytes()
+            reason = "" if content[file] else "The file is empty"
         except OSError as error:
             reason = error.strerror or str(error)
         if reason:
             raise KeysError(f"{folder / file} cannot be read: {reason}. {remedy()}")
-    return read_facts(folder, remedy)
+    found = read_facts(folder, remedy)
+    try:
+        if not fits(content[CERTIFICATE_FILE], content[KEY_FILE]):
+            raise KeysError(f"{folder / KEY_FILE} is the key of another certificate. {remedy()}")
+    except ValueError as error:
+        raise KeysError(f"{folder / KEY_FILE} is no key that can be read. {remedy()}") from error
+    try:
+        facts(content[AUTHORITY_FILE])
+    except ValueError as error:
+        raise KeysError(f"{folder / AUTHORITY_FILE} is no certificate that can be read. {remedy()}") from error
+    return found
 
 
 def read_facts(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> CertificateFacts:

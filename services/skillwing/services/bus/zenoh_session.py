@@ -6,6 +6,7 @@ processes are peers. They find each other through the router and then connect di
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -44,13 +45,16 @@ class RouterUnreachableError(SkillwingError):
 
 
 class EndpointError(SkillwingError):
-    """A router cannot listen at `endpoint`."""
+    """A router cannot listen at `endpoint`. reason: the system's words. holder: sentence about who listens there."""
 
-    def __init__(self, endpoint: str, reason: str) -> None:
+    def __init__(self, endpoint: str, reason: str, holder: str = "") -> None:
         self.endpoint = endpoint
-        super().__init__(
-            f"The router cannot listen at {endpoint}: {reason}. Choose another port, or 0 for any free one."
-        )
+        self.reason = reason
+        self.holder = holder
+        remedy = "Name an address of this machine, or 0.0.0.0 for all of them."
+        if reason in (os.strerror(errno.EADDRINUSE), os.strerror(errno.EACCES)):
+            remedy = "Choose another port, or 0 for any free one."
+        super().__init__(f"The router cannot listen at {endpoint}: {reason}. {remedy} {holder}".rstrip())
 
 
 def open_router(

@@ -17,10 +17,11 @@ from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.client.interface import SkillsetInterface
 from skillwing.services.client.joining import join
 from skillwing.services.client.retry import wait_for_answer
-from skillwing.services.client.target import CONNECT, READY_TIMEOUT, Target, find_target_at
+from skillwing.services.client.target import CONNECT, READY_TIMEOUT, ROBOT_NAME, Target, find_target_at
 from skillwing.services.errors import NoReplyError, NoSystemError, SeveralSystemsError, SkillwingError
 from skillwing.services.processes.run_state import RunState, read_run_state, running_systems
 from skillwing.services.protocol import Keys, M, Message, QueryStates, ResourceStates, decode, encode
+from skillwing.services.robot import robot_names
 
 
 def find_target(
@@ -41,9 +42,18 @@ def find_target(
         return find_target_at(endpoint, robot, table)
     state = running_system(robot, schema=schema)
     if state is None:
-        which = f" of `{robot}`" if robot else ""
-        raise NoSystemError(f"No system{which} is running. Start one with `skillwing up`.")
+        raise NoSystemError(_not_running(robot))
     return _target(state)
+
+
+def _not_running(robot: str | None) -> str:
+    """Sentences on a system that does not run, and the command that starts one of that name."""
+    if robot is None:
+        return "No system is running. Start one with `skillwing up`."
+    words = ""
+    if ROBOT_NAME.fullmatch(robot):
+        words = f" --robot {robot}" if robot in robot_names() else f" --robot-name {robot}"
+    return f"No system of `{robot}` is running. Start one with `skillwing up{words}`."
 
 
 def running_system(robot: str | None = None, *, schema: str | None = None) -> RunState | None:

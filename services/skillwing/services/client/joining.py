@@ -12,7 +12,8 @@ from skillwing.services.bus.identity import SessionIdentity, owned_chunk
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError, open_client, role_at_router
-from skillwing.services.errors import NoSystemError, SkillwingError
+from skillwing.services.errors import KeysError, NoSystemError, SkillwingError
+from skillwing.services.names import MISSION
 
 CONNECT_TIMEOUT = 2.0
 """Seconds that a router has to answer, as long as the lease after which a silent link counts as broken."""
@@ -24,7 +25,8 @@ def join(
 ) -> ZenohBus:
     """A bus of a person's command or script. client: its role, part of the node's name. beside: as `sibling`.
 
-    Raises NoSystemError without a router, KeysError and NotKnownError where it asks for a key.
+    Raises NoSystemError without a router, KeysError and NotKnownError where it asks for a key. InvalidOptionError for
+    `tls/` at a router without keys, or the reverse.
     """
     name = f"{client}-{os.getpid()}-{next(_numbers)}"
     identity = person_identity(endpoint)
@@ -57,6 +59,15 @@ def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
     except RouterUnreachableError as error:
         raise _reason(error, identity) from error
     return present
+
+
+def robots_with_missions(endpoint: str) -> list[str]:
+    """Names of the robots at a router that show a mission which runs; none for a router that cannot be asked."""
+    try:
+        found = robots_at(endpoint, timeout=CONNECT_TIMEOUT, identity=person_identity(endpoint), process=MISSION)
+    except (RouterUnreachableError, KeysError):
+        return []
+    return sorted(found)
 
 
 def _reason(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -85,15 +86,15 @@ def mock(
         keys=keys,
         insecure=insecure,
     )
-    directory = prepare_run(name, run_dir, "mock", settings, detach=detach)
+    robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
+    make_processes = partial(mock_processes, robot, scripts=scripts, seed=seed)
+    directory = prepare_run(robot, make_processes(), run_dir, "mock", settings, detach=detach)
     if detach:
         words = ["mock", str(file.absolute()), "--robot-name", name, *settings.words()]
         words += [] if script is None else ["--script", str(script.absolute())]
         words += [] if seed is None else ["--seed", str(seed)]
         raise typer.Exit(run_detached(name, words, directory))
-    robot = Robot(name=name, skillset=file.absolute(), hooks={}, clock="wall")
     played = ", ".join(map(str, scripts)) or "no script: each skill ends with its first success, if it has one"
     make_console().print(f"Mocks of {file}. They play {played}.", markup=False)
     run = {"run_dir": str(directory), "durable": durable, "keep": keep}
-    specs = mock_processes(robot, scripts=scripts, seed=seed, run=run)
-    raise typer.Exit(run_system(robot, specs, directory, settings))
+    raise typer.Exit(run_system(robot, make_processes(run=run), directory, settings))

@@ -12,7 +12,6 @@ from skillwing.services.access.exposure import require_address, require_protecte
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.processes.router import run_router
 from skillwing.services.processes.stop_signal import stop_on_signals
-from skillwing.services.terminal.exit_codes import FAILED, OK
 from skillwing.services.terminal.shared_router import hold_router
 from skillwing.services.terminal.system_options import InsecureOption, KeysOption
 
@@ -46,7 +45,7 @@ def router(
 
     While robots use it, the first Ctrl-C only warns. The last line names those that have lost it.
 
-    Exit codes: 0 it was told to stop, 1 it could not start, 2 wrong options.
+    Exit codes: 0 it was told to stop, 1 it could not listen, 2 wrong options or keys.
     """
     if listen is None:
         listen = f"{'tcp' if keys is None else 'tls'}/127.0.0.1:{PORT}"
@@ -57,8 +56,7 @@ def router(
         def hold(session: zenoh.Session, endpoint: str) -> None:
             hold_router(session, endpoint, stop, branch=connect is not None)
 
-        failure = run_router(listen, keys, hold, insecure=insecure, upper=connect, lasting=True)
-    raise typer.Exit(FAILED if failure else OK)
+        run_router(listen, keys, hold, insecure=insecure, upper=connect, lasting=True)
 
 
 def _require_plain(upper: str | None, keys: Path | None) -> None:

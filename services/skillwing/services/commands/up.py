@@ -14,7 +14,7 @@ from skillwing.services.mocking.system import mock_processes, scripts_for, witho
 from skillwing.services.processes.router import LOOPBACK
 from skillwing.services.processes.run_options import LARGEST_SEED
 from skillwing.services.recording.retention import KEEP
-from skillwing.services.robot import Robot, find_robot
+from skillwing.services.robot import ProcessSpec, Robot, find_robot
 from skillwing.services.terminal.completion import robots, skills
 from skillwing.services.terminal.system_options import (
     ColocateOption,
@@ -155,7 +155,16 @@ def up(
         keys=keys,
         insecure=insecure,
     )
-    directory = prepare_run(table.name, run_dir, "up", settings, detach=detach)
+
+    def make_processes() -> tuple[ProcessSpec, ...]:
+        layer = () if everything else table.functional_layer(run)
+        if not mock:
+            return (*layer, *table.managers(run))
+        scripts = scripts_for(table.skillset, script)
+        mocks = mock_processes(table, scripts=scripts, seed=seed, skills=skills or None, world=not layer, run=run)
+        return (*layer, *mocks)
+
+    directory = prepare_run(started, make_processes(), run_dir, "up", settings, detach=detach)
     if detach:
         # The words of this call cannot be used again: any of them, such as `-dr`, may mean --detach.
         words = ["up", *skills, "--robot", robot, "--speed", speed_word(speed), *settings.words()]
@@ -169,20 +178,7 @@ def up(
         words += [] if world_of is None else ["--world-of", world_of]
         raise typer.Exit(run_detached(table.name, words, directory))
     run |= {"run_dir": str(directory), "keep": keep}
-    layer = () if everything else table.functional_layer(run)
-    managers = (
-        mock_processes(
-            table,
-            scripts=scripts_for(table.skillset, script),
-            seed=seed,
-            skills=skills or None,
-            world=not layer,
-            run=run,
-        )
-        if mock
-        else table.managers(run)
-    )
-    raise typer.Exit(run_system(started, (*layer, *managers), directory, settings))
+    raise typer.Exit(run_system(started, make_processes(), directory, settings))
 
 
 def _shared_world(own: str, beside: list[str], world_of: str | None, router: str | None) -> dict[str, Any]:

@@ -121,8 +121,10 @@ class MissionSlot:
         if own is None or self._begun:
             return False
         text = "\n".join([f"Mission `{own.mission}` did not start. {sentence}".rstrip(), *lines])
-        help_ = "`skillwing mission check` lists all problems of a mission."
-        self._outcomes[own.request_id] = RefusedError(ErrorCode.NOT_ALLOWED, text, help=help_)
+        code, help_ = ErrorCode.BAD_REQUEST, ""  # the problems have their remedies
+        if sentence:
+            code, help_ = ErrorCode.NOT_ALLOWED, "Its log is in the folder of the run, on the robot."
+        self._outcomes[own.request_id] = RefusedError(code, text, help=help_)
         self.status = self._before
         return True
 

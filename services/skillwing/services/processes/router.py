@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 import zenoh
 
-from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
-from skillwing.services.bus.address import is_address
+from skillwing.services.access.exposure import EXPOSED, exposed, require_address, require_protected
+from skillwing.services.bus.address import FORM
 from skillwing.services.bus.identity import KEYS_VARIABLE, WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
 from skillwing.services.errors import InvalidOptionError, KeysError
@@ -46,12 +46,14 @@ def start_router(
     """Open a router at `tcp/HOST:PORT`, or with keys at `tls/...`, and return it with its endpoint.
 
     Port 0 means any free port. keys: folder of a site (`KeyStore`). upper: endpoint of the router above it, None for
-    none. Raises EndpointError for an endpoint at which it cannot listen, and KeysError.
+    none. Raises EndpointError for an endpoint at which it cannot listen, InvalidOptionError for a malformed one, and
+    KeysError.
     """
+    require_address(listen, "listen")
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
-    if not is_address(listen) or not port.isdecimal():
-        raise EndpointError(listen, "an endpoint is written tcp/HOST:PORT, with keys tls/HOST:PORT")
+    if not port.isdecimal():
+        raise InvalidOptionError("listen", f"A router cannot listen at {listen}. Write {FORM}, with nothing behind it.")
     own = None if keys is None else _keys_in(keys)
     identity, rules = (None, None) if own is None else (own.identity, own.rules)
 
@@ -107,7 +109,16 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     insecure = options.insecure or os.environ.get(INSECURE_VARIABLE) == "1"
     lifetime = Lifetime(parent_pipe=options.parent_pipe)
-    return run_router(options.listen, options.keys, lambda *_: lifetime.wait(), insecure=insecure)
+    try:
+        run_router(options.listen, options.keys, lambda *_: lifetime.wait(), insecure=insecure)
+    except (InvalidOptionError, KeysError) as error:
+        sys.stderr.write(f"{error}\n")
+        return EXIT_CONFIGURATION
+    except EndpointError as error:
+        sys.stderr.write(f"{error}\n")
+        # A taken port may be free at the next start.
+        return EXIT_UNREACHABLE if error.holder else EXIT_CONFIGURATION
+    return EXIT_OK
 
 
 def run_router(
@@ -118,25 +129,23 @@ def run_router(
     insecure: bool,
     upper: str | None = None,
     lasting: bool = False,
-) -> int:
-    """Print the endpoint of a router and run it until `wait` returns, called with both; returns the exit code.
+) -> None:
+    """Print the endpoint of a router and run it until `wait` returns, called with both.
 
     lasting: refuse a certificate in its last day. A router that is started again while robots work must not.
+    Raises as `start_router` does, and InvalidOptionError for an address that strangers reach.
     """
+    require_protected(listen, keys, insecure=insecure)
+    if keys is not None and lasting:
+        _require_lasting(keys)
     try:
-        require_protected(listen, keys, insecure=insecure)
-        if keys is not None and lasting:
-            _require_lasting(keys)
         session, endpoint = start_router(listen, keys, upper)
-    except (InvalidOptionError, KeysError) as error:
-        sys.stderr.write(f"{error}\n")
-        return EXIT_CONFIGURATION
     except EndpointError as error:
         port = port_of(listen)
         taken = listener(port) if port else None
-        sys.stderr.write(f"{error}\n" if taken is None else f"{error} {taken.who} listens there.\n")
-        # A taken port may be free at the next start.
-        return EXIT_CONFIGURATION if taken is None else EXIT_UNREACHABLE
+        if taken is None:
+            raise
+        raise EndpointError(error.endpoint, error.reason, f"{taken.who} listens there.") from error
     with session:
         if exposed(listen):
             sys.stderr.write(f"{EXPOSED.format(endpoint=listen)}\n")
@@ -144,7 +153,6 @@ def run_router(
         sys.stdout.flush()
         with nullcontext() if keys is None else _reminding(keys):
             wait(session, endpoint)
-    return EXIT_OK
 
 
 def _require_lasting(keys: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
@@ -21,6 +22,9 @@ from skillwing.services.recording.run_facts import RUN_FILE, RunFacts
 
 RUNS_FOLDER = Path("runs")
 """Default folder of runs, in the current directory."""
+NAMED_TIME = 15
+"""Letters of the local time in the default name of a run's folder, such as `20260401-093000-up`."""
+DAMAGED = f"Its file {RUN_FILE} cannot be read: its options are unknown, and it has no reports any more."
 
 
 class MissionEnd(msgspec.Struct, frozen=True, kw_only=True):
@@ -63,6 +67,8 @@ def find_runs(folder: Path, active: Collection[Path] = ()) -> list[Run]:
 def read_run(path: Path, *, active: bool = False) -> Run:
     """One run. What cannot be read counts as absent."""
     facts = _facts(path)
+    damaged = [DAMAGED] if facts is None and (path / RUN_FILE).is_file() else []
+    facts = facts or _told_by_journal(path)
     begin, end = _first_time(path), _last_time(path)
     state = read_state(path)
     return Run(
@@ -72,21 +78,30 @@ def read_run(path: Path, *, active: bool = False) -> Run:
         seconds=None if begin is None or end is None else max(0.0, end - begin),
         size=directory_size(path),
         missions=tuple(_missions(path, alone=facts.mission is not None)),
-        missing=tuple(missing_sentences(state, float("-inf"), float("inf"))),
+        missing=(*damaged, *missing_sentences(state, float("-inf"), float("inf"))),
         active=active,
     )
 
 
-def _facts(path: Path) -> RunFacts:
+def _facts(path: Path) -> RunFacts | None:
     with suppress(OSError, msgspec.DecodeError):
         return msgspec.json.decode((path / RUN_FILE).read_bytes(), type=RunFacts)
+    return None
+
+
+def _told_by_journal(path: Path) -> RunFacts:
     with suppress(SkillwingError, OSError):
         return RunFacts(robot=look_into(path / JOURNAL_FILE)[0].robot, skillset="")
     return RunFacts(robot="", skillset="")
 
 
 def _begun(path: Path) -> float:
-    """Unix time of the begin. Without facts it is about that of the file that was left alone for longest."""
+    """Unix time of the begin, by the default name of the folder, else by the file with the facts.
+
+    Without both it is about that of the file that was left alone for longest.
+    """
+    with suppress(ValueError):  # another name
+        return datetime.strptime(path.name[:NAMED_TIME], "%Y%m%d-%H%M%S").astimezone().timestamp()
     with suppress(OSError):
         return (path / RUN_FILE).stat().st_mtime
     times: list[float] = []

@@ -239,7 +239,9 @@ def main() -> None:
             raise
         code = exit_code_of(error)
         text = _as_json(error, message, code) if JSON_OPTION in sys.argv else message
-        sys.stderr.write(f"{with_robot(text, named_robot(sys.argv[1:]))}\n")
+        # The parser's errors name the command that was typed, and advise none.
+        robot = None if isinstance(error.__cause__, _UsageError) else named_robot(sys.argv[1:])
+        sys.stderr.write(f"{with_robot(text, robot)}\n")
         sys.exit(code)
 
 

@@ -18,7 +18,7 @@ from rich.console import Console
 
 from skillwing.services.access.certificate_watch import CertificateWatch
 from skillwing.services.access.exposure import EXPOSED, exposed
-from skillwing.services.access.identity_files import require_certificates
+from skillwing.services.access.identity_files import require_certificates, require_router_certificate
 from skillwing.services.access.robots import table_words
 from skillwing.services.bus.zenoh_session import CONNECT_TIMEOUT
 from skillwing.services.disk import UnwritableError, discard_unwritten, require_room
@@ -59,13 +59,26 @@ def require_not_running(robot: str, otherwise: str = "") -> None:
         raise SkillwingError(f"`{robot}` runs already (process {running.pid}). {stop}")
 
 
-def prepare_run(robot: str, given: Path | None, command: str, settings: RunSettings, *, detach: bool) -> Path:
-    """Make the directory of a run, and set the journal of an earlier run there aside.
+def prepare_run(
+    robot: Robot,
+    specs: Sequence[ProcessSpec],
+    given: Path | None,
+    command: str,
+    settings: RunSettings,
+    *,
+    detach: bool,
+) -> Path:
+    """Check the keys of a run, make its directory, and set the journal of an earlier run there aside.
 
-    given: the directory; None for one named after the command. detach: another process runs the system, and moves the
-    journal. Raises SkillwingError, for a full disk too, and InvalidOptionError.
+    specs: the processes, by their names. given: the directory; None for one named after the command. detach: another
+    process runs the system, and moves the journal. Raises SkillwingError, for a full disk too, InvalidOptionError, and
+    KeysError.
     """
-    require_not_running(robot, ", or give this one a name of its own with `--robot-name`")
+    require_not_running(robot.name, ", or give this one a name of its own with `--robot-name`")
+    if settings.keys is not None:
+        require_certificates(settings.keys, robot.name, (spec.name for spec in specs), partial(table_words, robot))
+        if settings.router is None:
+            require_router_certificate(settings.keys)
     run_dir = make_run_dir(given, command)
     require_room(run_dir)
     with claimed(run_dir):
@@ -89,9 +102,6 @@ def _prepare_journal(run_dir: Path, *, resume: bool) -> None:
 def run_system(robot: Robot, specs: Sequence[ProcessSpec], run_dir: Path, settings: RunSettings) -> int:
     """Run a system until Ctrl-C, or until it cannot go on; returns the exit code."""
     laid_out = colocated(specs) if settings.colocate else tuple(specs)
-    if settings.keys is not None:
-        processes = [spec.name for spec in specs]
-        require_certificates(settings.keys, robot.name, processes, partial(table_words, robot))
     with stop_on_signals() as stop, reserved(robot.name), claimed(run_dir):
         try:
             return _run(robot, laid_out, run_dir, settings, stop)

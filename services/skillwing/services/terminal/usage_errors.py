@@ -11,6 +11,10 @@ from skillwing.services.errors import InvalidOptionError
 _QUOTED = r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*\""""
 """A word as the parser quotes it: in Python's notation, with quotes that the word does not contain."""
 _NO_COMMAND = re.compile(f"No such command ({_QUOTED})")
+_OUT_OF_RANGE = re.compile(
+    r"(?P<value>\S+) is not in the range (?:(?P<low>\S+)<=)?x(?:<=(?P<high>\S+)|>=(?P<least>\S+))"
+)
+"""A number as the parser judges it: with one limit or two."""
 _QUOTED_PLACE = re.compile(rf"`[^`]*`|(?<!\w)({_QUOTED})(?!\w)")
 """A quoted word. Text in backticks stays, and an apostrophe within a word is no quote."""
 
@@ -54,6 +58,10 @@ def unknown_command(word: str, known: list[str], of: str = "") -> str:
 def _plain(said: str) -> str:
     """The parser's message without details for its developers."""
     said = said.removeprefix("Value error, ").partition(", unable to parse")[0]
+    if found := _OUT_OF_RANGE.fullmatch(said.rstrip(".")):
+        value, low, high = (each and each.removesuffix(".0") for each in found.group("value", "low", "high"))
+        limit = f"from {low} to {high}" if low and high else f"at most {high}" if high else f"at least {found['least']}"
+        return f"{value} is not {limit}"
     return _QUOTED_PLACE.sub(lambda found: f"`{found[1][1:-1]}`" if found[1] else found[0], said).rstrip(".")
 
 
