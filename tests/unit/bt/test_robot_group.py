@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 from fake_interface import SKILLSET, FakeMission
+from hypothesis import given
+from hypothesis import strategies as st
 from py_trees.behaviours import Success
 from py_trees.common import Status
 from tree_files import mission_of
@@ -263,14 +265,44 @@ def test_a_leaf_has_to_name_one_of_the_robots() -> None:
 def test_the_time_of_a_group_passes_as_long_as_that_of_any_robot() -> None:
     clocks = {"left": 5.0, "right": 1000.0}
     now = GroupTime({name: lambda name=name: clocks[name] for name in clocks})
-    clocks["left"] += 2.0
-    assert now() == 2.0
-    clocks["right"] += 3.0
-    assert now() == 5.0
-    clocks["left"] += 1.0
-    clocks["right"] += 1.0
-    assert now() == 6.0
-    assert now() == 6.0
+    clocks["left"] += 0.5
+    assert now() == 0.5
+    clocks["right"] += 0.75
+    assert now() == 0.75, "the same time, told by the other robot"
+    clocks["left"] += 0.5
+    clocks["right"] += 0.5
+    assert now() == 1.25
+    assert now() == 1.25
+
+
+def test_a_clock_that_had_stopped_counts_again_from_its_return() -> None:
+    clocks = {"left": 5.0, "right": 1000.0}
+    now = GroupTime({name: lambda name=name: clocks[name] for name in clocks})
+    for _ in range(100):
+        clocks["right"] += 0.25
+        now()
+    assert now() == 25.0
+    clocks["left"] += 0.5
+    assert now() == 25.5
+    clocks["left"] += 0.5
+    assert now() == 26.0
+    clocks["left"] = 0.0
+    assert now() == 26.0
+    clocks["left"] += 0.5
+    assert now() == 26.5
+
+
+@given(st.lists(st.tuples(st.booleans(), st.floats(0.0, 0.4)), max_size=50))
+def test_the_time_of_a_group_is_that_of_clocks_which_tell_one_time_by_turns(turns: list[tuple[bool, float]]) -> None:
+    """Clocks that are read from messages show one true time, each as of its latest message."""
+    true, shown = 0.0, {"left": 0.0, "right": 0.0}
+    now = GroupTime({name: lambda name=name: shown[name] for name in shown})
+    for is_left, passed in turns:
+        true += passed
+        shown["left" if is_left else "right"] = true
+        if true - min(shown.values()) > 0.9:
+            shown = dict.fromkeys(shown, true)
+        assert now() == pytest.approx(true)
 
 
 def test_a_parallel_all_lets_each_child_come_to_its_end() -> None:

@@ -22,22 +22,35 @@ class MissingRobotError(Exception):
         super().__init__(f"It names none of the robots {listed(robots)}; add `robot`.")
 
 
+STOPPED = 1.0
+"""Seconds by which a clock may be behind the others. One that is further behind had stopped, and joins them again."""
+
+
 class GroupTime:
     """Time of a mission on several robots, in seconds: it passes as long as that of any robot passes.
 
-    clocks: robot time of each. Their zeros differ, and one stands still when its robot is gone.
+    clocks: robot time of each. Their zeros differ, and one stands still when its robot is gone. Each comes by messages
+    of its own, so one may be behind another for a moment. The same second is counted once.
     """
 
     def __init__(self, clocks: Mapping[str, Callable[[], float]]) -> None:
         self._clocks = dict(clocks)
         self._last = {robot: clock() for robot, clock in self._clocks.items()}
+        self._zeros = dict(self._last)
+        """Robot time of each robot at which the time of the group is 0."""
         self._now = 0.0
 
     def __call__(self) -> float:
-        present = {robot: clock() for robot, clock in self._clocks.items()}
-        passed = [t - self._last[robot] for robot, t in present.items()]
-        self._last = present
-        self._now += max(0.0, *passed)
+        latest = self._now
+        for robot, clock in self._clocks.items():
+            t, before = clock(), self._last[robot]
+            if t < before:  # its system was started again
+                self._zeros[robot] = t - self._now
+            elif t > before and self._now - (before - self._zeros[robot]) > STOPPED:
+                self._zeros[robot] = before - self._now
+            self._last[robot] = t
+            latest = max(latest, t - self._zeros[robot])
+        self._now = latest
         return self._now
 
 
