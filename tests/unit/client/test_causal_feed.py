@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 from standing_time import BusInStandingTime
 
 from faulty_network import FaultyNetwork, NetworkConditions
-from skillwing.services.bus import Request
+from skillwing.services.bus import Bus, Request
+from skillwing.services.bus.identity import SessionIdentity, signed
 from skillwing.services.bus.inprocess import InProcessNetwork
 from skillwing.services.client.causal_feed import NO_ANSWER, SILENCES_UNTIL_SHOWN, CausalFeed, follow_records
 from skillwing.services.names import RESOURCE_MANAGER
@@ -340,3 +342,35 @@ def test_records_come_from_steps_statuses_and_the_timeline_once_each() -> None:
     managers.wait()
     assert sorted(records) == ["d#1", "m#1", "rm#8"]
     assert records.index("rm#8") < records.index("d#1"), "causes come before effects"
+
+
+class KnownBus:
+    """A bus of somebody with keys, on a network without."""
+
+    identity = SessionIdentity("alice", Path("keys"))
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bus, name)
+
+
+def test_with_keys_a_record_has_the_name_of_its_writer() -> None:
+    managers = Managers()
+    sources: dict[str, str] = {}
+    bus: Any = KnownBus(managers.network.bus("client"))
+    follow_records(bus, KEYS, lambda record: sources.update({record.id: record.source}))
+
+    def write(writer: str, record_id: str, source: str) -> None:
+        record = Record(
+            id=record_id, t=0.0, source=source, kind=RecordKind.MISSION, subject="m", before=None, after="RUNNING"
+        )
+        managers.network.bus(record_id).advertise(signed(KEYS.timeline, writer), events=True).put(encode(record))
+
+    write("bob", "bob~m#1", "resource_manager")
+    write("bob", "rm#9", "bob~m")
+    write("rover.mission", "m#1", "mission")
+    managers.network.bus("carol").advertise(KEYS.timeline, events=True).put(b"unsigned")
+    managers.wait()
+    assert sources == {"bob~m#1": "bob", "m#1": "mission"}
