@@ -176,22 +176,31 @@ def fence(session: zenoh.Session, caller: Caller) -> None:
     assert [reply for reply in session.get(f"access/{caller.chunk}", timeout=TIMEOUT) if reply.ok is not None]
 
 
-def test_publications_pass_at_granted_keys_only(site: Site, named: tuple[Caller, zenoh.Session]) -> None:
+def test_publications_pass_at_granted_keys_only_and_deletions_nowhere(
+    site: Site, named: tuple[Caller, zenoh.Session]
+) -> None:
     caller, session = named
-    heard: set[str] = set()
-    note = zenoh.handlers.Callback(
-        lambda sample: heard.add(str(sample.key_expr).removeprefix(caller.space)), indirect=False
-    )
+    put: set[str] = set()
+    deleted: set[str] = set()
+
+    def hear(sample: zenoh.Sample) -> None:
+        verb = put if sample.kind == zenoh.SampleKind.PUT else deleted
+        verb.add(str(sample.key_expr).removeprefix(caller.space))
+
+    note = zenoh.handlers.Callback(hear, indirect=False)
     with (
         site.router.declare_subscriber(f"{caller.space}**", note),
         site.router.declare_subscriber(f"{caller.space}**/@adv/**", note),
     ):
         for key in KEYS:
             session.put(key, b"")
+            session.delete(key)
         fence(session, caller)
     grants = caller.grants
     granted = grants.streams | grants.events
-    assert heard == {key for key in KEYS if covered(granted, key) or _with_advanced(grants.events, key)}
+    expected = {key for key in KEYS if covered(granted, key) or _with_advanced(grants.events, key)}
+    assert put == expected
+    assert not deleted, "no protocol of ours deletes"
 
 
 def test_tokens_live_at_granted_keys_only(site: Site, named: tuple[Caller, zenoh.Session]) -> None:
