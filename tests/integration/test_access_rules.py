@@ -36,6 +36,7 @@ from skillwing.services.bus.keys import matches
 from skillwing.services.bus.router_robots import robots_at
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import open_client
+from skillwing.services.client.joining import robots_with_missions
 from skillwing.services.protocol import Keys
 from skillwing.services.robot import ProcessSpec, Robot
 from skillwing.services.wire.channel import Role
@@ -307,6 +308,19 @@ def test_everybody_finds_the_robots_at_the_router(site: Site) -> None:
         assert robots_at(site.endpoint, timeout=TIMEOUT, identity=identity) == {"r1": "rover"}
         assert robots_at(site.endpoint, "r1", TIMEOUT, identity) == {"r1": "rover"}
     token.undeclare()
+
+
+def test_people_find_the_robots_with_a_mission(site: Site, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SKILLWING_KEYS", str(site.store.folder / "people" / "vic") if site.store else "")
+    tokens = []
+    for robot, process in ((PLAIN, "resource_manager"), (TABLED, "resource_manager"), (TABLED, "mission")):
+        owner = Caller(process, robot)
+        session = owner.session(site)
+        tokens.append(session.liveliness().declare_token(f"rover/alive/{process}"))
+        fence(session, owner)
+    assert robots_with_missions(site.endpoint) == ["r3"]
+    for token in tokens:
+        token.undeclare()
 
 
 def test_a_role_that_the_router_took_back_meanwhile_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -125,7 +125,7 @@ def test_a_router_that_cannot_listen_says_so(listen: str) -> None:
     command = [sys.executable, "-m", "skillwing.services.processes.router", "--listen", listen, "--insecure"]
     result = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
     assert result.returncode == EXIT_CONFIGURATION
-    assert listen in result.stderr
+    assert f"cannot listen at {listen}" in result.stderr or f"`{listen}`, given by `listen`, is no" in result.stderr
     assert "Traceback" not in result.stderr
 
 

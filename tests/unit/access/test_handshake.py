@@ -65,7 +65,8 @@ def test_a_router_without_keys_is_told_apart(alice: SessionIdentity) -> None:
         asked = endpoint.replace("tcp/", "tls/")
         reason = explained(RouterUnreachableError(asked), alice)
     assert isinstance(reason, InvalidOptionError)
-    assert str(reason) == f"The router at {asked} has no keys. Write {endpoint}."
+    assert str(reason).startswith(f"The router at {asked} has no keys")
+    assert str(reason).endswith(f"or write {endpoint} if you mean that one.")
 
 
 def test_a_router_with_keys_is_told_apart(alice: SessionIdentity) -> None:
@@ -74,7 +75,7 @@ def test_a_router_with_keys_is_told_apart(alice: SessionIdentity) -> None:
         asked = endpoint.replace("tls/", "tcp/")
         reason = explained(RouterUnreachableError(asked), None)
     assert isinstance(reason, InvalidOptionError)
-    assert str(reason) == f"The router at {asked} asks for keys. Write {endpoint}, with the folder of your keys."
+    assert str(reason).endswith(f"as a router with keys does. Write {endpoint}, with the folder of your keys.")
 
 
 def test_an_address_at_which_something_else_listens_is_as_it_was() -> None:

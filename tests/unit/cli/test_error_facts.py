@@ -100,7 +100,7 @@ def facts(error: Exception) -> dict[str, Any]:
 class Silent:
     """A connection to a system in which nothing runs."""
 
-    target = SimpleNamespace(endpoint="tcp/127.0.0.1:1")
+    target = SimpleNamespace(endpoint="tcp/127.0.0.1:1", robot="toy")
     skillset, keys = parse("skillset toy { skill lift { result { DONE } } }", "toy.skillset"), Keys("toy")
 
     def __enter__(self) -> Silent:

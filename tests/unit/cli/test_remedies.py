@@ -83,18 +83,24 @@ def test_the_end_of_a_router_names_every_system_to_stop_first(monkeypatch: pytes
     assert result.exception.help == f"Stop the others first, with {commands}, or use `--force`."
 
 
-def test_a_malformed_address_of_a_router_comes_without_a_warning(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(InvalidOptionError, match="`7620`, given by `listen`, is no address of a router"):
-        run_router("7620", None, lambda *_: None, insecure=False)
-    assert capsys.readouterr().err == ""
+@pytest.mark.parametrize(
+    ("listen", "text"),
+    [
+        ("7620", "`7620`, given by `listen`, is no address of a router. Write tcp/HOST:PORT"),
+        ("tcp/127.0.0.1:0#iface=lo", "A router cannot listen at tcp/127.0.0.1:0#iface=lo. Write tcp/HOST:PORT"),
+    ],
+)
+def test_a_malformed_address_of_a_router_is_a_wrong_option(listen: str, text: str) -> None:
+    with pytest.raises(InvalidOptionError, match=f"^{re.escape(text)}"):
+        run_router(listen, None, lambda *_: None, insecure=True)
 
 
 def test_a_command_for_a_robot_that_does_not_run_names_its_start() -> None:
-    with pytest.raises(NoSystemError, match=r"`left` is running\. Start one with `skillwing up --robot-name left`\."):
+    with pytest.raises(NoSystemError, match=r"`skillwing up` and its `--robot`, or `--robot-name left`\."):
         find_target("left")
     with pytest.raises(NoSystemError, match=r"Start one with `skillwing up --robot m600`\."):
         find_target("m600")
-    with pytest.raises(NoSystemError, match=r"Start one with `skillwing up`\."):
+    with pytest.raises(NoSystemError, match=r"Start one with `skillwing up --robot \./examples/yard`\."):
         find_target("./examples/yard")
 
 

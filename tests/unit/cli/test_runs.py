@@ -5,9 +5,11 @@ from __future__ import annotations
 import errno
 import json
 import os
+import time
 from datetime import datetime
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -71,7 +73,7 @@ def make_run(path: Path, begun: float, *phases: Record) -> Path:
         with JsonLines[Record](path / name) as file:
             for each in phases:
                 file.write(each)
-    os.utime(path / RUN_FILE, (begun, begun))
+    (path / RUN_FILE).write_bytes(msgspec.json.encode(RunFacts(robot="rover", skillset="none.skillset", begun=begun)))
     return path
 
 
@@ -124,12 +126,24 @@ def test_a_run_without_a_recording_is_found_by_its_journal(tmp_path: Path, monke
     assert not folder.exists()
 
 
-def test_a_run_begins_at_the_time_in_the_name_of_its_folder(tmp_path: Path) -> None:
-    """A copy of a run has files of today."""
-    make_run(tmp_path / "20200101-120000-up", 2e9)
+def test_a_copy_of_a_run_begins_when_the_run_began(tmp_path: Path) -> None:
+    before = time.time()
+    write_facts(tmp_path / "20200101-120000-up", RunFacts(robot="rover", skillset="none.skillset"))
+    os.utime(tmp_path / "20200101-120000-up" / RUN_FILE, (0.0, 0.0))
     (only,) = find_runs(tmp_path)
-    assert datetime.fromtimestamp(only.begun).astimezone().strftime("%F %T") == "2020-01-01 12:00:00"
+    assert before <= only.begun <= time.time()
     assert only.missing == ()
+
+
+@pytest.mark.parametrize(("name", "begun"), [("20200101-120000-up", "2020-01-01 12:00"), ("other", "2033-05-18")])
+def test_a_run_of_an_earlier_version_begins_at_the_time_in_its_name_or_that_of_its_file(
+    tmp_path: Path, name: str, begun: str
+) -> None:
+    make_run(tmp_path / name, 0.0)
+    (tmp_path / name / RUN_FILE).write_bytes(b'{"robot": "rover", "skillset": "none.skillset"}')
+    os.utime(tmp_path / name / RUN_FILE, (2e9, 2e9))
+    (only,) = find_runs(tmp_path)
+    assert datetime.fromtimestamp(only.begun).astimezone().isoformat(sep=" ").startswith(begun)
 
 
 def test_a_run_with_damaged_facts_is_listed_with_the_damage(tmp_path: Path) -> None:

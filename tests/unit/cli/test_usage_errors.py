@@ -30,6 +30,7 @@ from skillwing.services.terminal.exit_codes import USAGE, exit_code_of
             "`--seed` of `skillwing up` does not fit: 4294967296 is not from 0 to 4294967295.",
         ),
         ("runs prune --count -1", "`--count` of `skillwing runs prune` does not fit: -1 is not at least 0."),
+        ("demo --fault-at=-1", "`--fault-at` of `skillwing demo` does not fit: -1 is not at least 0."),
         (
             "mission run a --robot left --owner-grace 100",
             "`--owner-grace` of `skillwing mission run` does not fit: 100 is not from 0 to 60.",

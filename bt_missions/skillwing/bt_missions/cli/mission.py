@@ -406,7 +406,10 @@ def _send(
         try:
             status = system.ask(key(system.keys), message, MissionStatus)
         except NoReplyError as error:
-            raise NoMissionError(robots_with_missions(system.target.endpoint)) from error
+            having = robots_with_missions(system.target.endpoint)
+            if system.target.robot in having:
+                raise
+            raise NoMissionError(having) from error
     if as_json:
         print_json(status)
     else:

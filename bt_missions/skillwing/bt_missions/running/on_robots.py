@@ -11,7 +11,7 @@ from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.dsl.suggest import listed
 from skillwing.services.bus import Bus
 from skillwing.services.client.robot_search import TIMEOUT, FoundRobot, RobotSearch, SearchBus
-from skillwing.services.errors import InvalidOptionError
+from skillwing.services.errors import PassingError
 from skillwing.services.names import MISSION
 from skillwing.services.protocol import MissionStatus
 
@@ -44,7 +44,7 @@ class MissionOnRobots:
         return self._node is not None and self._node.over
 
     def attach(self, bus: Bus) -> None:
-        """Look for the robots. Their answers start the mission, or raise InvalidOptionError from a callback."""
+        """Look for the robots. Their answers start the mission, or raise PassingError from a callback."""
         if not isinstance(bus, SearchBus):
             raise TypeError(f"a mission on several robots needs a bus that reaches them, not a {type(bus).__name__}")
         self._bus: SearchBus = bus
@@ -81,13 +81,13 @@ class MissionOnRobots:
             self._bus.post(self._bus.close)
 
     def _require_usable(self, found: Mapping[str, FoundRobot]) -> None:
-        """Raise InvalidOptionError for a robot that is missing, does not describe itself, or has another mission."""
+        """Raise PassingError for a robot that is missing, does not describe itself, or has another mission."""
         if self._search is not None and self._search.objections:
             name, reason = next(iter(self._search.objections.items()))
-            raise InvalidOptionError("robot", f"`{name}` cannot take part. {reason}")
+            raise PassingError(f"`{name}` cannot take part. {reason}")
         if missing := [name for name in self._names.values() if name not in found]:
             text = f"Within {TIMEOUT:g} s nothing is heard of the resource manager of {listed(missing)}."
-            raise InvalidOptionError("robot", f"{text} All robots of a mission on board share one router. {ACCESS}")
+            raise PassingError(f"{text} All robots of a mission on board share one router. {ACCESS}")
         if busy := [name for name, robot in found.items() if robot.mission_runs and not robot.shared]:
             text = f"Another mission runs at {listed(busy)}."
-            raise InvalidOptionError("robot", f"{text} Wait until it has ended, or abort it there.")
+            raise PassingError(f"{text} Wait until it has ended, or abort it there.")

@@ -80,8 +80,8 @@ def fits(certificate: bytes, key: bytes) -> bool:
 
     Raises ValueError for a file that is damaged, or a key with a password.
     """
-    public = x509.load_pem_x509_certificate(certificate).public_key()
     try:
+        public = x509.load_pem_x509_certificate(certificate).public_key()
         return public == load_pem_private_key(key, None).public_key()
     except (TypeError, UnsupportedAlgorithm) as error:
         raise ValueError(str(error)) from error

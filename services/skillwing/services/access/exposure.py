@@ -47,6 +47,8 @@ def require_protected(listen: str, keys: Path | None, *, insecure: bool) -> None
     The same for a malformed address.
     """
     require_address(listen, "listen")
+    if not listen.rpartition(":")[2].isdecimal():
+        raise InvalidOptionError("listen", f"A router cannot listen at {listen}. Write {FORM}, with nothing behind it.")
     tls = listen.startswith("tls/")
     if keys is not None and not tls:
         text = f"With --keys the router listens at tls/HOST:PORT, not at {listen}. Write --listen tls/HOST:PORT."

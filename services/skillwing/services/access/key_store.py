@@ -13,6 +13,7 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -32,6 +33,10 @@ RENEWAL = timedelta(days=30)
 """Time before the end of a certificate's validity from which on it is renewed."""
 AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "people"
 NAMES_FILE = "names.json"
+FILES = (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)
+REREADS = 5
+REREAD_PAUSE = 0.2
+"""Wall seconds between two readings of files that do not fit."""
 ALWAYS = ("localhost", "127.0.0.1", "::1")
 """Hosts at which every router is found on its own machine."""
 
@@ -168,7 +173,7 @@ class KeyStore:
 
     def _made(self, hosts: tuple[str, ...], days: int) -> bool:
         """Make the authority, the router's certificate and the names. Returns False for a folder that has keys."""
-        from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `read_facts`
+        from skillwing.services.access.certificates import new_authority  # noqa: PLC0415 - as in `_facts`
 
         require_hosts(hosts)
         self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -214,13 +219,11 @@ class KeyStore:
 
         A command that was killed, a full disk or a power cut may leave files that are damaged, or of two certificates.
         """
-        from skillwing.services.access.certificates import fits  # noqa: PLC0415 - as in `read_facts`
+        from skillwing.services.access.certificates import fits  # noqa: PLC0415 - as in `_facts`
 
         folder = self.folder / place
         try:
-            certificate, key, issuer = (
-                (folder / file).read_bytes() for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)
-            )
+            certificate, key, issuer = ((folder / file).read_bytes() for file in FILES)
             if read_facts(folder).expires - utc_now() <= RENEWAL or not fits(certificate, key):
                 return False
         except (OSError, ValueError, KeysError):
@@ -238,7 +241,7 @@ class KeyStore:
         return KeyHolder(name, what, expires, folder)
 
     def _issue(self, place: str, name: str, role: str, days: int, hosts: Iterable[str] = ()) -> None:
-        from skillwing.services.access.certificates import issue  # noqa: PLC0415 - as in `read_facts`
+        from skillwing.services.access.certificates import issue  # noqa: PLC0415 - as in `_facts`
 
         try:
             authority = Issued(
@@ -280,42 +283,52 @@ def read_whole(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> Certif
     """The content of the certificate in a folder with all three files. remedy: a sentence against a missing one.
 
     Zenoh reports a missing or damaged file as an address at which it cannot connect or listen. Raises KeysError, also
-    for the key of another certificate.
+    for the key of another certificate. A renewal replaces one file after the other, so these are read again first.
     """
-    from skillwing.services.access.certificates import facts, fits  # noqa: PLC0415 - as in `read_facts`
+    for _ in range(REREADS):
+        certificate, key, authority = (_content(folder / file, remedy) for file in FILES)
+        found = _facts(folder / CERTIFICATE_FILE, certificate, remedy)
+        _facts(folder / AUTHORITY_FILE, authority, remedy)
+        if _fits(folder / KEY_FILE, certificate, key, remedy):
+            return found
+        time.sleep(REREAD_PAUSE)
+    raise KeysError(f"{folder / KEY_FILE} is the key of another certificate. {remedy()}")
 
-    content: dict[str, bytes] = {}
-    for file in (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE):
-        try:
-            content[file] = (folder / file).read_bytes()
-            reason = "" if content[file] else "The file is empty"
-        except OSError as error:
-            reason = error.strerror or str(error)
-        if reason:
-            raise KeysError(f"{folder / file} cannot be read: {reason}. {remedy()}")
-    found = read_facts(folder, remedy)
+
+def _content(path: Path, remedy: Callable[[], str]) -> bytes:
     try:
-        if not fits(content[CERTIFICATE_FILE], content[KEY_FILE]):
-            raise KeysError(f"{folder / KEY_FILE} is the key of another certificate. {remedy()}")
-    except ValueError as error:
-        raise KeysError(f"{folder / KEY_FILE} is no key that can be read. {remedy()}") from error
+        content = path.read_bytes()
+        reason = "The file is empty"
+    except OSError as error:
+        content, reason = b"", error.strerror or str(error)
+    if not content:
+        raise KeysError(f"{path} cannot be read: {reason}. {remedy()}")
+    return content
+
+
+def _facts(path: Path, content: bytes, remedy: Callable[[], str]) -> CertificateFacts:
+    # Every process of a robot imports this module. One without keys is spared the library of certificates.
+    from skillwing.services.access.certificates import facts  # noqa: PLC0415
+
     try:
-        facts(content[AUTHORITY_FILE])
+        return facts(content)
     except ValueError as error:
-        raise KeysError(f"{folder / AUTHORITY_FILE} is no certificate that can be read. {remedy()}") from error
-    return found
+        raise KeysError(f"{path} is no certificate that can be read. {remedy()}") from error
+
+
+def _fits(path: Path, certificate: bytes, key: bytes, remedy: Callable[[], str]) -> bool:
+    from skillwing.services.access.certificates import fits  # noqa: PLC0415 - as in `_facts`
+
+    try:
+        return fits(certificate, key)
+    except ValueError as error:
+        raise KeysError(f"{path} is no key that can be read. {remedy()}") from error
 
 
 def read_facts(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> CertificateFacts:
     """The content of the certificate in a folder. remedy: as of `read_whole`. Raises KeysError."""
-    # Every process of a robot imports this module. One without keys is spared the library of certificates.
-    from skillwing.services.access.certificates import facts  # noqa: PLC0415
-
     path = folder / CERTIFICATE_FILE
-    try:
-        return facts(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise KeysError(f"{path} is no certificate that can be read. {remedy()}") from error
+    return _facts(path, _content(path, remedy), remedy)
 
 
 def _write_private(path: Path, content: bytes) -> None:

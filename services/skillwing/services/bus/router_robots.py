@@ -20,22 +20,22 @@ def robots_at(
     identity: SessionIdentity | None = None,
     process: str = RESOURCE_MANAGER,
 ) -> dict[str, str]:
-    """The robots at a router that have a process, each with the name of its skillset.
+    """The robots at a router, each with the name of its skillset.
 
     robot: looks for this one only, and needs no permission to see others. timeout: of the connection, in seconds.
-    identity: for a router with keys. process: by default the one that every robot has.
+    identity: for a router with keys. process: that the robot has to have; by default the one that all have.
     Raises RouterUnreachableError.
     """
     with open_client(endpoint, robot, timeout, identity) as session:
         if robot is None:
-            return robots_seen(session, process)
+            return robots_seen(session)
         keys = _tokens(session, Keys("*").alive(process))
     return {robot: keys[0].partition("/")[0]} if keys else {}
 
 
-def robots_seen(session: zenoh.Session, process: str = RESOURCE_MANAGER) -> dict[str, str]:
-    """The same for a session without a namespace."""
-    parts = [key.split("/") for key in sorted(_tokens(session, f"robot/*/{Keys('*').alive(process)}"))]
+def robots_seen(session: zenoh.Session) -> dict[str, str]:
+    """The robots that a session without a namespace sees, each with the name of its skillset."""
+    parts = [key.split("/") for key in sorted(_tokens(session, f"robot/*/{Keys('*').alive(RESOURCE_MANAGER)}"))]
     return {name: skillset for _, name, skillset, *_ in parts}
 
 

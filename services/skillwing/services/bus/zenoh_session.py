@@ -50,9 +50,9 @@ class EndpointError(SkillwingError):
     def __init__(self, endpoint: str, reason: str, holder: str = "") -> None:
         self.endpoint = endpoint
         self.reason = reason
-        self.holder = holder
+        self.is_taken = reason == os.strerror(errno.EADDRINUSE)
         remedy = "Name an address of this machine, or 0.0.0.0 for all of them."
-        if reason in (os.strerror(errno.EADDRINUSE), os.strerror(errno.EACCES)):
+        if self.is_taken or reason == os.strerror(errno.EACCES):
             remedy = "Choose another port, or 0 for any free one."
         super().__init__(f"The router cannot listen at {endpoint}: {reason}. {remedy} {holder}".rstrip())
 

@@ -50,10 +50,10 @@ def _not_running(robot: str | None) -> str:
     """Sentences on a system that does not run, and the command that starts one of that name."""
     if robot is None:
         return "No system is running. Start one with `skillwing up`."
-    words = ""
-    if ROBOT_NAME.fullmatch(robot):
-        words = f" --robot {robot}" if robot in robot_names() else f" --robot-name {robot}"
-    return f"No system of `{robot}` is running. Start one with `skillwing up{words}`."
+    text = f"No system of `{robot}` is running."
+    if robot in robot_names() or not ROBOT_NAME.fullmatch(robot):
+        return f"{text} Start one with `skillwing up --robot {robot}`."
+    return f"{text} Start it with `skillwing up` and its `--robot`, or `--robot-name {robot}`."
 
 
 def running_system(robot: str | None = None, *, schema: str | None = None) -> RunState | None:

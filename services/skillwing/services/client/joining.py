@@ -64,10 +64,12 @@ def find_robots(endpoint: str, robot: str | None = None) -> dict[str, str]:
 def robots_with_missions(endpoint: str) -> list[str]:
     """Names of the robots at a router that show a mission which runs; none for a router that cannot be asked."""
     try:
-        found = robots_at(endpoint, timeout=CONNECT_TIMEOUT, identity=person_identity(endpoint), process=MISSION)
+        identity = person_identity(endpoint)
+        present = robots_at(endpoint, timeout=CONNECT_TIMEOUT, identity=identity)
+        # With keys, a session sees processes in the namespace of one robot only.
+        return [each for each in present if robots_at(endpoint, each, CONNECT_TIMEOUT, identity, process=MISSION)]
     except (RouterUnreachableError, KeysError):
         return []
-    return sorted(found)
 
 
 def _reason(error: RouterUnreachableError, identity: SessionIdentity | None) -> SkillwingError:

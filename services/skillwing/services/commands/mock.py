@@ -63,8 +63,8 @@ def mock(
     `start`, `interrupt`, `trigger`, `data` and the other commands work as on a robot; `script` shows and changes what
     the mocks do. See docs/mocks.md.
 
-    Exit codes: 0 it was told to stop, 1 it did not start or lost an essential process, 2 broken file. With --detach: 0
-    it runs, 1 it did not start or runs without one of its processes.
+    Exit codes: 0 it was told to stop, 1 it did not start or lost an essential process, 2 broken file, wrong options or
+    keys. With --detach: 0 it runs, 1 it did not start or runs without one of its processes.
     """
     skillset = load(file)
     scripts = scripts_for(file, script)

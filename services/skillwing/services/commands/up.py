@@ -121,8 +121,8 @@ def up(
     With --resume the resource manager continues from the journal of an earlier run, with its states, goals and tokens.
     Use it for a robot that has kept its state meanwhile; a simulated one has not.
 
-    Exit codes: 0 it was told to stop, 1 it did not start or lost an essential process, 2 unknown robot. With --detach:
-    0 it runs, 1 it did not start or runs without one of its processes.
+    Exit codes: 0 it was told to stop, 1 it did not start or lost an essential process, 2 unknown robot, wrong options
+    or keys. With --detach: 0 it runs, 1 it did not start or runs without one of its processes.
     """
     table = _renamed(find_robot(robot), robot_name)
     skills = tuple(dict.fromkeys(mocked or ()))

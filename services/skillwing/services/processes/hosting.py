@@ -22,7 +22,7 @@ from skillwing.services.bus.clock import Clock
 from skillwing.services.bus.identity import SessionIdentity, needs_identity
 from skillwing.services.bus.zenoh_bus import ZenohBus
 from skillwing.services.bus.zenoh_session import RouterUnreachableError
-from skillwing.services.errors import InvalidOptionError, KeysError, PassingError, WrongSkillsetError
+from skillwing.services.errors import InvalidOptionError, KeysError, NotKnownError, PassingError, WrongSkillsetError
 from skillwing.services.processes.lifetime import (
     EXIT_CONFIGURATION,
     EXIT_CRASHED,
@@ -105,7 +105,8 @@ def _join(hosted: HostedNode, address: NetworkAddress, lifetime: Lifetime) -> Ze
         from skillwing.services.access.handshake import explained  # noqa: PLC0415 - as in `NetworkAddress.identity`
 
         reason = explained(error, identity)
-        code = EXIT_UNREACHABLE if reason is error else EXIT_CONFIGURATION
+        # What else is there may give way to the router.
+        code = EXIT_CONFIGURATION if isinstance(reason, NotKnownError) else EXIT_UNREACHABLE
         return EXIT_OK if lifetime.over else give_up(reason, code, who=hosted.name)
     except Exception:
         logger.exception("%s could not join the others", hosted.name)

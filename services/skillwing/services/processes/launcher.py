@@ -165,7 +165,7 @@ class Launcher:
         return self.endpoint
 
     def open_bus(self, name: str) -> ZenohBus:
-        """A bus of this process in robot time. Raises KeysError, RouterUnreachableError and NotKnownError."""
+        """A bus of this process in robot time. Raises KeysError, RouterUnreachableError, and as `explained` says."""
         identity = None
         if self._key_folder is not None:
             identity = process_identity(self._key_folder, self.robot, LAUNCHER)

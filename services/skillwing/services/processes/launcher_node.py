@@ -21,7 +21,7 @@ from skillwing.services.errors import SkillwingError
 from skillwing.services.names import EXITED, KILLED, LAUNCHER, MISSION, STARTED
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import LOGS
-from skillwing.services.processes.lifetime import EXIT_CONFIGURATION
+from skillwing.services.processes.lifetime import EXIT_CONFIGURATION, EXIT_PASSING
 from skillwing.services.processes.mission_slot import MissionSlot, being_started
 from skillwing.services.processes.process_state import ProcessState
 from skillwing.services.protocol import (
@@ -174,7 +174,7 @@ class LauncherNode:
             self._timeline.record(RecordKind.PROCESS, MISSION, None, STARTED, text=text)
         except (SkillwingError, OSError) as error:
             log.exception("the mission %s could not be started", message.mission)
-            self._slot.exited(f"{error}.", ())
+            self._slot.exited(f"{error}", ())
 
     def _written_tree(self, message: StartMission, number: str) -> Path | None:
         """Write the tree of a mission to a file, if it has one."""
@@ -221,8 +221,9 @@ class LauncherNode:
 
     def _free_slot(self, ended: ProcessExit) -> bool:
         """Free the place of the mission. Returns True if the mission had not begun."""
+        told = ended.exit_code in (EXIT_CONFIGURATION, EXIT_PASSING)  # its last lines are the reason
         does_not_fit = ended.exit_code == EXIT_CONFIGURATION
-        refused = self._slot.exited("" if does_not_fit else str(ended), ended.log)
+        refused = self._slot.exited("" if told else str(ended), ended.log, does_not_fit=does_not_fit)
         self._launcher.forget(MISSION)
         cut_short = None if refused else self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
         if cut_short is not None:

@@ -112,19 +112,18 @@ class MissionSlot:
         """True if the mission on board has not published its end."""
         return self._own is not None and (self.status is None or not self.status.phase.over)
 
-    def exited(self, sentence: str, lines: Sequence[str]) -> bool:
+    def exited(self, sentence: str, lines: Sequence[str], *, does_not_fit: bool = False) -> bool:
         """Note the end of the mission's process. Returns True if it did not get to its begin: the request is refused.
 
-        sentence: how it ended, empty for a mission that does not fit. lines: what it logged, such as its problems.
+        sentence: how it ended, empty if `lines` say it. lines: what it logged, such as its problems. does_not_fit: the
+        same request would never fit this robot.
         """
         own, self._own = self._own, None
         if own is None or self._begun:
             return False
         text = "\n".join([f"Mission `{own.mission}` did not start. {sentence}".rstrip(), *lines])
-        code, help_ = ErrorCode.BAD_REQUEST, ""  # the problems have their remedies
-        if sentence:
-            code, help_ = ErrorCode.NOT_ALLOWED, "Its log is in the folder of the run, on the robot."
-        self._outcomes[own.request_id] = RefusedError(code, text, help=help_)
+        code = ErrorCode.BAD_REQUEST if does_not_fit else ErrorCode.NOT_ALLOWED
+        self._outcomes[own.request_id] = RefusedError(code, text)
         self.status = self._before
         return True
 

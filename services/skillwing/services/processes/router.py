@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING
 
 import zenoh
 
-from skillwing.services.access.exposure import EXPOSED, exposed, require_address, require_protected
-from skillwing.services.bus.address import FORM
+from skillwing.services.access.exposure import EXPOSED, exposed, require_protected
 from skillwing.services.bus.identity import KEYS_VARIABLE, WHO
 from skillwing.services.bus.zenoh_session import EndpointError, open_router
 from skillwing.services.errors import InvalidOptionError, KeysError
@@ -46,14 +45,10 @@ def start_router(
     """Open a router at `tcp/HOST:PORT`, or with keys at `tls/...`, and return it with its endpoint.
 
     Port 0 means any free port. keys: folder of a site (`KeyStore`). upper: endpoint of the router above it, None for
-    none. Raises EndpointError for an endpoint at which it cannot listen, InvalidOptionError for a malformed one, and
-    KeysError.
+    none. Raises EndpointError for an endpoint at which it cannot listen, and KeysError.
     """
-    require_address(listen, "listen")
     protocol, _, address = listen.partition("/")
     host, _, port = address.rpartition(":")
-    if not port.isdecimal():
-        raise InvalidOptionError("listen", f"A router cannot listen at {listen}. Write {FORM}, with nothing behind it.")
     own = None if keys is None else _keys_in(keys)
     identity, rules = (None, None) if own is None else (own.identity, own.rules)
 
@@ -117,7 +112,7 @@ def main(arguments: list[str] | None = None) -> int:
     except EndpointError as error:
         sys.stderr.write(f"{error}\n")
         # A taken port may be free at the next start.
-        return EXIT_UNREACHABLE if error.holder else EXIT_CONFIGURATION
+        return EXIT_UNREACHABLE if error.is_taken else EXIT_CONFIGURATION
     return EXIT_OK
 
 

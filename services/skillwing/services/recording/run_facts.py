@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -20,20 +21,23 @@ RUN_FILE = "run.json"
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
     """Facts of a run. robot: its name. skillset: path of its file. schema: its version, None if unknown.
 
-    judge: as in `Robot.judge`. options: of the run (`seed`, `world`, ...). mission: the only mission of this run, with
-    its report in the run directory itself; None for a system to which missions come and go.
+    begun: Unix time, also of a new begin by `up --resume`; None for runs of earlier versions. judge: as in
+    `Robot.judge`. options: of the run (`seed`, `world`, ...). mission: the only mission of this run, with its report in
+    the run directory itself; None for a system to which missions come and go.
     """
 
     robot: str
     skillset: str
     schema: str | None = None
+    begun: float | None = None
     judge: str | None = None
     options: dict[str, Any] = {}
     mission: str | None = None
 
 
 def write_facts(run_dir: Path, facts: RunFacts) -> None:
-    """Write the facts with the skillset's present version; raises OSError."""
+    """Write the facts with the skillset's present version, and with the present time as the begin; raises OSError."""
+    facts = msgspec.structs.replace(facts, begun=time.time())
     with suppress(SkillsetError, OSError):  # the processes of the run report it
         facts = msgspec.structs.replace(facts, schema=load(Path(facts.skillset)).schema_hash)
     run_dir.mkdir(parents=True, exist_ok=True)

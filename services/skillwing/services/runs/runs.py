@@ -68,13 +68,14 @@ def read_run(path: Path, *, active: bool = False) -> Run:
     """One run. What cannot be read counts as absent."""
     facts = _facts(path)
     damaged = [DAMAGED] if facts is None and (path / RUN_FILE).is_file() else []
+    begun = _begun(path) if facts is None or facts.begun is None else facts.begun
     facts = facts or _told_by_journal(path)
     begin, end = _first_time(path), _last_time(path)
     state = read_state(path)
     return Run(
         path=str(path),
         robot=facts.robot,
-        begun=_begun(path),
+        begun=begun,
         seconds=None if begin is None or end is None else max(0.0, end - begin),
         size=directory_size(path),
         missions=tuple(_missions(path, alone=facts.mission is not None)),
@@ -96,9 +97,10 @@ def _told_by_journal(path: Path) -> RunFacts:
 
 
 def _begun(path: Path) -> float:
-    """Unix time of the begin, by the default name of the folder, else by the file with the facts.
+    """Unix time of the begin of a run whose facts do not have it, by the default name of its folder.
 
-    Without both it is about that of the file that was left alone for longest.
+    For another name it is that of the file with the facts. Without that it is about that of the file that was left
+    alone for longest.
     """
     with suppress(ValueError):  # another name
         return datetime.strptime(path.name[:NAMED_TIME], "%Y%m%d-%H%M%S").astimezone().timestamp()

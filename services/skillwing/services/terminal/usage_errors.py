@@ -59,8 +59,8 @@ def _plain(said: str) -> str:
     """The parser's message without details for its developers."""
     said = said.removeprefix("Value error, ").partition(", unable to parse")[0]
     if found := _OUT_OF_RANGE.fullmatch(said.rstrip(".")):
-        value, low, high = (each and each.removesuffix(".0") for each in found.group("value", "low", "high"))
-        limit = f"from {low} to {high}" if low and high else f"at most {high}" if high else f"at least {found['least']}"
+        value, low, high, least = (each and each.removesuffix(".0") for each in found.groups())
+        limit = f"from {low} to {high}" if low and high else f"at most {high}" if high else f"at least {least}"
         return f"{value} is not {limit}"
     return _QUOTED_PLACE.sub(lambda found: f"`{found[1][1:-1]}`" if found[1] else found[0], said).rstrip(".")
 
