@@ -168,3 +168,8 @@ def test_a_robot_says_that_the_router_of_another_system_is_away_and_back(skillwi
         assert f"its router does not answer at {endpoint}" in said.error
         router.send_signal(signal.SIGCONT)
         until(lambda: f"{endpoint} answers again at" in log.read_text(), "the sentence about the router")
+
+
+def test_a_router_whose_upper_one_is_absent_says_so() -> None:
+    with routing("--listen", "tcp/127.0.0.1:0", "--connect", "tcp/127.0.0.1:1") as (router, _):
+        assert line_of(router) == "No router answers at tcp/127.0.0.1:1 yet. This one goes on trying."

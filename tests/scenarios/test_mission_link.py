@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from faulty_network import FaultyNetwork
 from law_settings import examples
-from skillwing.bt_missions.running.link_wait import RECOVERY, Link, LinkPatience
+from skillwing.bt_missions.running.link_wait import RECOVERY, WITHOUT_GRACE, Link, LinkPatience
 from skillwing.bt_missions.running.mission_run import SETTLE_TIMEOUT
 from skillwing.services.bus.inprocess import InProcessBus
 from skillwing.services.names import MISSION
@@ -60,6 +60,19 @@ def test_goals_end_when_the_grace_is_over_and_the_mission_says_why() -> None:
     assert reason.endswith("is gone, and has not come back within 5 s.")
 
 
+@pytest.mark.parametrize("aborted", [False, True])
+def test_without_a_grace_a_mission_ends_although_its_link_never_returns(aborted: bool) -> None:
+    """An abort is not answered either, and cannot be carried out."""
+    cut = CutFlight(0.0, CRUISE)
+    flight = cut.flight
+    if aborted:
+        flight.at(CRUISE + 10.0, lambda: flight.node.abort("a test"))
+    flight.until(lambda: flight.node.over, CRUISE + WITHOUT_GRACE + 10.0)
+    phase = MissionPhase.ABORTED if aborted else MissionPhase.FAILED
+    assert flight.node.status.phase is phase
+    assert flight.node.status.text.startswith("the link to the robot was away for 60 s")
+
+
 def test_a_drone_that_the_pilot_gives_back_during_a_cut_is_landed() -> None:
     patience = 5.0
     cut = CutFlight(30.0, CRUISE + patience + 0.5, SETTLE_TIMEOUT + 5.0, pilot_patience=patience)
@@ -94,9 +107,11 @@ def test_no_goal_is_interrupted_within_the_grace(at: float, seconds: float, seed
 # --- the judgement of the link ---------------------------------------------------------------------------------------
 
 
-def test_without_a_grace_a_mission_never_waits() -> None:
+def test_without_a_grace_a_mission_does_not_wait_and_ends_after_a_minute() -> None:
     patience = LinkPatience(0.0)
-    assert [patience.look(connected=False, now=t) for t in (0.0, 100.0)] == [Link.UP, Link.UP]
+    assert [patience.look(connected=False, now=t) for t in (0.0, 59.9)] == [Link.UP, Link.UP]
+    assert patience.look(connected=True, now=59.95) is Link.UP
+    assert [patience.look(connected=False, now=t) for t in (100.0, 159.9, 160.0)] == [Link.UP, Link.UP, Link.OVER]
 
 
 def test_a_link_that_is_back_is_up_after_the_recovery() -> None:

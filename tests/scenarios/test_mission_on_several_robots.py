@@ -240,6 +240,17 @@ def test_an_abort_rescues_each_robot_for_itself() -> None:
     assert "`left` and `right` are without load" in status.text
 
 
+def test_a_rescue_that_a_robot_at_its_goal_refuses_is_no_failure() -> None:
+    """The abort comes before a load is up. Then the way down may not be ready."""
+    stuck = MockScript(skills={"lift": (MockRun(delay=5.0),), "lower": (MockRun(result="STUCK"),)})
+    yard = Yard(both, stuck)
+    yard.network.run_for(2.0)
+    yard.node.abort("a test")
+    status = yard.run_until_over()
+    assert (status.phase, status.text) == (MissionPhase.ABORTED, "a test; `left` and `right` are without load")
+    assert {label for _, _, label in yard.labels} == {"S_STUCK", "IT"}
+
+
 def test_only_the_robot_that_is_away_is_rescued_at_the_end() -> None:
     stuck = MockScript(skills={"lower": (MockRun(result="STUCK"), MockRun(result="STUCK"), MockRun())})
     yard = Yard(both, left=stuck)

@@ -45,7 +45,7 @@ def test_processes_of_the_machine_find_a_router_at_all_addresses() -> None:
 
 
 @pytest.mark.parametrize(
-    "address", [*HERE, *ELSEWHERE, "tls/robot.local:65535", "tcp/10.0.0.5:1#iface=eth0", "tcp/127.0.0.1:0"]
+    "address", [*HERE, *ELSEWHERE, "tls/robot.local:65535", "tcp/10.0.0.5:1#iface=eth0", "tcp/[fe80::1%eth0]:1"]
 )
 def test_addresses_of_routers(address: str) -> None:
     assert is_address(address)
@@ -53,7 +53,7 @@ def test_addresses_of_routers(address: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "foo", "tcp/127.0.0.1", "tcp/:7447", "127.0.0.1:7447", "tcp/robot:65536", "tcp/a:b"]
+    "text", ["", "foo", "tcp/127.0.0.1", "tcp/:7447", "127.0.0.1:7447", "tcp/robot:65536", "tcp/a:b", "tcp/8.8.8.8:1:2"]
 )
 def test_what_is_no_address_is_refused_with_the_form(text: str) -> None:
     with pytest.raises(InvalidOptionError, match=r"is no address of a router\. Write tcp/HOST:PORT") as refused:

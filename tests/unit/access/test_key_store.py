@@ -262,6 +262,22 @@ def test_identities_are_found_in_their_folders(store: KeyStore, monkeypatch: pyt
     assert found.refusal("rover/skill/drive/start") is not None
 
 
+def test_swapped_keys_of_processes_are_made_again(store: KeyStore) -> None:
+    launcher, drive = (store.folder / "robots" / "rover" / name for name in ("launcher", "skill.drive"))
+    for file in FILES:
+        (drive / file).write_bytes((launcher / file).read_bytes())
+    with pytest.raises(KeysError, match=r"needs `rover\.skill\.drive`\. Make it again: `skillwing keys"):
+        require_certificates(store.folder, "rover", ["skill/drive"])
+    store.add_robot(ROVER)
+    require_certificates(store.folder, "rover", ["skill/drive"])
+
+
+def test_the_folder_of_the_router_is_nobody_s(store: KeyStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SKILLWING_KEYS", str(store.router_folder))
+    with pytest.raises(KeysError, match=r"has the certificate of the router\. Name the folder of one person"):
+        person_identity("tls/10.0.0.5:7447")
+
+
 @pytest.mark.parametrize("place", ["people/alice", "robots/second", "robots/second/launcher", "router"])
 def test_the_certificate_of_somebody_else_is_refused_with_its_name(store: KeyStore, place: str) -> None:
     store.add_robot(replace(ROVER, name="second"))

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from skillwing.bt_missions.cli.mission_robots import chosen_robots
 from skillwing.bt_missions.cli.on_board import known_mission, make_request
@@ -15,6 +16,7 @@ from skillwing.services.client.connection import find_target
 from skillwing.services.errors import InvalidOptionError, SeveralSystemsError
 from skillwing.services.processes.run_state import RunState, started, write_run_state
 from skillwing.services.robot import UnknownRobotError
+from skillwing.services.terminal.cli import app
 
 SKILLSET = "skillset rover { skill go { result { success DONE } } }"
 TWO_ROBOTS = """<root BTCPP_format="4" main_tree_to_execute="both">
@@ -81,6 +83,23 @@ def test_only_the_robots_of_a_mission_that_are_not_found_have_to_be_named(tmp_pa
     assert str(refused.value) == (
         "Mission `both` is for the robots `drone` and `second`. `drone` was not found. Name it: `--robot drone=NAME`."
     )
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["drone=first", "second=first"], "Robot `first` cannot be `drone` and `second` of the mission at once."),
+        (["drone=first", "second"], "`--robot second` names none of `drone` and `second`. Only with --on-board"),
+        (["first"], "Mission `both` is for the robots `drone` and `second`. Name them:"),
+    ],
+)
+def test_robots_that_do_not_fit_the_words_are_refused(tmp_path: Path, words: list[str], sentence: str) -> None:
+    file = tmp_path / "hop.xml"
+    file.write_text(TWO_ROBOTS, encoding="utf-8")
+    arguments = ["mission", "run", str(file), *(part for word in words for part in ("--robot", word))]
+    result = CliRunner().invoke(app, arguments)
+    assert isinstance(result.exception, InvalidOptionError)
+    assert str(result.exception).startswith(sentence)
 
 
 def test_a_tree_file_runs_on_board_under_the_name_of_its_tree(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ def print_if_open(console: Console | None, text: RenderableType) -> None:
     if console is None:
         return
     try:
-        console.print(text)
+        console.print(text, soft_wrap=not console.is_terminal)
     except SystemExit:
         pass  # rich exits after a closed pipe; later output is dropped
     except OSError:

@@ -32,7 +32,7 @@ from skillwing.bt_missions.library import UnknownMissionError, find_draft, find_
 from skillwing.bt_missions.mission.mission import Mission, MissionOptions
 from skillwing.bt_missions.mission.options import option_text, parse_options
 from skillwing.bt_missions.mission.problems import FaultyMissionError
-from skillwing.bt_missions.mission.robots import RobotModel, occupied
+from skillwing.bt_missions.mission.robots import RobotModel, occupied, require_distinct
 from skillwing.bt_missions.running.runner import MissionNode
 from skillwing.bt_missions.running.tree_snapshot import render_tree
 from skillwing.bt_missions.tree_skill.called import called_skill_problems
@@ -190,7 +190,9 @@ def run(
     chosen = _find(name, only_name(robot))
     chosen.read_options(asked)
     console = None if as_json else make_console()
-    with _connected_to_run(chosen, robot_names(chosen, robot or [])) as systems:
+    names = robot_names(chosen, robot or [])
+    require_distinct(names)
+    with _connected_to_run(chosen, names) as systems:
         models = models_of(systems)
         for system in systems.values():
             if name in installed_missions() and not chosen.robots:
@@ -198,10 +200,10 @@ def run(
         given = _options_with_site(chosen, asked, systems, console)
 
         first = next(iter(systems.values()))
-        names = {role: each.target.robot for role, each in systems.items()}
+        running = {role: each.target.robot for role, each in systems.items()}
 
         def show(status: MissionStatus) -> None:
-            print_if_open(console, status_line(status, addressed_text(status.text, first, names)))
+            print_if_open(console, status_line(status, addressed_text(status.text, first, running)))
 
         grace = chosen.owner_grace if owner_grace is None else owner_grace
         node = MissionNode.on_robots(chosen, models, given, owner_grace=grace, on_status=show)

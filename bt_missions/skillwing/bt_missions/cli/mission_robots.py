@@ -14,6 +14,7 @@ from skillwing.bt_missions.checking.mission_check import robots_problem
 from skillwing.bt_missions.cli.robot_choice import ChosenRobot, choose_robot
 from skillwing.bt_missions.mission.mission import Mission
 from skillwing.bt_missions.mission.robots import RobotModel, names_by_role, names_on_board
+from skillwing.dsl.suggest import listed
 from skillwing.services.errors import InvalidOptionError
 from skillwing.services.robot import UnknownRobotError
 from skillwing.services.terminal.completion import running
@@ -54,6 +55,11 @@ def robot_names(mission: Mission, words: Sequence[str]) -> dict[str, str | None]
         return {"": next(iter(words), None)}
     given = _by_role(words)
     if given is None:
+        alone = [word for word in words if "=" not in word]
+        if len(alone) < len(words):
+            text = f"`--robot {alone[0]}` names none of {listed(mission.robots)}."
+            text = f"{text} Only with --on-board it names the robot whose launcher runs the mission."
+            raise InvalidOptionError("robot", text)
         raise InvalidOptionError("robot", robots_problem(mission, []))
     return {**names_by_role(mission, given)}
 

@@ -37,17 +37,22 @@ def names_by_role(mission: Mission, given: Mapping[str, str]) -> dict[str, str]:
     return {role: given.get(role, role) for role in mission.robots}
 
 
+def require_distinct(names: Mapping[str, str | None]) -> None:
+    """Raise InvalidOptionError for a running robot that is given twice. names: by the robots of the mission."""
+    chosen = list(names.values())
+    if twice := [name for name in chosen if chosen.count(name) > 1]:
+        roles = [role for role, name in names.items() if name == twice[0]]
+        text = f"Robot `{twice[0]}` cannot be {listed(roles)} of the mission at once. Name another robot for each."
+        raise InvalidOptionError("robot", text)
+
+
 def names_on_board(mission: Mission, given: Mapping[str, str], launcher: str) -> dict[str, str]:
     """The same for a mission that the launcher of the robot `launcher` runs.
 
     Raises InvalidOptionError if that is none of the robots, and for a robot that is given twice.
     """
     names = names_by_role(mission, given)
-    chosen = list(names.values())
-    if twice := [name for name in names.values() if chosen.count(name) > 1]:
-        roles = [role for role, name in names.items() if name == twice[0]]
-        text = f"Robot `{twice[0]}` cannot be {listed(roles)} of the mission at once. Name another robot for each."
-        raise InvalidOptionError("robot", text)
+    require_distinct(names)
     if launcher not in names.values():
         text = f"Mission `{mission.name}` is for {listed(names.values())}, and `{launcher}` is none of them."
         raise InvalidOptionError("robot", f"{text} The launcher of one of these robots runs it.")

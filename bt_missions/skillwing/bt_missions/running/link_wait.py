@@ -14,8 +14,12 @@ RECOVERY = 1.5
 missed, and data with a period of 1 s."""
 
 
+WITHOUT_GRACE = 60.0
+"""Wall time in seconds until a mission without a grace ends. The link may return earlier, in time for its rescue."""
+
+
 class Link(Enum):
-    """UP: ticks go on. AWAY: the mission waits. OVER: the link was away for the whole grace."""
+    """UP: ticks go on. AWAY: the mission waits. OVER: the link was away for the whole grace, or for too long."""
 
     UP = auto()
     AWAY = auto()
@@ -23,22 +27,25 @@ class Link(Enum):
 
 
 class LinkPatience:
-    """Judgement of a link by looks at it. grace: longest wait in seconds; with 0 there is none."""
+    """Judgement of a link by looks at it. grace: longest wait in seconds; with 0 the mission does not wait."""
 
     def __init__(self, grace: float) -> None:
-        self._grace = grace
+        self._waits = grace > 0.0
+        self.limit = grace or WITHOUT_GRACE
+        """Seconds without the link after which the mission is over."""
         self._lost_at: float | None = None
         self._back_at: float | None = None
 
     def look(self, *, connected: bool, now: float) -> Link:
         """State of the link at a wall time [s]."""
-        if not self._grace:
-            return Link.UP
         if not connected:
             self._back_at = None
             self._lost_at = now if self._lost_at is None else self._lost_at
-            return Link.OVER if now - self._lost_at >= self._grace else Link.AWAY
-        if self._lost_at is None:
+            if now - self._lost_at >= self.limit:
+                return Link.OVER
+            return Link.AWAY if self._waits else Link.UP
+        if self._lost_at is None or not self._waits:
+            self._lost_at = None
             return Link.UP
         self._back_at = now if self._back_at is None else self._back_at
         if now - self._back_at < RECOVERY:
@@ -54,10 +61,10 @@ class LinkWait:
     """
 
     def __init__(self, bus: Bus, grace: float, connected: Callable[[], bool] | None = None) -> None:
-        self.grace = grace
         self._bus = bus
         self._connected = connected or (lambda: bus.connected)
         self._patience = LinkPatience(grace)
+        self.limit = self._patience.limit
         self._state = Link.UP
         self._timer: Handle | None = None
 
@@ -67,7 +74,7 @@ class LinkWait:
         return self._state is not Link.UP
 
     def begin(self, on_back: Callable[[], None], on_over: Callable[[], None]) -> Handle:
-        """Look at the link from now on. on_back: the mission can go on. on_over: it cannot, after its whole grace."""
+        """Look at the link from now on. on_back: the mission can go on. on_over: it cannot, after its limit."""
 
         def look() -> None:
             before, self._state = self._state, self._patience.look(connected=self._connected(), now=self._bus.wall())
@@ -78,8 +85,7 @@ class LinkWait:
                 on_back()
             self._timer = self._bus.after(LOOK_PERIOD, look, wall=True)
 
-        if self.grace:
-            look()
+        look()
         return self
 
     def cancel(self) -> None:

@@ -210,7 +210,8 @@ class MissionRun:
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
             reached, action = rescued_words(self._rescued)
-            done = status is Status.SUCCESS
+            # A robot that had not left its goal refuses the way there.
+            done = status is Status.SUCCESS or all(each.safety.is_reached for each in self._rescued)
             rescued = reached if done else f"{action} failed: {self._failure_text()}"
             # A rescue that a person prevents may become possible again. One that fails by itself is not repeated.
             self._looks_again = not self._robots.due
@@ -289,9 +290,9 @@ class MissionRun:
             self._wake()
 
     def _give_up_for_link(self) -> None:
-        """End at once, when the link was away for the whole grace: nothing can be interrupted or heard."""
+        """End at once, when the link was away for too long: nothing can be interrupted or heard."""
         self._system_is_there = False
-        text = f"the link to the robot was away for {self._link.grace:g} s"
+        text = f"the link to the robot was away for {self._link.limit:g} s"
         self._stop_tree(*self._cut_short(MissionPhase.FAILED, text))
         self._conclude(*self._outcome)
 

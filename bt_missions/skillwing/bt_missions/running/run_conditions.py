@@ -72,6 +72,11 @@ class RescueCheck:
         return self._goal.away.get(self._interface.state(self._goal.resource) or "", "")
 
     @property
+    def is_reached(self) -> bool:
+        """True for a robot that is known to be at its goal."""
+        return self._goal is not None and self._interface.state(self._goal.resource) is not None and not self.is_away
+
+    @property
     def reported(self) -> str:
         """Resource by whose state the robot reports its place."""
         return f"`{self._goal.resource}`" if self._goal else ""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
-from skillwing.services.access.certificate_facts import CertificateFacts, utc_now
+from skillwing.services.access.certificate_facts import ROUTER_NAME, CertificateFacts, utc_now
 from skillwing.services.access.key_store import (
     NAMES_FILE,
     ROBOTS,
@@ -57,24 +57,29 @@ def process_identity(
     table: as of `require_certificates`. Raises KeysError, also for the certificate of somebody else.
     """
 
+    is_site = (folder / NAMES_FILE).exists()
+
     def remedy() -> str:
-        is_site = (folder / NAMES_FILE).exists()
         return f"Make it again: {add_robot_command(folder, robot, table)}." if is_site else ask_for_keys()
 
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
-            return _required(read_identity(place, remedy), robot, process)
+            return _required(read_identity(place, remedy), robot, process, remedy() if is_site else "")
     advice = f"Make one: {add_robot_command(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
-def _required(found: SessionIdentity, robot: str, process: str) -> SessionIdentity:
-    """An identity that has to be that of a process: under another name, the router would deny it all that it does."""
+def _required(found: SessionIdentity, robot: str, process: str, remedy: str) -> SessionIdentity:
+    """An identity that has to be that of a process: under another name, the router would deny it all that it does.
+
+    remedy: in the folder of a site; empty for another folder.
+    """
     name = certificate_name(robot, process)
     if found.name == name:
         return found
     text = f"The certificate in {found.folder} is that of `{found.name}`, and `{process}` of `{robot}` needs `{name}`."
-    raise KeysError(f"{text} Give the folder of the site, DIR, or that of the robot, DIR/{ROBOTS}/{robot}.")
+    named = f"Give the folder of the site, DIR, or that of the robot, DIR/{ROBOTS}/{robot}."
+    raise KeysError(f"{text} {remedy or named}")
 
 
 def add_robot_command(folder: Path, robot: str, table: Callable[[], str]) -> str:
@@ -89,8 +94,10 @@ def robot_certificates(
 ) -> list[CertificateFacts]:
     """The certificates of a robot's processes, of its launcher, and of a router in the folder. Raises KeysError."""
     used = [process_identity(folder, robot, process, table).folder for process in (*processes, LAUNCHER)]
-    used += [folder / ROUTER] if (folder / ROUTER / CERTIFICATE_FILE).exists() else []
-    return [read_facts(place) for place in used]
+    known = [read_facts(place) for place in used]
+    if (folder / ROUTER / CERTIFICATE_FILE).exists():
+        known.append(read_facts(folder / ROUTER, lambda: remake(folder)))
+    return known
 
 
 def require_certificates(
@@ -157,4 +164,7 @@ def person_identity(endpoint: str) -> SessionIdentity | None:
         text = f"{folder} in {KEYS_VARIABLE} {what}. Name the folder of one person, as in DIR/people/NAME."
         raise KeysError(text)
     found = read_identity(Path(folder))
+    if found.name == ROUTER_NAME:
+        text = f"{folder} in {KEYS_VARIABLE} has the certificate of the router. Name the folder of one person,"
+        raise KeysError(f"{text} as in DIR/people/NAME.")
     return replace(found, denial=lambda role, key: denial(role, found.name, key))

@@ -85,7 +85,7 @@ class KeyStore:
             store.add_robot(robot)
         for name in operators:
             role = store.names().people.get(name)
-            if role is None or not store._lasts(f"{PEOPLE_FOLDER}/{name}"):
+            if role is None or not store._lasts(f"{PEOPLE_FOLDER}/{name}", name):
                 store.add_person(name, role or Role.OPERATOR)
         return store
 
@@ -140,9 +140,9 @@ class KeyStore:
             for process, role in robot.processes.items():
                 name = certificate_name(robot.name, process)
                 place = f"{ROBOTS}/{robot.name}/{process_folder(process)}"
-                if not self._lasts(place):
+                if not self._lasts(place, name):
                     self._issue(place, name, str(role), names.days)
-            if not self._lasts(ROUTER):
+            if not self._lasts(ROUTER, ROUTER_NAME):
                 self._issue(ROUTER, ROUTER_NAME, ROUTER, names.days, names.hosts)
             self._save(named)
 
@@ -214,8 +214,8 @@ class KeyStore:
         for name, role in names.people.items():
             yield self._holder(f"{PEOPLE_FOLDER}/{name}", str(role), name)
 
-    def _lasts(self, place: str) -> bool:
-        """True for a whole folder with a certificate of this authority, and valid for longer than `RENEWAL`.
+    def _lasts(self, place: str, name: str) -> bool:
+        """True for a whole folder with a certificate of this name and authority, valid for longer than `RENEWAL`.
 
         A command that was killed, a full disk or a power cut may leave files that are damaged, or of two certificates.
         """
@@ -224,7 +224,8 @@ class KeyStore:
         folder = self.folder / place
         try:
             certificate, key, issuer = ((folder / file).read_bytes() for file in FILES)
-            if read_facts(folder).expires - utc_now() <= RENEWAL or not fits(certificate, key):
+            found = read_facts(folder)
+            if found.name != name or found.expires - utc_now() <= RENEWAL or not fits(certificate, key):
                 return False
         except (OSError, ValueError, KeysError):
             return False

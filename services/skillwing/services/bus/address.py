@@ -6,7 +6,7 @@ import re
 
 FORM = "tcp/HOST:PORT, or with keys tls/HOST:PORT"
 """Form of an address, for messages."""
-_ADDRESS = re.compile(r"(tcp|tls)/[^/]+:(?P<port>[0-9]{1,5})([#?].+)?")
+_ADDRESS = re.compile(r"(tcp|tls)/([^/:]+|\[[^\]/]+\]):(?P<port>[0-9]{1,5})([#?].+)?")
 _LAST_PORT = 65535
 
 

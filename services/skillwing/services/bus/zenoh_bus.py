@@ -380,7 +380,10 @@ class ZenohBus:
             self._loop.remove(self._time)
         for declared in self._declared:
             declared.silence()
-        self._session.close()
+        try:
+            self._session.close()
+        except zenoh.ZError as error:  # the router at the other end is frozen
+            logger.warning("the link to the router could not be closed: %s", error)
 
     @property
     def closed(self) -> bool:

@@ -54,7 +54,7 @@ def router(
     with stop_on_signals() as stop:
 
         def hold(session: zenoh.Session, endpoint: str) -> None:
-            hold_router(session, endpoint, stop, branch=connect is not None)
+            hold_router(session, endpoint, stop, connect)
 
         run_router(listen, keys, hold, insecure=insecure, upper=connect, lasting=True)
 

@@ -47,6 +47,8 @@ TREES = "trees"
 
 MISSIONS_KEPT = 20
 """Missions on board whose log and tree file stay: the latest ones."""
+NEWS = " INFO "
+"""Mark of the lines of a log that are no reasons."""
 LATE_STATUS = 1.0
 """Wall seconds by which the last status of a mission may arrive after the end of its process, on another route."""
 
@@ -223,7 +225,8 @@ class LauncherNode:
         """Free the place of the mission. Returns True if the mission had not begun."""
         told = ended.exit_code in (EXIT_CONFIGURATION, EXIT_PASSING)  # its last lines are the reason
         does_not_fit = ended.exit_code == EXIT_CONFIGURATION
-        refused = self._slot.exited("" if told else str(ended), ended.log, does_not_fit=does_not_fit)
+        lines = [line for line in ended.log if NEWS not in line]
+        refused = self._slot.exited("" if told else str(ended), lines, does_not_fit=does_not_fit)
         self._launcher.forget(MISSION)
         cut_short = None if refused else self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
         if cut_short is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,6 +23,8 @@ from skillwing.services.processes.stop_signal import CHECK_PERIOD, StopSignal
 
 TIMEOUT = 1.0
 """Seconds for the connection to the router, which may be gone already."""
+UPPER_PATIENCE = 3.0
+"""Seconds for the connection to the router above, before its absence is reported."""
 ENDING = 2.0
 """Seconds that the processes of a robot whose launcher was killed have for their end."""
 
@@ -95,15 +98,21 @@ def consequence(others: Mapping[str, bool]) -> str:
     return f"{listed(others)} {'is' if len(others) == 1 else 'are'} without a router now." if others else ""
 
 
-def hold_router(router: zenoh.Session, endpoint: str, stop: StopSignal, *, branch: bool) -> None:
+def hold_router(router: zenoh.Session, endpoint: str, stop: StopSignal, upper: str | None) -> None:
     """Block until a signal ends a router.
 
-    While robots use it, the first Ctrl-C only warns, and the last line names them.
-    branch: of a tree of routers, which cannot tell its own robots from those at other routers.
+    While robots use it, the first Ctrl-C only warns, and the last line names them. upper: endpoint of the router above
+    it, None for none; the absence of that one is reported. A router in a tree cannot tell its own robots from others.
     """
+    branch = upper is not None
+    patience = time.monotonic() + UPPER_PATIENCE if branch else math.inf
     while True:
         while not stop.received:
             time.sleep(CHECK_PERIOD)
+            if time.monotonic() > patience:
+                patience = math.inf
+                if not router.info.routers_zid():
+                    typer.echo(f"No router answers at {upper} yet. This one goes on trying.", err=True)
         robots = robots_of_router(router, endpoint)
         if not robots or not stop.by_keyboard or stop.was_withdrawn:
             break
