@@ -75,8 +75,12 @@ def test_the_site_is_what_was_added(store: KeyStore) -> None:
     store.remove("alice")
     assert store.site().people == {}
     assert not (store.folder / "people" / "alice").exists()
-    with pytest.raises(KeysError, match="not known"):
+    with pytest.raises(KeysError, match=r"`alice` is no person and no robot in .* Known: rover\.$"):
         store.remove("alice")
+    with pytest.raises(KeysError, match=r"Remove `rover` as a whole\.$"):
+        store.remove("rover.launcher")
+    with pytest.raises(InvalidOptionError, match="`router` is the name of the router"):
+        store.add_person("router", Role.CLIENT)
 
 
 def test_a_removed_name_is_never_given_again(store: KeyStore) -> None:

@@ -174,6 +174,7 @@ def test_what_is_wrong_with_a_system_is_found(seen: SystemSeen, about: str, seri
     ("evidence", "about", "serious", "words"),
     [
         (Examination(), "no_system", True, "skillwing up"),
+        (Examination(robot="right"), "no_system", True, "No system of `right` is running"),
         (
             Examination(malformed="`a. b`, given by `X`, is no address of a router. Write tcp/HOST:PORT."),
             "malformed_address",

@@ -408,9 +408,13 @@ class MissionRun:
         if self._stage is RunStage.OVER:
             return
         phase, text = self._outcome
-        running = self._context.unfinished
+        running = {
+            f"{robot}: {goal.skill}" if robot else goal.skill
+            for robot, context in self._context.robots.items()
+            for goal in context.unfinished
+        }
         if running:
-            text = _joined(text, "these did not stop: " + ", ".join(sorted({goal.skill for goal in running})))
+            text = _joined(text, "these did not stop: " + ", ".join(sorted(running)))
         self._conclude(phase, text)
 
     def _conclude(self, phase: MissionPhase, text: str) -> None:

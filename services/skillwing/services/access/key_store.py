@@ -166,7 +166,9 @@ class KeyStore:
         with self._changing() as names:
             if name not in names.people and name not in names.robots:
                 known = ", ".join((*names.people, *names.robots)) or "nobody"
-                raise KeysError(f"`{name}` is not known in {self.folder}. Known: {known}.")
+                text = f"`{name}` is no person and no robot in {self.folder}. Known: {known}."
+                robot = name.partition(".")[0]
+                raise KeysError(f"{text} Remove `{robot}` as a whole." if robot in names.robots else text)
             self._save(names.without(name))
             for place in (PEOPLE_FOLDER, ROBOTS):
                 shutil.rmtree(self.folder / place / name, ignore_errors=True)

@@ -68,7 +68,9 @@ class Names(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """These names and a person's. Raises InvalidOptionError for a name or role that it cannot have."""
         if role not in PEOPLE:
             raise InvalidOptionError("role", f"A person is {', '.join(PEOPLE[:-1])} or {PEOPLE[-1]}, not {role}.")
-        if PERSON.fullmatch(name) is None or name == ROUTER_NAME:
+        if name == ROUTER_NAME:
+            raise InvalidOptionError("name", f"`{name}` is the name of the router. Choose another one.")
+        if PERSON.fullmatch(name) is None:
             text = f"Nobody can be called `{name}` here. Use a letter, then at most 39 letters, digits, `_` and `-`."
             raise InvalidOptionError("name", text)
         self._require_free(name, self.robots, "a robot", "name", f"`{name}2`")

@@ -97,11 +97,12 @@ class SystemSeen:
 class Examination:
     """All evidence.
 
-    malformed: sentences on the address that was given, if it is none. stale: robots with a run-state file of a process
-    that is gone. missing: packages that are not installed, by pip extra. load: runnable processes, as the kernel's
-    average over a minute. now: the time of the examination.
+    robot: the one that was asked for, None for any. malformed: sentences on the address that was given, if it is none.
+    stale: robots with a run-state file of a process that is gone. missing: packages that are not installed, by pip
+    extra. load: runnable processes, as the kernel's average over a minute. now: the time of the examination.
     """
 
+    robot: str | None = None
     system: SystemSeen | None = None
     malformed: str | None = None
     stale: tuple[str, ...] = ()

@@ -79,6 +79,7 @@ def examine(robot: str | None = None) -> Examination:
             raise
         target = None if error.endpoint is None else _expected_target(error.endpoint, robot)
     return Examination(
+        robot=robot,
         system=None if target is None else examine_system(target),
         malformed=malformed,
         stale=stale,

@@ -72,9 +72,10 @@ def no_system(evidence: Examination) -> Iterator[Finding]:
         what, remedy = _sentences(evidence.malformed)
         yield Finding(about="malformed_address", what=what, remedy=remedy)
     elif evidence.system is None:
+        of_robot = f" of `{evidence.robot}`" if evidence.robot else ""
         yield Finding(
             about="no_system",
-            what="No system is running.",
+            what=f"No system{of_robot} is running.",
             remedy="Start one with `skillwing up`, or name one elsewhere: SKILLWING_CONNECT=tcp/HOST:PORT.",
         )
 
