@@ -63,6 +63,16 @@ def process(
     return replace(WELL, processes=(ProcessStatus(ProcessState(name=name, pid=7, last_words=words), condition, used),))
 
 
+def cut_off(endpoint: str) -> SystemSeen:
+    """A system none of whose processes is at its router."""
+    silent = [
+        ProcessStatus(ProcessState(name=name, pid=7), ProcessCondition.SILENT, USED)
+        for name in ("resource_manager", "skill/goto")
+    ]
+    router = ProcessStatus(ProcessState(name="router", pid=8), ProcessCondition.RUNS, USED)
+    return replace(WELL, endpoint=endpoint, processes=(router, *silent), probes=(), states=None)
+
+
 def replies(*given: ProbeReply, process: str = "skill/goto") -> SystemSeen:
     return replace(WELL, probes=(Probe(process, given),))
 
@@ -99,6 +109,8 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
         (process(ProcessCondition.RESTARTS, name="resource_manager"), "process_starting", True, "resource_manager"),
         (process(ProcessCondition.SILENT, stopped=True), "process_stopped", True, "kill -CONT 7"),
         (process(ProcessCondition.SILENT), "process_silent", True, "kill -9 7"),
+        (cut_off("tls/127.0.0.1:7447"), "cut_off", True, "`skillwing keys list`"),
+        (cut_off("tcp/127.0.0.1:7447"), "cut_off", True, "none of them is at the router tcp/127.0.0.1:7447"),
         (replies(), "process_hangs", True, "answers no question"),
         (
             replies(ProbeReply("zid-1", PROTOCOL_VERSION, b""), ProbeReply("zid-2", PROTOCOL_VERSION, b"")),

@@ -8,8 +8,10 @@ from datetime import timedelta
 import msgspec
 
 from skillwing.services.access.exposure import EXPOSED
+from skillwing.services.bus.identity import needs_identity
 from skillwing.services.diagnosis.evidence import Examination, SystemSeen
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
+from skillwing.services.processes.launcher import ROUTER
 from skillwing.services.processes.process_monitor import ProcessStatus
 from skillwing.services.processes.process_state import ProcessCondition
 from skillwing.services.protocol import PROTOCOL_VERSION, ErrorCode, State
@@ -164,6 +166,14 @@ def exposed_router(system: SystemSeen) -> Iterator[Finding]:
 
 
 def processes_down(system: SystemSeen) -> Iterator[Finding]:
+    if _all_cut_off(system):
+        reason = "Look whether `skillwing keys list` still has it" if needs_identity(system.endpoint) else "Wait"
+        yield Finding(
+            about="cut_off",
+            what=f"All processes of `{system.robot}` live, and none of them is at the router {system.endpoint}.",
+            remedy=f"{reason}; if that does not help, restart: `skillwing down`, then `skillwing up`.",
+        )
+        return
     for entry in system.processes:
         state = entry.state
         match entry.condition:
@@ -196,6 +206,15 @@ def processes_down(system: SystemSeen) -> Iterator[Finding]:
                 )
             case _:
                 pass
+
+
+def _all_cut_off(system: SystemSeen) -> bool:
+    """True for two or more processes that live without an alive token, and no other one beside the router."""
+    of_robot = [entry for entry in system.processes if entry.state.name != ROUTER]
+    return len(of_robot) > 1 and all(
+        entry.condition is ProcessCondition.SILENT and entry.used is not None and not entry.used.stopped
+        for entry in of_robot
+    )
 
 
 def unanswered(system: SystemSeen) -> Iterator[Finding]:
