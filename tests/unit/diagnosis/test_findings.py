@@ -92,6 +92,12 @@ def clock(elapsed: float, factor: float = 1.0, ticks: int = 100) -> SystemSeen:
         (replace(WELL, router=False), "no_router", True, "does not answer at tcp/127.0.0.1:7447"),
         (replace(WELL, router=False, local=False), "no_router", True, "SKILLWING_CONNECT"),
         (
+            replace(WELL, router=False, listener=Listener(7447, 99, "skillwing router", stopped=True)),
+            "process_stopped",
+            True,
+            "kill -CONT 99",
+        ),
+        (
             replace(WELL, router=False, listener=Listener(7447, 99, "python -m http.server")),
             "port_taken",
             True,

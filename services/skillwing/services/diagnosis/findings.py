@@ -136,7 +136,13 @@ def no_router(system: SystemSeen) -> Iterator[Finding]:
         what, remedy = _sentences(system.objection)
         yield Finding(about="not_known", what=what, remedy=remedy)
         return
-    if system.listener is not None:
+    if system.listener is not None and system.listener.stopped:
+        yield Finding(
+            about="process_stopped",
+            what=f"{system.listener.who} listens at {system.endpoint}, and is stopped by a signal.",
+            remedy=f"Let it go on with `kill -CONT {system.listener.pid}`.",
+        )
+    elif system.listener is not None:
         yield Finding(
             about="port_taken",
             what=f"At {system.endpoint} no router answers, but {_decapitalised(system.listener.who)} listens there.",

@@ -31,11 +31,15 @@ class Usage:
 
 @dataclass(frozen=True, slots=True)
 class Listener:
-    """The process that listens at a port. pid and name are None for a process of another user."""
+    """The process that listens at a port. pid and name are None for a process of another user.
+
+    stopped: SIGSTOP or a debugger holds it.
+    """
 
     port: int
     pid: int | None
     name: str | None
+    stopped: bool = False
 
     @property
     def who(self) -> str:
@@ -70,7 +74,8 @@ def listener(port: int) -> Listener | None:
         return None
     for pid in (int(path.name) for path in PROC.iterdir() if path.name.isdecimal()):
         if not inodes.isdisjoint(_sockets_of(pid)):
-            return Listener(port, pid, _name_of(pid))
+            used = usage(pid)
+            return Listener(port, pid, _name_of(pid), stopped=used is not None and used.stopped)
     return Listener(port, None, None)
 
 
