@@ -127,7 +127,10 @@ def test_a_denial_names_the_role_that_would_do() -> None:
     assert extern.help == "Ask for a certificate of role operator."
     fault = refusal(Role.CLIENT, "bob", "fl/fault")
     assert fault is not None
-    assert fault.message == "`bob` is a client and may not command the functional layer."
+    assert fault.message == "`bob` is a client and may not ask or command the functional layer."
+    mocks = refusal(Role.CLIENT, "bob", "m600/mock/skill/goto")
+    assert mocks is not None
+    assert mocks.message == "`bob` is a client and may not direct mocks."
     attach = refusal(Role.OPERATOR, "olga", Keys("m600").resource_attach)
     assert attach is not None
     assert attach.message == "`olga` is an operator and may not ask at `m600/resource/attach`."

@@ -22,6 +22,8 @@ from skillwing.services.protocol import (
     FireExtern,
     InterruptGoal,
     Keys,
+    MockCall,
+    MockedWorldCall,
     ModifyGoal,
     PauseMission,
     ResumeMission,
@@ -45,11 +47,13 @@ DEEDS: dict[object, str] = {
     AbortMission: "abort missions",
     PauseMission: "pause missions",
     ResumeMission: "resume missions",
+    MockCall: "direct mocks",
+    MockedWorldCall: "direct mocks",
 }
 """Verbs for the requests of people."""
 
 
-COMMAND_LAYER = "command the functional layer"
+COMMAND_LAYER = "ask or command the functional layer"
 
 
 def certificate_name(robot: str, process: str) -> str:
