@@ -31,6 +31,7 @@ from skillwing.services.mocking import MockRun, MockScript
 from skillwing.services.mocking.system import make_mock_managers
 from skillwing.services.names import RESOURCE_MANAGER, skill_process
 from skillwing.services.protocol import (
+    FireExtern,
     GoalStatus,
     Keys,
     MissionPhase,
@@ -39,13 +40,14 @@ from skillwing.services.protocol import (
     RecordKind,
     State,
     Terminal,
+    encode,
 )
 from skillwing.services.rescue_goal import RescueGoal
 
 CRANE = parse(
     """
     skillset crane {
-        resource hook { initial EMPTY  EMPTY -> LOADED  LOADED -> EMPTY }
+        resource hook { initial EMPTY  EMPTY -> LOADED  extern EMPTY -> LOADED  LOADED -> EMPTY }
         resource arm { initial FREE  FREE -> USED  USED -> FREE }
         skill lift {
             effect { take: arm -> USED  up { arm -> FREE  hook -> LOADED }  give: arm -> FREE }
@@ -144,6 +146,11 @@ class Yard:
         for node in make_mock_managers(CRANE, self.scripts[robot]):
             if node.name in names and (robot, node.name) not in self.nodes:
                 self.nodes[robot, node.name] = self.network.attach(node, robot)
+
+    def report(self, robot: str, resource: str, state: str) -> None:
+        """Report a state of a resource, as the robot does."""
+        extern = FireExtern(resource=resource, target=state, source="bridge")
+        self.network.bus("bridge", robot).ask(KEYS.resource_extern, encode(extern), lambda answer: None)
 
     def run_until_over(self, within: float = 120.0) -> MissionStatus:
         assert self.network.run_until(lambda: self.node.over, within), self.node.status
@@ -247,8 +254,24 @@ def test_a_rescue_that_a_robot_at_its_goal_refuses_is_no_failure() -> None:
     yard.network.run_for(2.0)
     yard.node.abort("a test")
     status = yard.run_until_over()
-    assert (status.phase, status.text) == (MissionPhase.ABORTED, "a test; `left` and `right` are without load")
+    assert status.phase is MissionPhase.ABORTED
+    assert "lowering failed: " in status.text
+    assert status.text.endswith("; `left` and `right` are without load")
     assert {label for _, _, label in yard.labels} == {"S_STUCK", "IT"}
+
+
+def test_a_robot_whose_report_comes_after_its_refused_rescue_is_rescued_after_all() -> None:
+    """The robot has left its goal a moment before, and says so a moment later."""
+    script = MockScript(skills={"lift": (MockRun(delay=5.0),), "lower": (MockRun(result="STUCK"), MockRun())})
+    yard = Yard(both, left=script, script=MockScript(skills={"lift": (MockRun(delay=5.0),)}))
+    yard.network.run_for(2.0)
+    yard.node.abort("a test")
+    refused = ("left", "lower", "S_STUCK")
+    assert yard.network.run_until(lambda: refused in yard.labels, 10.0)
+    yard.report("left", "hook", "LOADED")
+    status = yard.run_until_over()
+    assert "it ended left under load; `left` is without load" in status.text
+    assert [label for robot, _, label in yard.labels if robot == "left"] == ["IT", "S_STUCK", "S_DOWN"]
 
 
 def test_only_the_robot_that_is_away_is_rescued_at_the_end() -> None:

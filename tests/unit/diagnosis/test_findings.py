@@ -70,7 +70,10 @@ def cut_off(endpoint: str) -> SystemSeen:
         for name in ("resource_manager", "skill/goto")
     ]
     router = ProcessStatus(ProcessState(name="router", pid=8), ProcessCondition.RUNS, USED)
-    return replace(WELL, endpoint=endpoint, processes=(router, *silent), probes=(), states=None)
+    young = ProcessStatus(ProcessState(name="skill/land", pid=9), ProcessCondition.STARTS, USED)
+    nothing = ClockSeen(watched=1.0)
+    processes = (router, *silent, young)
+    return replace(WELL, endpoint=endpoint, processes=processes, probes=(), states=None, clock_seen=nothing)
 
 
 def replies(*given: ProbeReply, process: str = "skill/goto") -> SystemSeen:

@@ -103,6 +103,7 @@ def test_a_process_that_crashes_before_its_mission_began_says_how() -> None:
     refused = refusal(slot, request())
     assert refused.code is ErrorCode.NOT_ALLOWED
     assert refused.message == "Mission `patrol` did not start. mission was killed by SIGKILL."
+    assert "logs of the run" in refused.help
 
 
 def test_a_mission_whose_process_dies_is_over_and_says_why() -> None:

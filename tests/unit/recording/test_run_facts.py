@@ -58,3 +58,20 @@ def test_a_report_says_by_which_skillset_it_was_made(tmp_path: Path, mission: st
             lines.write(record)
     ((folder, _),) = write_reports(tmp_path, facts, None)
     assert f"Version {OLD} of `m600` was run" in (folder / "report.md").read_text()
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_a_run_that_goes_on_keeps_its_begin(tmp_path: Path, damaged: bool) -> None:
+    write_facts(tmp_path, FACTS)
+    begun = read_facts(tmp_path).begun
+    assert begun is not None
+    if damaged:
+        (tmp_path / RUN_FILE).write_bytes(b"{")
+    write_facts(tmp_path, FACTS, goes_on=True)
+    again = read_facts(tmp_path).begun
+    assert again is not None
+    assert (again > begun) if damaged else (again == begun)
+    write_facts(tmp_path, FACTS)
+    latest = read_facts(tmp_path).begun
+    assert latest is not None
+    assert latest > again

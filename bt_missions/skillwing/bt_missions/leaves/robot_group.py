@@ -44,10 +44,9 @@ class GroupTime:
         latest = self._now
         for robot, clock in self._clocks.items():
             t, before = clock(), self._last[robot]
-            if t < before:  # its system was started again
+            is_late = self._now - (before - self._zeros[robot]) > STOPPED
+            if t < before or (t > before and is_late):  # its system was started again, or it had stopped
                 self._zeros[robot] = t - self._now
-            elif t > before and self._now - (before - self._zeros[robot]) > STOPPED:
-                self._zeros[robot] = before - self._now
             self._last[robot] = t
             latest = max(latest, t - self._zeros[robot])
         self._now = latest

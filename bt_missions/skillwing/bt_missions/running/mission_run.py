@@ -82,6 +82,8 @@ class MissionRun:
         self._report_is_overdue = False
         self._looks_again = False
         """True if a robot that becomes the mission's to rescue again, before the end, is rescued."""
+        self._lingers = False
+        """True while robots whose rescue failed may report that they have left their goals."""
         self._settle_timer: Handle | None = None
         self._settling_is_overdue = False
         self._at_end: list[Handle] = []
@@ -210,12 +212,27 @@ class MissionRun:
         if status in (Status.SUCCESS, Status.FAILURE):
             phase, text = self._outcome
             reached, action = rescued_words(self._rescued)
-            # A robot that had not left its goal refuses the way there.
-            done = status is Status.SUCCESS or all(each.safety.is_reached for each in self._rescued)
+            done = status is Status.SUCCESS
             rescued = reached if done else f"{action} failed: {self._failure_text()}"
+            if not done and self._rescued_are_there:
+                # A robot that had not left its goal refuses the way there. Its report that it has left may be late.
+                self._lingers = True
+                self._at_end += self._after(ARRIVAL_REPORT, self._note_place)
             # A rescue that a person prevents may become possible again. One that fails by itself is not repeated.
             self._looks_again = not self._robots.due
             self._end(phase, _joined(text, rescued), rescue=False)
+
+    @property
+    def _rescued_are_there(self) -> bool:
+        return all(each.safety.is_reached for each in self._rescued)
+
+    def _note_place(self) -> None:
+        """Note that robots whose rescue failed are at their goals all the same."""
+        if self._lingers and self._rescued_are_there:
+            phase, text = self._outcome
+            self._outcome = phase, _joined(text, rescued_words(self._rescued)[0])
+        self._lingers = False
+        self._wake()
 
     def _tick_tree(self, tree: Behaviour) -> Status:
         """Tick once. If a leaf of the first tree raises, the second one rescues the robot."""
@@ -398,9 +415,9 @@ class MissionRun:
         """
         due = self._robots.due
         if self._looks_again and due:
-            self._looks_again = False
+            self._looks_again = self._lingers = False
             self._rescue_after_all(due)
-        elif self._settling_is_overdue or not self._context.unfinished:
+        elif self._settling_is_overdue or not (self._lingers or self._context.unfinished):
             self._finish()
 
     def _finish(self) -> None:

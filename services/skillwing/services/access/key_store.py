@@ -34,7 +34,7 @@ RENEWAL = timedelta(days=30)
 AUTHORITY, ROUTER, ROBOTS, PEOPLE_FOLDER = "authority", "router", "robots", "people"
 NAMES_FILE = "names.json"
 FILES = (CERTIFICATE_FILE, KEY_FILE, AUTHORITY_FILE)
-REREADS = 5
+REREADS = 3
 REREAD_PAUSE = 0.2
 """Wall seconds between two readings of files that do not fit."""
 ALWAYS = ("localhost", "127.0.0.1", "::1")
@@ -288,13 +288,14 @@ def read_whole(folder: Path, remedy: Callable[[], str] = ask_for_keys) -> Certif
     Zenoh reports a missing or damaged file as an address at which it cannot connect or listen. Raises KeysError, also
     for the key of another certificate. A renewal replaces one file after the other, so these are read again first.
     """
-    for _ in range(REREADS):
+    for attempt in range(REREADS):
+        if attempt:
+            time.sleep(REREAD_PAUSE)
         certificate, key, authority = (_content(folder / file, remedy) for file in FILES)
         found = _facts(folder / CERTIFICATE_FILE, certificate, remedy)
         _facts(folder / AUTHORITY_FILE, authority, remedy)
         if _fits(folder / KEY_FILE, certificate, key, remedy):
             return found
-        time.sleep(REREAD_PAUSE)
     raise KeysError(f"{folder / KEY_FILE} is the key of another certificate. {remedy()}")
 
 

@@ -215,12 +215,12 @@ def processes_down(system: SystemSeen) -> Iterator[Finding]:
 
 
 def _all_cut_off(system: SystemSeen) -> bool:
-    """True for two or more processes that live without an alive token, and no other one beside the router."""
+    """True if two or more processes live without an alive token, and no process beside the router has one."""
     of_robot = [entry for entry in system.processes if entry.state.name != ROUTER]
-    return len(of_robot) > 1 and all(
-        entry.condition is ProcessCondition.SILENT and entry.used is not None and not entry.used.stopped
-        for entry in of_robot
-    )
+    silent = [entry for entry in of_robot if entry.condition is ProcessCondition.SILENT]
+    runs = any(entry.condition is ProcessCondition.RUNS for entry in of_robot)
+    stopped = any(entry.used is None or entry.used.stopped for entry in silent)
+    return len(silent) > 1 and not runs and not stopped
 
 
 def unanswered(system: SystemSeen) -> Iterator[Finding]:
@@ -291,7 +291,7 @@ def resuming(system: SystemSeen) -> Iterator[Finding]:
 
 def clock(system: SystemSeen) -> Iterator[Finding]:
     seen = system.clock_seen
-    if system.clock == "wall" or seen is None:
+    if system.clock == "wall" or seen is None or _all_cut_off(system):
         return
     if seen.ticks == 0 or seen.elapsed <= 0.0:
         yield Finding(

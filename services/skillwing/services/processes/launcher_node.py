@@ -176,7 +176,7 @@ class LauncherNode:
             self._timeline.record(RecordKind.PROCESS, MISSION, None, STARTED, text=text)
         except (SkillwingError, OSError) as error:
             log.exception("the mission %s could not be started", message.mission)
-            self._slot.exited(f"{error}", ())
+            self._slot.exited(f"{error}".rstrip(".") + ".", ())
 
     def _written_tree(self, message: StartMission, number: str) -> Path | None:
         """Write the tree of a mission to a file, if it has one."""
@@ -226,7 +226,8 @@ class LauncherNode:
         told = ended.exit_code in (EXIT_CONFIGURATION, EXIT_PASSING)  # its last lines are the reason
         does_not_fit = ended.exit_code == EXIT_CONFIGURATION
         lines = [line for line in ended.log if NEWS not in line]
-        refused = self._slot.exited("" if told else str(ended), lines, does_not_fit=does_not_fit)
+        sentence = "" if told and lines else str(ended)
+        refused = self._slot.exited(sentence, lines, does_not_fit=does_not_fit)
         self._launcher.forget(MISSION)
         cut_short = None if refused else self._slot.cut_short(f"its process has ended: {ended}", self._bus.now())
         if cut_short is not None:

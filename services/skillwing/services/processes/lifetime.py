@@ -16,7 +16,7 @@ EXIT_UNREACHABLE = 69
 EXIT_CRASHED = 70
 """Exit code: an unexpected exception; the log has its traceback."""
 EXIT_PASSING = 74
-"""Exit code: a file cannot be read or written now; another attempt may succeed."""
+"""Exit code: a file cannot be read or written now, or another robot is busy or silent. Another attempt may succeed."""
 EXIT_REPLACED = 76
 """Exit code: a successor of the same name has replaced this process."""
 EXIT_CONFIGURATION = 78

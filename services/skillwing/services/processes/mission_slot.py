@@ -21,6 +21,7 @@ MOST_OPTIONS = 1 << 16
 """Bytes of a mission's options and robots as JSON. They are part of a command line."""
 WAIT = "Wait until it has ended, or abort it with `skillwing mission abort`."
 ON_BOARD = "it runs on board"
+LOOK = "Look at the logs of the run, on the robot."
 
 
 Outcome = MissionStatus | RefusedError
@@ -116,14 +117,14 @@ class MissionSlot:
         """Note the end of the mission's process. Returns True if it did not get to its begin: the request is refused.
 
         sentence: how it ended, empty if `lines` say it. lines: what it logged, such as its problems. does_not_fit: the
-        same request would never fit this robot.
+        process has refused its options.
         """
         own, self._own = self._own, None
         if own is None or self._begun:
             return False
         text = "\n".join([f"Mission `{own.mission}` did not start. {sentence}".rstrip(), *lines])
         code = ErrorCode.BAD_REQUEST if does_not_fit else ErrorCode.NOT_ALLOWED
-        self._outcomes[own.request_id] = RefusedError(code, text)
+        self._outcomes[own.request_id] = RefusedError(code, text, help=LOOK if sentence else "")
         self.status = self._before
         return True
 

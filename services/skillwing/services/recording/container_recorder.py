@@ -64,7 +64,7 @@ def _record(arguments: list[str]) -> int:
     try:
         facts = _what_is_run(arguments)
         run_dir = begin_or_go_on(RUNS, MARK, datetime.now(UTC))
-        write_facts(run_dir, facts)
+        write_facts(run_dir, facts, goes_on=True)
     except (SkillwingError, OSError) as error:
         return give_up(error, EXIT_CONFIGURATION, RECORDER)
     os.environ["SKILLWING_RUN_DIR"] = str(run_dir)

@@ -21,7 +21,7 @@ RUN_FILE = "run.json"
 class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
     """Facts of a run. robot: its name. skillset: path of its file. schema: its version, None if unknown.
 
-    begun: Unix time, also of a new begin by `up --resume`; None for runs of earlier versions. judge: as in
+    begun: Unix time of the latest begin that was recorded; None for runs of earlier versions. judge: as in
     `Robot.judge`. options: of the run (`seed`, `world`, ...). mission: the only mission of this run, with its report in
     the run directory itself; None for a system to which missions come and go.
     """
@@ -35,13 +35,23 @@ class RunFacts(msgspec.Struct, frozen=True, kw_only=True):
     mission: str | None = None
 
 
-def write_facts(run_dir: Path, facts: RunFacts) -> None:
-    """Write the facts with the skillset's present version, and with the present time as the begin; raises OSError."""
-    facts = msgspec.structs.replace(facts, begun=time.time())
+def write_facts(run_dir: Path, facts: RunFacts, *, goes_on: bool = False) -> None:
+    """Write the facts with the skillset's present version, and the present time as the begin; raises OSError.
+
+    goes_on: a run that is in the directory already keeps its begin.
+    """
+    begun = _known_begin(run_dir) if goes_on else None
+    facts = msgspec.structs.replace(facts, begun=begun or time.time())
     with suppress(SkillsetError, OSError):  # the processes of the run report it
         facts = msgspec.structs.replace(facts, schema=load(Path(facts.skillset)).schema_hash)
     run_dir.mkdir(parents=True, exist_ok=True)
     write_whole(run_dir / RUN_FILE, msgspec.json.format(msgspec.json.encode(facts), indent=2) + b"\n")
+
+
+def _known_begin(run_dir: Path) -> float | None:
+    with suppress(InvalidOptionError, OSError):
+        return read_facts(run_dir).begun
+    return None
 
 
 def missing_run_file(run: Path, file: str) -> InvalidOptionError:

@@ -14,7 +14,7 @@ from rich.live import Live
 from rich.text import Text
 
 from skillwing.services.access.certificate_watch import CertificateWatch
-from skillwing.services.bus.zenoh_session import RouterUnreachableError
+from skillwing.services.errors import SkillwingError
 from skillwing.services.processes.child import ProcessExit
 from skillwing.services.processes.launcher import Launcher
 from skillwing.services.processes.launcher_node import LauncherNode
@@ -79,7 +79,7 @@ class ForegroundSupervisor:
         with ExitStack() as stack:
             try:
                 bus = self._launcher.open_bus(self._node.name)
-            except RouterUnreachableError:
+            except SkillwingError:
                 self._stop.check()  # a person who has stopped the system does not miss the router
                 raise
             self._bus = stack.enter_context(closing(bus))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import typer
@@ -102,7 +103,8 @@ def hold_router(router: zenoh.Session, endpoint: str, stop: StopSignal, upper: s
     """Block until a signal ends a router.
 
     While robots use it, the first Ctrl-C only warns, and the last line names them. upper: endpoint of the router above
-    it, None for none; the absence of that one is reported. A router in a tree cannot tell its own robots from others.
+    it, None for none. Its absence is reported, unless a router below has come. A router in a tree cannot tell its own
+    robots from others.
     """
     branch = upper is not None
     patience = time.monotonic() + UPPER_PATIENCE if branch else math.inf
@@ -112,7 +114,8 @@ def hold_router(router: zenoh.Session, endpoint: str, stop: StopSignal, upper: s
             if time.monotonic() > patience:
                 patience = math.inf
                 if not router.info.routers_zid():
-                    typer.echo(f"No router answers at {upper} yet. This one goes on trying.", err=True)
+                    with suppress(OSError):  # a terminal that is gone must not end the router
+                        typer.echo(f"No router answers at {upper} yet. This one goes on trying.", err=True)
         robots = robots_of_router(router, endpoint)
         if not robots or not stop.by_keyboard or stop.was_withdrawn:
             break
