@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from skillwing.dsl.suggest import listed
 from skillwing.services.core.refusal import RefusedError
 
 __all__ = [
@@ -94,6 +93,9 @@ class NoMissionError(SkillwingError):
         self.elsewhere = tuple(elsewhere)
         remedy = "Start one with `skillwing mission run`."
         if elsewhere:
+            # Every process imports this module, and the router has no other part of the language.
+            from skillwing.dsl.suggest import listed  # noqa: PLC0415
+
             remedy = f"One runs at {listed(elsewhere)}: choose with `--robot {elsewhere[0]}`."
         super().__init__(f"No mission runs here. {remedy}")
 

@@ -64,22 +64,23 @@ def process_identity(
 
     for place in (folder, folder / process_folder(process), folder / ROBOTS / robot / process_folder(process)):
         if (place / CERTIFICATE_FILE).exists():
-            return _required(read_identity(place, remedy), robot, process, remedy() if is_site else "")
+            return _required(read_identity(place, remedy), robot, process, remedy if is_site else None)
     advice = f"Make one: {add_robot_command(folder, robot, table)}."
     raise KeysError(f"There is no certificate for `{process}` of `{robot}` in {folder}. {advice}")
 
 
-def _required(found: SessionIdentity, robot: str, process: str, remedy: str) -> SessionIdentity:
+def _required(found: SessionIdentity, robot: str, process: str, remedy: Callable[[], str] | None) -> SessionIdentity:
     """An identity that has to be that of a process: under another name, the router would deny it all that it does.
 
-    remedy: in the folder of a site; empty for another folder.
+    remedy: in the folder of a site; None for another folder.
     """
     name = certificate_name(robot, process)
     if found.name == name:
         return found
     text = f"The certificate in {found.folder} is that of `{found.name}`, and `{process}` of `{robot}` needs `{name}`."
-    named = f"Give the folder of the site, DIR, or that of the robot, DIR/{ROBOTS}/{robot}."
-    raise KeysError(f"{text} {remedy or named}")
+    if remedy is None:
+        raise KeysError(f"{text} Give the folder of the site, DIR, or that of the robot, DIR/{ROBOTS}/{robot}.")
+    raise KeysError(f"{text} {remedy()}")
 
 
 def add_robot_command(folder: Path, robot: str, table: Callable[[], str]) -> str:
