@@ -151,5 +151,8 @@ def test_lost_a_manager_that_freezes_loses_its_goal_and_learns_of_it_when_it_wak
     other = system.run("push", result="PUSHED", delay=0.6) if system.stage.apart else None
     system.stage.thaw("skill/grip")
     assert system.end(goal).ending is Ending.LOST
+    status = next(each for each in system.statuses if each.goal_id == goal and each.terminal is not None)
+    verdict = system.verdict(goal)
+    assert (status.cause, status.after_step) == (verdict.record, verdict.step), "however it has learned of it"
     if other is not None:
         assert system.end(other).success, "what the old manager still says takes nothing from its successor in the arm"

@@ -573,7 +573,8 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
 
 
 class Lost(Message, frozen=True, kw_only=True, tag="lost"):
-    """A granted goal ended because its manager is gone; its lost effect has been applied. Pushed on `verdict`.
+    """A granted goal ended because its manager is gone; its lost effect has been applied. Pushed on `verdict`, and the
+    reply to every later request about the goal.
 
     `token` is the grant's fencing token, which is no longer valid. `step` is the step that ended the goal.
     """
@@ -677,8 +678,8 @@ class ResourceStep(Message, frozen=True, kw_only=True):
     """One step of the resource manager: everything that it recorded and decided, in order, as one event.
 
     `number` grows by one with each step that tells anything, also when a process continues from the journal. Without
-    the journal a new `epoch` begins, with larger numbers: nothing in between was lost. A record of kind `resource` is
-    the change of a resource (`changes`). `verdicts` are those on goals that the step took away.
+    the journal a new `epoch` begins, with numbers of its own: nothing in between was lost. A record of kind
+    `resource` is the change of a resource (`changes`). `verdicts` are those on goals that the step took away.
     """
 
     number: int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -49,6 +50,19 @@ def with_a_note() -> Skillset:
 
 def last_record(desk: Desk) -> Record:
     return desk.records[-1]
+
+
+def ended_by_itself() -> Desk:
+    desk = running()
+    desk.terminated()
+    return desk
+
+
+def raised_while_validating() -> Desk:
+    desk = Desk()
+    desk.start()
+    desk.raised()
+    return desk
 
 
 def test_without_an_id_the_running_or_latest_goal_is_reported() -> None:
@@ -112,6 +126,37 @@ def test_a_goal_that_is_no_longer_ours_is_lost(code: ErrorCode) -> None:
         "It is another's.",
         "resource_manager",
     )
+    assert last_record(desk).cause is None, "its start did not lose it"
+
+
+def test_a_loss_that_a_renewal_tells_of_comes_after_its_step() -> None:
+    """The pushed verdict may be lost, or come later."""
+    desk = running()
+    desk.renewed(LOST)
+    assert (last_record(desk).cause, desk.core.status("g").after_step) == (LOST.record, LOST.step)
+
+
+@pytest.mark.parametrize("make", [validating, ended_by_itself, raised_while_validating])
+def test_silence_and_refusals_are_roots(make: Callable[[], Desk]) -> None:
+    for answers in ([None] * SILENCES_UNTIL_ERROR, [ErrorReply(code=ErrorCode.BAD_REQUEST, message="No.")]):
+        desk = make()
+        for answer in answers:
+            desk.answer(answer)
+        assert desk.terminal().ending is Ending.ERROR
+        assert last_record(desk).cause is None, "its start did not make it fail"
+
+
+def test_an_exception_in_validate_is_put_down_to_the_request_to_stop_or_to_nothing() -> None:
+    desk = raised_while_validating()
+    desk.outcome_committed()
+    assert last_record(desk).cause is None
+    desk = Desk()
+    desk.start()
+    desk.interrupt()
+    request = desk.records[-1]
+    desk.raised()
+    desk.outcome_committed()
+    assert (request.cause, last_record(desk).cause) == ("mission#1", request.id)
 
 
 def test_a_refusal_is_reported_with_a_remedy() -> None:

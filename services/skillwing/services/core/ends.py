@@ -37,7 +37,7 @@ def end(state: ManagerState, request: EndGoal, now: float) -> GoalVerdict:
     check_goal_id(request.goal_id)
     skill = state.skill(request.skill)
     effect, post = _effect_of_end(skill, request)
-    state.ledger.verdict(request.goal_id, skill.name)  # refuses a lost goal, and the id of another skill
+    state.ledger.verdict(request.goal_id, skill.name)  # refuses the id of another skill
     grant = state.ledger.active(request.goal_id)
     if grant is None:
         return _end_without_grant(state, request, skill, now)

@@ -37,6 +37,7 @@ from skillwing.services.core.skill_events import (
 from skillwing.services.core.values import fit_fields, sendable_text
 from skillwing.services.core.verdicts import (
     REVOKED_CODES,
+    ROOT,
     record_of,
     terminal_of,
     terminal_of_end,
@@ -82,8 +83,6 @@ Reaction: TypeAlias = "tuple[GoalState, Hook | Ask | None, str | None]"
 A change of the phase is published before the action. The record is None for the goal's own last one, and `ROOT` if no
 record led to the event.
 """
-ROOT = ""
-"""Cause of a change that no record led to: it begins a chain of its own. The goal's start did not make it happen."""
 
 
 # --- states without a grant ----------------------------------------------------------------------------------------
@@ -127,6 +126,11 @@ class Idle(GoalState, frozen=True):
 class Validating(GoalState, frozen=True):
     """The developer's `validate` runs."""
 
+    @property
+    def failure_cause(self) -> str | None:
+        """Cause of an exception: the request to stop, if there was one."""
+        return ROOT
+
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
             case Validated(problem=None):
@@ -142,14 +146,14 @@ class Validating(GoalState, frozen=True):
             case Validated(problem=str() as problem):
                 return self.commit(Terminal(ending=Ending.NOT_VALIDATED, reason=sendable_text(problem)))
             case Raised():
-                return self.commit(Terminal(ending=Ending.ERROR, reason=_raised(event)))
+                return self.commit(Terminal(ending=Ending.ERROR, reason=_raised(event)), self.failure_cause)
             case Violated() | Lost():
                 return Finished(terminal_of(event)), None, event.record
             case _:
                 return None
 
-    def commit(self, terminal: Terminal) -> Reaction:
-        return Committing(terminal, self.phase), ASK, None
+    def commit(self, terminal: Terminal, cause: str | None = None) -> Reaction:
+        return Committing(terminal, self.phase), ASK, cause
 
 
 class ValidatingCancelled(Validating, frozen=True):
@@ -161,6 +165,10 @@ class ValidatingCancelled(Validating, frozen=True):
     @property
     def text(self) -> str:
         return self.reason
+
+    @property
+    def failure_cause(self) -> str | None:
+        return None
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
@@ -183,7 +191,7 @@ class Committing(GoalState, frozen=True):
             case Reply(answer=answer):
                 return Finished(terminal_without_grant(answer, skill)), None, record_of(answer)
             case RetriesExhausted():
-                return Finished(_no_answer(self.outcome.reason)), None, None
+                return Finished(_no_answer(self.outcome.reason)), None, ROOT
             case _:
                 return None
 
@@ -209,7 +217,7 @@ class Asking(GoalState, frozen=True):
             case Reply(answer=answer):
                 return Finished(terminal_without_grant(answer, skill)), None, record_of(answer)
             case RetriesExhausted():
-                return Finished(_no_answer()), None, None
+                return Finished(_no_answer()), None, ROOT
             case Violated() | Lost():
                 return Finished(terminal_of(event)), None, event.record
             case _:
@@ -254,7 +262,7 @@ class Holding(GoalState, frozen=True):
             case RenewalAnswered(answer=Ended() | Violated() | Lost() as verdict):
                 return self.finish(terminal_of_revoked(verdict), verdict.record)
             case RenewalAnswered(answer=ErrorReply(code=code) as refusal) if code in REVOKED_CODES:
-                return self.finish(terminal_of_revoked(refusal))
+                return self.finish(terminal_of_revoked(refusal), ROOT)
             case _:
                 return None
 
@@ -447,7 +455,7 @@ class Finishing(Holding, frozen=True):
             case Reply(answer=answer):
                 return self.finish(terminal_of_revoked(answer), record_of(answer))
             case RetriesExhausted():
-                return self.finish(_no_answer(self.reason))
+                return self.finish(_no_answer(self.reason), ROOT)
             case Dispatched() if self.phase is State.DISPATCHING:
                 return replace(self, phase=State.RUNNING), None, None
             case _:

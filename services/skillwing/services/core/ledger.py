@@ -10,7 +10,7 @@ from skillwing.dsl.model import Skill
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED, BoundedDict
 from skillwing.services.core.refusal import RefusedError
 from skillwing.services.core.snapshot import FinishedGoal, GrantEntry, HistoryBucket, OnEntry
-from skillwing.services.protocol import NO_TOKEN, EndGoal, ErrorCode, GoalVerdict, Granted, Lost, RenewGoal
+from skillwing.services.protocol import NO_TOKEN, EndGoal, ErrorCode, GoalVerdict, Granted, RenewGoal
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +109,7 @@ class Ledger:
         return None
 
     def verdict(self, goal_id: str, skill: str) -> GoalVerdict | None:
-        """The latest verdict on a goal; None for an unknown one.
-
-        Refuses with STALE_TOKEN for a goal that its manager has lost, with BAD_REQUEST for the id of another skill.
-        """
+        """The latest verdict on a goal; None for an unknown one. Refuses the id of another skill with BAD_REQUEST."""
         grant, finished = self._active.get(goal_id), self.finished(goal_id)
         owner = grant.skill.name if grant else finished.skill if finished else skill
         if owner != skill:
@@ -123,9 +120,6 @@ class Ledger:
             )
         if grant is not None:
             return grant.granted
-        if finished is not None and isinstance(finished.verdict, Lost):
-            text = f"The goal {goal_id} was taken away. {finished.verdict.reason}"
-            raise RefusedError(ErrorCode.STALE_TOKEN, text, help="Stop the skill.")
         return finished.verdict if finished else None
 
 

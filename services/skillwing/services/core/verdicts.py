@@ -19,6 +19,8 @@ from skillwing.services.protocol import (
     Violated,
 )
 
+ROOT = ""
+"""Cause of a change that no record led to: it begins a chain of its own. The goal's start did not make it happen."""
 REVOKED_CODES = (ErrorCode.STALE_TOKEN, ErrorCode.UNKNOWN_GOAL)
 """Refusals that say: this process does not hold the goal, or no longer."""
 
@@ -88,6 +90,6 @@ def terminal_of_revoked(answer: GoalVerdict | ErrorReply) -> Terminal:
             return Terminal(ending=Ending.ERROR, reason=reason)
 
 
-def record_of(answer: GoalVerdict | ErrorReply) -> str | None:
-    """The timeline record of a verdict; None for a refusal."""
-    return None if isinstance(answer, ErrorReply) else answer.record
+def record_of(answer: GoalVerdict | ErrorReply) -> str:
+    """The timeline record of a verdict; `ROOT` for a refusal, and for a local outcome without one."""
+    return ROOT if isinstance(answer, ErrorReply) else answer.record
