@@ -145,6 +145,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "CausalView.take_states",
         "CausalView.take_status",
         "CausalView.give_up",
+        "CausalView._differs",
         "CausalView._begin_epoch",
         "CausalView._next_steps",
         "CausalView._apply",

@@ -390,6 +390,59 @@ def test_a_manager_that_has_lost_its_latest_step_is_believed() -> None:
     assert (client.view.number, client.view.change_record("lidar")) == (11, "rm#11")
 
 
+def test_a_number_that_a_manager_has_lost_and_used_again_does_not_hide_its_states() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.hear(robot.told[0])
+    robot.lose_step()
+    client.known_steps.clear()
+    version = client.view.version
+    robot.step("lidar")
+    assert client.view.number == robot.number == 11
+    client.ask()
+    client.hear_answer(0)
+    assert client.view.states == robot.states
+    assert client.view.version > version, "the states have changed"
+    assert (client.view.change_record("camera"), client.view.change_record("lidar")) == (None, None)
+    assert client.view.waiting, "the answer may have been on its way since before the loss"
+    client.ask()
+    client.hear_answer(0)
+    assert (client.view.states, client.view.waiting) == (robot.states, False)
+
+
+@given(st.integers(1, 4), st.lists(st.sampled_from(["heard", "missed"]), max_size=6))
+@examples(60)
+def test_after_any_loss_of_steps_the_answer_to_the_next_question_counts(lost: int, taken: list[str]) -> None:
+    robot, client = connected()
+    for _ in range(4):
+        robot.step("camera")
+        client.hear(robot.told.pop())
+    for _ in range(lost):
+        robot.lose_step()
+    before = (dict(client.view.states), client.view.version)
+    for heard in taken:
+        robot.step("lidar")
+        step = robot.told.pop()
+        if heard == "heard" and isinstance(step, ResourceStep):
+            client.view.take_step(step)
+    for _ in range(2):
+        client.view.take_states(robot.answer(), client.view.note_question())
+        assert client.view.states == robot.states
+    assert not client.view.waiting
+    assert (client.view.version > before[1]) == (client.view.states != before[0])
+
+
+def test_an_answer_that_brings_nothing_new_is_no_change() -> None:
+    robot, client = connected()
+    version = client.view.version
+    client.ask()
+    client.hear_answer(0)
+    assert client.view.version == version
+    robot.step("camera")
+    client.hear(robot.told[0])
+    assert client.view.version > version
+
+
 def test_a_late_answer_does_not_bring_back_older_states() -> None:
     robot, client = connected()
     client.ask()

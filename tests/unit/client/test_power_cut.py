@@ -51,6 +51,26 @@ class Robot:
         self._network.run_for(1.0)
 
 
+def test_a_client_hears_of_the_states_of_a_robot_that_has_lost_one_step(tmp_path: Path) -> None:
+    """The return of its resource manager is a step as well, and takes the number of the lost one."""
+    network = InProcessNetwork()
+    (tmp_path / "disk").mkdir()
+    robot = Robot(network, tmp_path / "disk")
+    interface = SkillsetInterface(network.bus("station"), LAMP, client="station")
+    robot.report("B")
+    robot.save_disk(tmp_path / "written")
+    robot.report("C")
+    lost = interface.step
+    seen: list[str | None] = []
+    interface.on_change(lambda: seen.append(interface.state("bulb")))
+    robot.lose_power(tmp_path / "written")
+    robot.power_on()
+    assert interface.step == lost, "the number is the same"
+    assert interface.states == {"bulb": "B"}
+    assert seen[-1:] == ["B"], "who waits for a change hears of it"
+    assert not interface.resource_manager_silent
+
+
 def test_a_client_believes_a_robot_that_has_lost_its_latest_steps(tmp_path: Path) -> None:
     network = InProcessNetwork()
     (tmp_path / "disk").mkdir()

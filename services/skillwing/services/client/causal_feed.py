@@ -66,8 +66,8 @@ class CausalFeed:
         self._silent = False
         self._unreadable = ""
         """The error in the latest states that could not be read, which is logged once."""
-        self._reported: int | None = None
-        """Number of the step whose states were last reported."""
+        self._reported = 0
+        """Version of the states that were last reported."""
         self.view = CausalView()
         bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._take_step), events=True)
         bus.subscribe(keys.status("*"), message_reader(GoalStatus, self.take_status), events=True)
@@ -166,8 +166,8 @@ class CausalFeed:
                 self._on_step(message)
             else:
                 self._on_status(message)
-        if self.view.number != self._reported:
-            self._reported = self.view.number
+        if self.view.version != self._reported:
+            self._reported = self.view.version
             self._on_change()
         if self.view.waiting and self._timer is None and not self._asking:
             self._timer = self._bus.after(HOLD_TIME, self._ask_if_waiting, wall=True)

@@ -63,6 +63,8 @@ class CausalView:
         self._epoch = ""
         self.number: int | None = None
         """Number of the step whose states these are; None until known."""
+        self.version = 0
+        """Number that grows whenever `number` or the states change."""
 
     @property
     def ready(self) -> bool:
@@ -113,6 +115,7 @@ class CausalView:
         """
         known = self.number
         older = known is not None and snapshot.epoch == self._epoch and snapshot.step < known
+        steps_lost = older or self._differs(snapshot)
         if question < self._answered or (older and question <= self._questions_before):
             # An answer that newer states have overtaken.
             return (*self._not_shown(self._unknown_to(snapshot, question)), *self._due(question))
@@ -125,9 +128,11 @@ class CausalView:
         for step in past:
             self._apply(step)
         past += self._unknown_to(snapshot, question)
+        if (snapshot.step, snapshot.states) != (self.number, self._states):
+            self.version += 1
         self._states.update(snapshot.states)
         self._learn(snapshot.step)
-        if older:
+        if steps_lost:
             # Changes of lost steps are no causes, and steps that came meanwhile seemed to be late ones.
             self._changes.clear()
             self._complete_after = self._questions
@@ -159,6 +164,11 @@ class CausalView:
             self._complete_after = self._questions
         return (*self._not_shown(early), *_as_arrived(held))
 
+    def _differs(self, snapshot: ResourceStates) -> bool:
+        """True for other states after the same step. Its number was lost, and is now that of another step."""
+        same_step = (snapshot.epoch, snapshot.step) == (self._epoch, self.number)
+        return same_step and not self.incomplete and snapshot.states != self._states
+
     def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""
         left = tuple(self._not_shown(self._take_early()))
@@ -188,6 +198,7 @@ class CausalView:
 
     def _apply(self, step: ResourceStep) -> None:
         self._states |= {change.subject: change.after for change in step.changes}
+        self.version += 1
         self._note_changes(step)
         self._learn(step.number)
 
