@@ -153,6 +153,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "CausalFeed.__init__",
         "CausalFeed.take_status",
         "CausalFeed.note_question",
+        "CausalFeed.take_change",
         "CausalFeed.take_states",
         "CausalFeed._take_step",
         "CausalFeed._deliver",

@@ -55,7 +55,10 @@ class Managers:
         elif self.unreadable:
             request.reply(b"{}")
         elif not self.silent:
-            request.reply(encode(ResourceStates(step=self.number, states={"power": "ON"}, t=0.0)))
+            request.reply(encode(self.states()))
+
+    def states(self) -> ResourceStates:
+        return ResourceStates(step=self.number, states={"power": "ON"}, t=0.0)
 
     def step(self, *, told: bool = True) -> None:
         self.number += 1
@@ -221,6 +224,28 @@ def test_what_waits_for_the_step_of_a_silent_manager_is_called_with_a_sentence()
     CausalFeed(managers.network.bus("client"), KEYS).after_step(8, called.append)
     managers.wait(60.0)
     assert called == [NO_ANSWER]
+
+
+def test_a_reply_to_a_change_that_was_overtaken_is_given_after_its_states() -> None:
+    managers = Managers()
+    called: list[int | None] = []
+    feed = CausalFeed(managers.network.bus("client"), KEYS)
+    managers.wait()
+    change, question = feed.note_question(), feed.note_question()
+    feed.take_states(encode(ResourceStates(step=8, states={"power": "ON"}, t=0.0)), question)
+    managers.number = 9
+    feed.take_change(encode(managers.states()), change, lambda: called.append(feed.view.number))
+    assert called == [], "the reply to the later question does not hold the change"
+    managers.wait()
+    assert (called, managers.asked) == ([9], 2)
+
+
+def test_a_reply_to_a_change_that_cannot_be_read_is_given_at_once() -> None:
+    managers = Managers()
+    called: list[str] = []
+    feed = CausalFeed(managers.network.bus("client"), KEYS)
+    feed.take_change(b"{}", feed.note_question(), lambda: called.append("given"))
+    assert called == ["given"]
 
 
 def test_a_callback_that_raises_keeps_no_message_back() -> None:

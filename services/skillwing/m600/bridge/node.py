@@ -24,7 +24,8 @@ from skillwing.onboard.topics.guidance import AUTHORITY, Revoked
 from skillwing.onboard.topics.link import LINK_STATUS, LinkStatus
 from skillwing.onboard.topics.sensors import HEALTH, Health, SensorStatus
 from skillwing.services.bus import Answer, Bus, Refused, Sample
-from skillwing.services.client.interface import SkillsetInterface
+from skillwing.services.client.causal_feed import CausalFeed
+from skillwing.services.client.resource_changes import ResourceChanges
 from skillwing.services.options import required
 from skillwing.services.protocol import Keys, Lost, ProtocolError, Record, RecordKind, Violated, decode, encode
 from skillwing.services.timeline import Timeline
@@ -66,7 +67,8 @@ class RobotBridge:
         keys = Keys(self._skillset.name)
         self._bus = bus
         self._timeline = Timeline(bus, keys)
-        self._resources = SkillsetInterface(bus, self._skillset, client=self.name)
+        self._resources = CausalFeed(bus, keys, on_change=self._follow)
+        self._changes = ResourceChanges(bus, self._skillset, self._resources, source=self.name)
         self._authority = bus.advertise(AUTHORITY, events=True)
         self._telemetry = Telemetry(bus, self._skillset)
         Latest(bus, f"{HEALTH}/*", Health, self._on_health, events=True)
@@ -76,7 +78,6 @@ class RobotBridge:
         self._modem = Latest(bus, LINK_STATUS, LinkStatus, self._on_link)
         bus.every(SILENCE / 4, self._check_modem)
         bus.subscribe(keys.verdict("*"), self._on_verdict, events=True)
-        self._resources.on_change(self._follow)
         bus.every(RESEND_PERIOD, self._follow)
 
     def detach(self) -> None:
@@ -188,10 +189,10 @@ class RobotBridge:
 
     def _follow(self) -> None:
         """Ask for each resource's required state, with one request at a time for each."""
-        for level in self._levels.mismatches(self._resources.states):
+        for level in self._levels.mismatches(self._resources.view.states):
             if level.resource not in self._asked:
                 self._asked.add(level.resource)
-                self._resources.trigger(level.resource, level.state, partial(self._answered, level), level.cause)
+                self._changes.trigger(level.resource, level.state, partial(self._answered, level), level.cause)
 
     def _answered(self, level: Level, answer: Answer) -> None:
         self._asked.discard(level.resource)

@@ -43,8 +43,9 @@ log = logging.getLogger(__name__)
 class CausalFeed:
     """Steps of the resource manager and statuses of goals, each status after the step that it follows from.
 
-    on_step, on_status: called in causal order. on_change: called after them if the states changed. If the resource
-    manager does not answer, the missing step is left out, with a warning in the log.
+    on_step, on_status: called in causal order. Without `on_status` no statuses are subscribed to. on_change: called
+    after them if the states changed. If the resource manager does not answer, the missing step is left out, with a
+    warning in the log.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class CausalFeed:
         keys: Keys,
         *,
         on_step: Callable[[ResourceStep], None] = lambda step: None,
-        on_status: Callable[[GoalStatus], None] = lambda status: None,
+        on_status: Callable[[GoalStatus], None] | None = None,
         on_change: Callable[[], None] = lambda: None,
     ) -> None:
         self._bus = bus
@@ -70,7 +71,8 @@ class CausalFeed:
         """Version of the states that were last reported."""
         self.view = CausalView()
         bus.subscribe(keys.resource_steps, message_reader(ResourceStep, self._take_step), events=True)
-        bus.subscribe(keys.status("*"), message_reader(GoalStatus, self.take_status), events=True)
+        if on_status is not None:
+            bus.subscribe(keys.status("*"), message_reader(GoalStatus, self.take_status), events=True)
         bus.watch_alive(keys.alive(RESOURCE_MANAGER), self._on_manager)
         self._ask_states()
 
@@ -84,20 +86,31 @@ class CausalFeed:
         self._deliver(self.view.take_status(status))
 
     def note_question(self) -> int:
-        """Note a request whose reply holds the states, and return its number for `take_states`."""
+        """Note a request whose reply holds the states, and return its number, for its reply."""
         return self.view.note_question()
 
-    def take_states(self, payload: bytes, question: int) -> bool:
-        """Take encoded states that came as the reply to a request. Any other reply is left out, and gives False."""
+    def take_change(self, payload: bytes, question: int, then: Callable[[], None]) -> None:
+        """Take the encoded states after a requested change, and call `then` once they are known here.
+
+        The reply to a later request may have overtaken this one: then it does not count, and the states are asked for.
+        """
+        states = self.take_states(payload, question)
+        if states is None:
+            then()
+        else:
+            self.after_step(states.step, lambda remark: then())
+
+    def take_states(self, payload: bytes, question: int) -> ResourceStates | None:
+        """Take encoded states that came as a reply. Any other reply is left out, and gives None."""
         try:
             states = decode(payload, ResourceStates)
         except ProtocolError as error:
             if str(error) != self._unreadable:
                 self._unreadable = str(error)
                 log.warning("Left out the states of %s: %s", RESOURCE_MANAGER, error)
-            return False
+            return None
         self._deliver(self.view.take_states(states, question))
-        return True
+        return states
 
     def after_step(self, step: int, then: Callable[[str], None]) -> None:
         """Call `then` once the states after a step are known, or if the resource manager does not answer.
@@ -164,7 +177,7 @@ class CausalFeed:
             message = self._due.popleft()
             if isinstance(message, ResourceStep):
                 self._on_step(message)
-            else:
+            elif self._on_status is not None:
                 self._on_status(message)
         if self.view.version != self._reported:
             self._reported = self.view.version
@@ -188,7 +201,7 @@ class CausalFeed:
 
         def answered(answer: Answered | Refused, question: int) -> None:
             self._asking = self._silent = False
-            if isinstance(answer, Answered) and self.take_states(answer.payload, question):
+            if isinstance(answer, Answered) and self.take_states(answer.payload, question) is not None:
                 tell("")
             else:
                 self._deliver(())

@@ -11,12 +11,13 @@ from typing import Any, Generic, ParamSpec
 
 import msgspec
 
-from skillwing.dsl.model import Field, Skillset, UnknownNameError
+from skillwing.dsl.model import Field, Skillset
 from skillwing.services.bus import Answer, Answered, Bus, Handle, Refused, Sample
 from skillwing.services.bus.identity import owned_chunk
 from skillwing.services.client.causal_feed import CausalFeed
 from skillwing.services.client.goal_handle import GoalHandle
 from skillwing.services.client.goal_tracker import SILENCES_OF_THE_LIVING, GoalTracker
+from skillwing.services.client.resource_changes import ResourceChanges
 from skillwing.services.client.retry import ask_until_answered
 from skillwing.services.core.latest_data import LatestData
 from skillwing.services.core.values import fit_fields
@@ -28,8 +29,6 @@ from skillwing.services.protocol import (
     Ending,
     ErrorCode,
     ErrorReply,
-    FireEvent,
-    FireExtern,
     GoalProgress,
     GoalStatus,
     InterruptGoal,
@@ -103,6 +102,7 @@ class SkillsetInterface:
             bus, self._keys, on_step=self._on_step, on_status=self._on_status, on_change=self._changed
         )
         self._resources = self._feed.view
+        self._changes = ResourceChanges(bus, skillset, self._feed, source=self.client)
         bus.subscribe(self._keys.data("*"), self._on_data, latest_only=True)
         bus.watch_alive(self._keys.alive("**"), self._on_alive)
         for item in skillset.data:
@@ -272,29 +272,11 @@ class SkillsetInterface:
         self, resource: str, target: str, on_answer: Callable[[Answer], None], cause: str | None = None
     ) -> None:
         """Drive an extern transition. Raises UnknownNameError for a resource or state that does not exist."""
-        model = self.skillset.resource(resource)
-        if target not in model.states:
-            raise UnknownNameError(f"state of {resource}", target, model.states)
-        schema = self.skillset.schema_hash
-        request = FireExtern(resource=resource, target=target, source=self.client, cause=cause, schema=schema)
-        self._change(self._keys.resource_extern, request, on_answer)
+        self._changes.trigger(resource, target, on_answer, cause)
 
     def fire(self, event: str, on_answer: Callable[[Answer], None], cause: str | None = None) -> None:
         """Fire an event. Raises UnknownNameError."""
-        name, schema = self.skillset.event(event).name, self.skillset.schema_hash
-        request = FireEvent(event=name, source=self.client, cause=cause, schema=schema)
-        self._change(self._keys.event(event), request, on_answer)
-
-    def _change(self, key: str, request: FireExtern | FireEvent, on_answer: Callable[[Answer], None]) -> None:
-        """Ask for a change. Its states are known here before `on_answer` is called."""
-        question = self._feed.note_question()
-
-        def receive(answer: Answer) -> None:
-            if isinstance(answer, Answered):
-                self._feed.take_states(answer.payload, question)
-            on_answer(answer)
-
-        self._bus.ask(key, encode(request), receive)
+        self._changes.fire(event, on_answer, cause)
 
     # --- data ------------------------------------------------------------------------------------------------------
 
