@@ -37,6 +37,7 @@ from skillwing.services.protocol import (
     GoalCall,
     GoalVerdict,
     Granted,
+    Lost,
     QueryStates,
     RecordOutcome,
     ResourceStates,
@@ -87,7 +88,7 @@ class SequentialManager:
         self._open_ended: set[str] = set()
         self._at: tuple[Memory, ResourceCore] | None = None
         for told in history:
-            if isinstance(told.answer, (Granted, Violated)):
+            if isinstance(told.answer, (Granted, Violated, Lost)):
                 self._tokens[told.answer.goal_id] = told.answer.token
             if isinstance(told.call, (BeginGoal, EndGoal, RecordOutcome)):
                 self._clients.setdefault(told.call.goal_id, set()).add(told.client)
@@ -194,14 +195,19 @@ def add_up(kept: Snapshot, entries: Sequence[Entry]) -> Snapshot:
 
 
 def _same(answer: Reply, reply: Reply | None) -> bool:
-    """Refusals by their codes, everything else as a whole but for times, step numbers and record ids."""
+    """Refusals by their codes, everything else as a whole but for times, step numbers and record ids.
+
+    The reason of a loss is left out: the model does not know whether the manager was silent or gone.
+    """
     if isinstance(answer, ErrorReply):
         return isinstance(reply, ErrorReply) and answer.code == reply.code
     return reply is not None and _without_stamps(answer) == _without_stamps(reply)
 
 
 def _without_stamps(reply: Reply) -> Reply:
-    stamps = {"t": 0.0, "record": "", "step": 0, "epoch": ""}
+    stamps: dict[str, object] = {"t": 0.0, "record": "", "step": 0, "epoch": ""}
+    if isinstance(reply, Lost):
+        stamps["reason"] = ""
     fields = {name: value for name, value in stamps.items() if name in reply.__struct_fields__}
     return msgspec.structs.replace(reply, **fields)
 

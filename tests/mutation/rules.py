@@ -146,6 +146,7 @@ RULES: Mapping[str, tuple[str, ...]] = {
         "CausalView.take_status",
         "CausalView.give_up",
         "CausalView._differs",
+        "CausalView._is_used_again",
         "CausalView._begin_epoch",
         "CausalView._next_steps",
         "CausalView._apply",

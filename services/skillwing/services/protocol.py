@@ -574,7 +574,7 @@ class Violated(Message, frozen=True, kw_only=True, tag="violated"):
 
 class Lost(Message, frozen=True, kw_only=True, tag="lost"):
     """A granted goal ended because its manager is gone; its lost effect has been applied. Pushed on `verdict`, and the
-    reply to every later request about the goal.
+    reply to later requests of the process that held it.
 
     `token` is the grant's fencing token, which is no longer valid. `step` is the step that ended the goal.
     """

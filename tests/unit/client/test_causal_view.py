@@ -410,6 +410,45 @@ def test_a_number_that_a_manager_has_lost_and_used_again_does_not_hide_its_state
     assert (client.view.states, client.view.waiting) == (robot.states, False)
 
 
+def test_a_lost_step_is_noticed_although_the_next_one_overtakes_the_answer() -> None:
+    for hears_the_return in (True, False):
+        robot, client = connected()
+        robot.step("camera")
+        client.hear(robot.told.pop())
+        robot.lose_step()
+        robot.step("lidar")
+        returned = robot.told.pop()
+        if hears_the_return and isinstance(returned, ResourceStep):
+            client.view.take_step(returned)
+        question, answer = client.view.note_question(), robot.answer()
+        robot.step("lidar")
+        following = robot.told.pop()
+        assert isinstance(following, ResourceStep)
+        client.view.take_step(following)
+        client.view.take_states(answer, question)
+        assert client.view.states != robot.states
+        assert client.view.waiting, "so it asks once more"
+        client.view.take_states(robot.answer(), client.view.note_question())
+        assert (client.view.states, client.view.waiting) == (robot.states, False)
+
+
+def test_a_step_that_is_told_twice_is_no_lost_one() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.hear(robot.told[0])
+    client.hear(robot.told[0])
+    assert not client.view.waiting
+
+
+def test_a_resource_of_another_skillset_is_forgotten() -> None:
+    robot, client = connected()
+    del robot.states["lidar"]
+    robot.number += 1
+    for _ in range(2):
+        client.view.take_states(robot.answer(), client.view.note_question())
+        assert (client.view.states, client.view.waiting) == ({"camera": "0"}, False)
+
+
 @given(st.integers(1, 4), st.lists(st.sampled_from(["heard", "missed"]), max_size=6))
 @examples(60)
 def test_after_any_loss_of_steps_the_answer_to_the_next_question_counts(lost: int, taken: list[str]) -> None:

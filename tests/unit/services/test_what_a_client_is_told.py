@@ -146,6 +146,21 @@ def test_silence_and_refusals_are_roots(make: Callable[[], Desk]) -> None:
         assert last_record(desk).cause is None, "its start did not make it fail"
 
 
+def test_an_end_without_an_answer_is_put_down_to_what_led_to_it() -> None:
+    desk = running()
+    desk.failed(cause="health#1")
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    assert last_record(desk).cause == "health#1"
+    desk = running()
+    desk.interrupt()
+    request = desk.records[-1].id
+    desk.interrupted()
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    assert last_record(desk).cause == request
+
+
 def test_an_exception_in_validate_is_put_down_to_the_request_to_stop_or_to_nothing() -> None:
     desk = raised_while_validating()
     desk.outcome_committed()

@@ -78,7 +78,7 @@ class CausalView:
 
     @property
     def incomplete(self) -> bool:
-        """True after `give_up`, until the states are known again: a step is missing in them, or that of a status."""
+        """True after `give_up`, or if the resource manager has lost steps, until the states are known again."""
         return self._complete_after is not None
 
     @property
@@ -102,6 +102,8 @@ class CausalView:
             self._foreign.append((self._questions, step))
             return (step,)
         if step.number <= self.number:
+            if self._is_used_again(step):
+                self._complete_after = self._questions
             self._note_changes(step)
             return (step,)
         self._early[step.number] = (self._questions, step)
@@ -115,9 +117,11 @@ class CausalView:
         """
         known = self.number
         older = known is not None and snapshot.epoch == self._epoch and snapshot.step < known
-        steps_lost = older or self._differs(snapshot)
+        differs = self._differs(snapshot)
         if question < self._answered or (older and question <= self._questions_before):
             # An answer that newer states have overtaken.
+            if differs and question >= self._answered:
+                self._complete_after = self._questions
             return (*self._not_shown(self._unknown_to(snapshot, question)), *self._due(question))
         if known is None and self._shown and not self._shown.answered_by(snapshot.step, question):
             return ()
@@ -131,8 +135,10 @@ class CausalView:
         if (snapshot.step, snapshot.states) != (self.number, self._states):
             self.version += 1
         self._states.update(snapshot.states)
+        for gone in self._states.keys() - snapshot.states.keys():
+            del self._states[gone]
         self._learn(snapshot.step)
-        if steps_lost:
+        if older or differs:
             # Changes of lost steps are no causes, and steps that came meanwhile seemed to be late ones.
             self._changes.clear()
             self._complete_after = self._questions
@@ -164,10 +170,22 @@ class CausalView:
             self._complete_after = self._questions
         return (*self._not_shown(early), *_as_arrived(held))
 
+    def _is_used_again(self, step: ResourceStep) -> bool:
+        """True for a late step without a change that a step of its number had: that one was lost."""
+        known = (change for number, change in self._changes.values() if number == step.number)
+        return any(change not in step.records for change in known)
+
     def _differs(self, snapshot: ResourceStates) -> bool:
-        """True for other states after the same step. Its number was lost, and is now that of another step."""
-        same_step = (snapshot.epoch, snapshot.step) == (self._epoch, self.number)
-        return same_step and not self.incomplete and snapshot.states != self._states
+        """True for other states than those that are known after its step, or after a later one that left them alone.
+
+        The resource manager has lost steps and used their numbers again.
+        """
+        if self.number is None or self.incomplete or snapshot.epoch != self._epoch or snapshot.step > self.number:
+            return False
+        return any(
+            state != self._states.get(resource) and self._changes.get(resource, (0, None))[0] <= snapshot.step
+            for resource, state in snapshot.states.items()
+        )
 
     def _begin_epoch(self, epoch: str) -> tuple[ResourceStep, ...]:
         """Turn to the steps of another epoch. Return those of the old one that still wait: they change no state now."""

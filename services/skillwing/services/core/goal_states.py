@@ -455,11 +455,15 @@ class Finishing(Holding, frozen=True):
             case Reply(answer=answer):
                 return self.finish(terminal_of_revoked(answer), record_of(answer))
             case RetriesExhausted():
-                return self.finish(_no_answer(self.reason), ROOT)
+                return self.finish(_no_answer(self.reason), self.failure_cause(skill))
             case Dispatched() if self.phase is State.DISPATCHING:
                 return replace(self, phase=State.RUNNING), None, None
             case _:
                 return self.revoke(event)
+
+    def failure_cause(self, skill: Skill) -> str | None:
+        """Cause of an end without an answer: that of the end which was asked for, unless it was a success."""
+        return ROOT if self.result is not None and skill.result(self.result).success else None
 
 
 class GivingBack(Finishing, frozen=True):

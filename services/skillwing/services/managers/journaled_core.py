@@ -55,7 +55,7 @@ class JournaledCore:
 
     def begin(self, now: float, epoch: str) -> None:
         """Begin an empty journal, with the name of a new series of step numbers. Raises JournalWriteError."""
-        # Numbers keep growing when a process without a journal takes over.
+        # Numbers keep growing when a process without a journal takes over, if the robot's clock has begun.
         self._use(replace(self._made_from, step=max(self.core.last_step, int(now * 1000)), epoch=epoch))
         self._journal.begin_epoch(epoch)
         self._journal.write(self.core.initial_entries(), (), now, self.core.last_step)
