@@ -96,13 +96,20 @@ class _Search(Generic[S, C, A]):
         self._before = _same_before(history)
 
     def run(self, most_steps: float) -> Verdict[C, A]:
-        """Take the first operation that fits, again and again; undo the last one where none fits."""
+        """Take the first operation that fits, again and again; undo the last one where none fits.
+
+        Those without an answer are tried last. One that is taken too early is found out late: its client waits for its
+        timeout, and the others go on. One that has to come next is found out at once.
+        """
         events, history = self._events, self._history
         state, mask, steps = self._model.initial, 0, 0
         seen: set[tuple[int, S]] = {(mask, state)}
-        event = events.first
+        event, answered = events.first, True
         while self._open:
             index = events.called_by(event)
+            if index is None and answered:
+                event, answered = events.first, False
+                continue
             if index is None:
                 # Whatever comes next has to come before this answer, and nothing that was called by then fits.
                 self._note_dead_end(event)
@@ -110,12 +117,14 @@ class _Search(Generic[S, C, A]):
                     return self._verdict(False, steps)
                 index, state = self._taken.pop()
                 mask &= ~(1 << index)
-                self._open += history[index].answered is not None
+                answered = history[index].answered is not None
+                self._open += answered
                 events.put_back(index)
                 event = events.after(events.call(index))
                 continue
             before = self._before.get(index)
-            if before is not None and not mask >> before & 1:
+            is_early = before is not None and not mask >> before & 1
+            if is_early or answered != (history[index].answered is not None):
                 event = events.after(event)
                 continue
             steps += 1
@@ -132,7 +141,7 @@ class _Search(Generic[S, C, A]):
             mask, state = configuration
             self._open -= history[index].answered is not None
             events.take_out(index)
-            event = events.first
+            event, answered = events.first, True
         self._best = tuple(index for index, _ in self._taken)
         return self._verdict(True, steps)
 
