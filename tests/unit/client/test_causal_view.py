@@ -432,6 +432,34 @@ def test_a_lost_step_is_noticed_although_the_next_one_overtakes_the_answer() -> 
         assert (client.view.states, client.view.waiting) == (robot.states, False)
 
 
+def test_an_early_step_that_was_lost_does_not_hide_the_answer() -> None:
+    robot, client = connected()
+    robot.step("lidar")
+    robot.told.clear()
+    robot.step("camera")
+    client.hear(robot.told.pop())
+    for _ in range(2):
+        robot.lose_step()
+    robot.step("lidar")
+    question, answer = client.view.note_question(), robot.answer()
+    returned = robot.told.pop()
+    assert isinstance(returned, ResourceStep)
+    client.view.take_step(returned)
+    assert client.view.number == 12, "the early step seems to follow"
+    client.view.take_states(answer, question)
+    assert (client.view.number, client.view.states) == (11, robot.states)
+    assert client.view.waiting, "it asks once more"
+
+
+def test_changes_of_a_lost_step_are_no_causes() -> None:
+    robot, client = connected()
+    robot.step("camera")
+    client.hear(robot.told.pop())
+    robot.lose_step()
+    client.view.take_step(ResourceStep(number=11, epoch=robot.epoch, t=0.0))
+    assert (client.view.change_record("camera"), client.view.waiting) == (None, True)
+
+
 def test_a_step_that_is_told_twice_is_no_lost_one() -> None:
     robot, client = connected()
     robot.step("camera")

@@ -152,6 +152,12 @@ def test_an_end_without_an_answer_is_put_down_to_what_led_to_it() -> None:
     for _ in range(SILENCES_UNTIL_ERROR):
         desk.answer(None)
     assert last_record(desk).cause == "health#1"
+    desk = dispatching()
+    desk.failed(cause="health#1")
+    desk.dispatched()
+    for _ in range(SILENCES_UNTIL_ERROR):
+        desk.answer(None)
+    assert last_record(desk).cause == "health#1", "and not that `on_dispatch` has returned"
     desk = running()
     desk.interrupt()
     request = desk.records[-1].id

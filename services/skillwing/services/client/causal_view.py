@@ -57,7 +57,7 @@ class CausalView:
         self._questions = 0
         self._answered = 0
         self._questions_before = 0
-        """Number of questions before `number` was learned. The answer to a later one holds that step."""
+        """Number of questions before that step was heard. The answer to a later one holds the step."""
         self._complete_after: int | None = None
         """Number of a question, while steps may be missing in the states: the answer to a later question holds them."""
         self._epoch = ""
@@ -103,6 +103,7 @@ class CausalView:
             return (step,)
         if step.number <= self.number:
             if self._is_used_again(step):
+                self._changes.clear()
                 self._complete_after = self._questions
             self._note_changes(step)
             return (step,)
@@ -130,14 +131,14 @@ class CausalView:
         left = self._begin_epoch(snapshot.epoch) if other_epoch else ()
         past = self._take_early(lambda number: number <= snapshot.step)
         for step in past:
-            self._apply(step)
+            self._apply(step, self._questions)
         past += self._unknown_to(snapshot, question)
         if (snapshot.step, snapshot.states) != (self.number, self._states):
             self.version += 1
         self._states.update(snapshot.states)
         for gone in self._states.keys() - snapshot.states.keys():
             del self._states[gone]
-        self._learn(snapshot.step)
+        self._learn(snapshot.step, self._questions)
         if older or differs:
             # Changes of lost steps are no causes, and steps that came meanwhile seemed to be late ones.
             self._changes.clear()
@@ -164,7 +165,7 @@ class CausalView:
             return ()
         early = self._take_early()
         for step in early:
-            self._apply(step)
+            self._apply(step, self._questions)
         held, self._held = self._held, []
         if early or held:
             self._complete_after = self._questions
@@ -211,18 +212,19 @@ class CausalView:
 
     def _next_steps(self) -> Iterator[ResourceStep]:
         while self.number is not None and (heard := self._early.pop(self.number + 1, None)) is not None:
-            self._apply(heard[1])
+            self._apply(heard[1], heard[0])
             yield heard[1]
 
-    def _apply(self, step: ResourceStep) -> None:
+    def _apply(self, step: ResourceStep, questions: int) -> None:
+        """Take over the changes of a step. questions: number of those before it was heard."""
         self._states |= {change.subject: change.after for change in step.changes}
         self.version += 1
         self._note_changes(step)
-        self._learn(step.number)
+        self._learn(step.number, questions)
 
-    def _learn(self, number: int) -> None:
+    def _learn(self, number: int, questions: int) -> None:
         if number != self.number:
-            self.number, self._questions_before = number, self._questions
+            self.number, self._questions_before = number, questions
 
     def _note_changes(self, step: ResourceStep) -> None:
         """Remember the changes of a step, unless later ones are known."""

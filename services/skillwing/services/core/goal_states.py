@@ -321,10 +321,9 @@ class Executing(Holding, frozen=True):
         forced: bool = False,
     ) -> Reaction:
         """Ask for the effect of an end; the answer decides how the goal has ended."""
-        state = Finishing(self.token, how, sendable_text(reason), self.phase, result, output, forced)
         if cause is not None:
             cause = sendable_text(cause)[:LONGEST_LABEL]
-        return state, ASK, cause
+        return Finishing(self.token, how, sendable_text(reason), self.phase, result, output, forced, cause), ASK, cause
 
 
 class Unstopped(Executing, frozen=True):
@@ -431,7 +430,7 @@ class Stopping(Executing, frozen=True):
 
 
 class Finishing(Holding, frozen=True):
-    """The goal waits until the effect of its end is applied. Fields as in `Executing.ask_end`.
+    """The goal waits until the effect of its end is applied. Fields as in `Executing.ask_end`, cause as in `Reaction`.
 
     It keeps its phase, except that `on_dispatch` may return only now: that hook may end its own goal.
     """
@@ -443,6 +442,7 @@ class Finishing(Holding, frozen=True):
     result: str | None = None
     output: dict[str, Any] | None = None
     forced: bool = False
+    cause: str | None = None
 
     def on(self, event: GoalEvent, skill: Skill, now: float) -> Reaction | None:
         match event:
@@ -463,7 +463,7 @@ class Finishing(Holding, frozen=True):
 
     def failure_cause(self, skill: Skill) -> str | None:
         """Cause of an end without an answer: that of the end which was asked for, unless it was a success."""
-        return ROOT if self.result is not None and skill.result(self.result).success else None
+        return ROOT if self.result is not None and skill.result(self.result).success else self.cause
 
 
 class GivingBack(Finishing, frozen=True):
