@@ -26,13 +26,14 @@ def first_effects(process: str, skillset: Skillset, *, killed: bool) -> frozense
     """Headlines of the records that failures after the fault of a process may begin with. killed: it was not stopped.
 
     The launcher records the exit of a killed process. The manager of a skill loses its goals: without that exit as the
-    cause if it was stopped, or if the client alone knew them. A process of the functional layer fails the skills that
-    command it. Goals are interrupted whose mission was stopped, or whose invariants nobody watches.
-    And data may be late.
+    cause if it was stopped, or if the client alone knew them. A router that stands still ends leases, and so loses
+    goals. A process of the functional layer fails the skills that command it. Goals are interrupted whose mission was
+    stopped, or whose invariants nobody watches. And data may be late.
     """
     names = [skill.name for skill in skillset.skills]
     stale = [f"{datum.name} STALE" for datum in skillset.data if process in ON_THE_WAY_OF_DATA]
-    lost = [f"{name} {Ending.LOST}" for name in names if process == skill_process(name)]
+    leases_end = process == ROUTER and not killed
+    lost = [f"{name} {Ending.LOST}" for name in names if leases_end or process == skill_process(name)]
     exits = [f"{process} {KILLED}"]
     exit_is_cause = killed and process == MISSION
     stops = (State.INTERRUPTING, Ending.INTERRUPTED) if process in INTERRUPTS and not exit_is_cause else ()

@@ -84,6 +84,9 @@ class Cell:
             # The robot's data have not reached the resource manager: the precondition on them is false while they are
             # stale, and a request that waited may be the first that it reads when it wakes up.
             return frozenset({usual, "NR"})
+        if self.fault is Fault.STOP and self.process == ROUTER and self.state != IDLE:
+            # Processes notice the silence of the router after 2 s. The lease of a grant may end up to 0.5 s before.
+            return frozenset({usual, "LOST by resource_manager"})
         return frozenset({usual})
 
 

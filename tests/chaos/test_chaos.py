@@ -166,7 +166,7 @@ def test_a_kill_is_in_the_timeline_and_the_cause_of_the_goals_that_are_lost_for_
     [
         ("skill/work", {"LOST"}),
         ("skill/other", set[str]()),
-        ("router", {"RI"}),
+        ("router", {"RI", "LOST"}),
         ("resource_manager", {"RI", "IT"}),
         ("mission", {"IT"}),
         ("data_manager", set[str]()),
@@ -182,6 +182,11 @@ def test_a_failure_must_come_from_the_process_that_was_harmed(process: str, perm
     }
     found = {end: problems(process, skillset, *records) for end, records in ends.items()}
     assert found == {end: set() if end in permitted else {ChainProblem.SKIPS_FAULT} for end in ends}
+
+
+def test_only_a_router_that_stands_still_ends_leases() -> None:
+    assert not problems("router", load(STAND), record(1, "work", "LOST"), killed=False)
+    assert problems("router", load(STAND), record(1, "work", "LOST"), killed=True) == {ChainProblem.SKIPS_FAULT}
 
 
 def test_the_exit_of_a_killed_mission_is_the_cause_of_its_interrupted_goals() -> None:
