@@ -517,6 +517,17 @@ def test_a_late_answer_does_not_bring_back_older_states() -> None:
     client.hear(robot.told[0])
     client.hear_answer(0)
     assert client.view.states["camera"] == "11"
+    assert not client.view.waiting, "a later change is no sign of a lost step"
+
+
+def test_an_older_answer_to_a_later_question_does_not_count() -> None:
+    robot, client = connected()
+    older = robot.answer()
+    robot.step("camera")
+    first, second = client.view.note_question(), client.view.note_question()
+    client.view.take_states(robot.answer(), first)
+    client.view.take_states(older, second)
+    assert client.view.states == robot.states
 
 
 def test_a_late_answer_of_a_manager_that_is_gone_does_not_count() -> None:
