@@ -51,14 +51,20 @@ class Robot:
         self._network.run_for(1.0)
 
 
-def test_a_client_hears_of_the_states_of_a_robot_that_has_lost_one_step(tmp_path: Path) -> None:
-    """The return of its resource manager is a step as well, and takes the number of the lost one."""
+def written_at_b(tmp_path: Path) -> tuple[Robot, SkillsetInterface]:
+    """A robot whose disk was copied to `written` when its bulb was in B, and a client of it."""
     network = InProcessNetwork()
     (tmp_path / "disk").mkdir()
     robot = Robot(network, tmp_path / "disk")
     interface = SkillsetInterface(network.bus("station"), LAMP, client="station")
     robot.report("B")
     robot.save_disk(tmp_path / "written")
+    return robot, interface
+
+
+def test_a_client_hears_of_the_states_of_a_robot_that_has_lost_one_step(tmp_path: Path) -> None:
+    """The return of its resource manager is a step as well, and takes the number of the lost one."""
+    robot, interface = written_at_b(tmp_path)
     robot.report("C")
     lost = interface.step
     seen: list[str | None] = []
@@ -72,12 +78,7 @@ def test_a_client_hears_of_the_states_of_a_robot_that_has_lost_one_step(tmp_path
 
 
 def test_a_client_believes_a_robot_that_has_lost_its_latest_steps(tmp_path: Path) -> None:
-    network = InProcessNetwork()
-    (tmp_path / "disk").mkdir()
-    robot = Robot(network, tmp_path / "disk")
-    interface = SkillsetInterface(network.bus("station"), LAMP, client="station")
-    robot.report("B")
-    robot.save_disk(tmp_path / "written")
+    robot, interface = written_at_b(tmp_path)
     for state in ("C", "D"):
         robot.report(state)
     lost = interface.step

@@ -189,6 +189,13 @@ def validating() -> Desk:
     return desk
 
 
+def failed_to_validate() -> Desk:
+    desk = Desk()
+    desk.start()
+    desk.raised()
+    return desk
+
+
 def dispatching() -> Desk:
     desk = validating()
     desk.granted()

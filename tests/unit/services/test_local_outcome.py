@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 from rig import Bench
-from skill_desk import REFUSED, TOKEN, VIOLATED, Desk
+from skill_desk import REFUSED, TOKEN, VIOLATED, Desk, failed_to_validate
 
 from skillwing.services.core.bounded_dict import GOALS_REMEMBERED
 from skillwing.services.core.delivery import PENDING_OUTCOMES_LIMIT, SILENCES_UNTIL_ABANDONED, SILENCES_UNTIL_ERROR
@@ -73,13 +73,6 @@ def interrupted_while_validating() -> Desk:
     desk.start()
     desk.interrupt()
     desk.validated()
-    return desk
-
-
-def failed_to_validate() -> Desk:
-    desk = Desk()
-    desk.start()
-    desk.raised()
     return desk
 
 

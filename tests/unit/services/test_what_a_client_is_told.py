@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from skill_desk import ENDED, TOKEN, VIOLATED, Desk, dispatching, running, validating
+from skill_desk import ENDED, TOKEN, VIOLATED, Desk, dispatching, failed_to_validate, running, validating
 
 from skillwing.dsl import parse
 from skillwing.dsl.model import Skillset
@@ -55,13 +55,6 @@ def last_record(desk: Desk) -> Record:
 def ended_by_itself() -> Desk:
     desk = running()
     desk.terminated()
-    return desk
-
-
-def raised_while_validating() -> Desk:
-    desk = Desk()
-    desk.start()
-    desk.raised()
     return desk
 
 
@@ -136,7 +129,7 @@ def test_a_loss_that_a_renewal_tells_of_comes_after_its_step() -> None:
     assert (last_record(desk).cause, desk.core.status("g").after_step) == (LOST.record, LOST.step)
 
 
-@pytest.mark.parametrize("make", [validating, ended_by_itself, raised_while_validating])
+@pytest.mark.parametrize("make", [validating, ended_by_itself, failed_to_validate])
 def test_silence_and_refusals_are_roots(make: Callable[[], Desk]) -> None:
     for answers in ([None] * SILENCES_UNTIL_ERROR, [ErrorReply(code=ErrorCode.BAD_REQUEST, message="No.")]):
         desk = make()
@@ -168,7 +161,7 @@ def test_an_end_without_an_answer_is_put_down_to_what_led_to_it() -> None:
 
 
 def test_an_exception_in_validate_is_put_down_to_the_request_to_stop_or_to_nothing() -> None:
-    desk = raised_while_validating()
+    desk = failed_to_validate()
     desk.outcome_committed()
     assert last_record(desk).cause is None
     desk = Desk()
